@@ -1,0 +1,71 @@
+# make serve [PORT=8080] | test | lint | benchmark | constraints | clean
+#
+# Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
+# installed, venv and pip otherwise. A stamp file per set of extras makes a second call instant.
+
+VENV := .venv
+BIN := $(VENV)/bin
+PYTHON ?=
+PORT ?=
+# uv trusts the certificates that the system trusts, as pip and git do.
+export UV_SYSTEM_CERTS ?= 1
+
+.PHONY: serve test lint benchmark constraints clean
+.DELETE_ON_ERROR:
+
+serve: $(VENV)/.serve
+	@$(BIN)/slipgrasp serve $(if $(PORT),--port $(PORT))
+
+test: $(VENV)/.develop
+	@$(BIN)/python tests/ensure_chromium.py
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.develop
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/lint-imports
+
+benchmark: $(VENV)/.benchmark
+	$(BIN)/python -m benchmarks
+
+# Writes constraints.txt again, with the newest versions that pyproject.toml allows.
+constraints:
+	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --upgrade \
+	  --no-emit-index-url --no-emit-find-links --no-annotate --quiet \
+	  --custom-compile-command "make constraints" --output-file constraints.txt
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .hypothesis .import_linter_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(VENV)/.serve: REQUIREMENT := .
+$(VENV)/.develop: REQUIREMENT := .[test,lint]
+$(VENV)/.benchmark: REQUIREMENT := .[bench]
+
+# Everything goes to standard error, so that the first line of `make serve` is the URL.
+$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark: pyproject.toml constraints.txt $(BIN)/python
+	@echo "slipgrasp: installing $(REQUIREMENT) into $(VENV), a minute or two the first time" >&2
+	@if command -v uv >/dev/null 2>&1; then \
+	  uv pip install --python $(BIN)/python -c constraints.txt -e '$(REQUIREMENT)' >&2; \
+	else \
+	  $(BIN)/python -m pip --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip >&2; \
+	  $(BIN)/python -m pip install --disable-pip-version-check -c constraints.txt -e '$(REQUIREMENT)' >&2; \
+	fi
+	@touch $@
+
+# The first interpreter that runs and is new enough; a shim that only exists is skipped.
+$(BIN)/python:
+	@fail() { echo "slipgrasp: $$1" >&2; exit 1; }; \
+	for python in $(or $(PYTHON),python3.11 python3.12 python3.13 python3.14 python3 python); do \
+	  "$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && break; \
+	  python=; \
+	done; \
+	test -n "$$python" || fail "no Python >= 3.11 found: install one, or name it with PYTHON=/path/to/python"; \
+	if command -v uv >/dev/null 2>&1; then \
+	  uv venv --quiet --clear --python "$$(command -v "$$python")" $(VENV) >&2; \
+	else \
+	  "$$python" -c 'import ensurepip, venv' 2>/dev/null || \
+	    fail "$$python cannot make environments: install its venv package (Debian: apt-get install python3-venv) or uv"; \
+	  "$$python" -m venv --clear $(VENV) >&2; \
+	fi

@@ -1,0 +1,275 @@
+"""From names, files and plain values to a validated scenario, and back to TOML."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pydantic
+
+from core.exceptions import FieldError, ScenarioError
+from core.parameters import Parameter, describe
+from core.scenario import Change, Estimate, Scenario
+from core.validation import check_scenario
+
+__all__ = [
+    "load_scenario",
+    "parameter_definitions",
+    "preset_names",
+    "scenario_from_mapping",
+    "scenario_to_toml",
+    "with_values",
+]
+
+_MAX_FILE_BYTES = 1_000_000
+
+
+def preset_names() -> tuple[str, ...]:
+    """Names of the scenarios that come with the program."""
+    folder = resources.files("core") / "presets"
+    return tuple(sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")))
+
+
+@cache
+def _load_preset(name: str) -> Scenario:
+    text = (resources.files("core") / "presets" / f"{name}.toml").read_text(encoding="utf-8")
+    return scenario_from_mapping(tomllib.loads(text))
+
+
+def load_scenario(source: str | Path) -> Scenario:
+    """Loads a preset by name or a TOML file by path.
+
+    Args:
+        source: Preset name, or path of a scenario file.
+
+    Returns:
+        The validated scenario.
+
+    Raises:
+        ScenarioError: If there is no such preset or file, or it is not valid.
+    """
+    name = str(source)
+    if name in preset_names():
+        return _load_preset(name)
+    path = Path(source)
+    if not path.suffix and not path.exists():
+        known = ", ".join(preset_names())
+        raise _single("scenario", name, known, f"no preset or file '{name}'{_nearest(name, preset_names())}; presets: {known}")
+    if not path.is_file():
+        raise _single("scenario", name, None, f"no scenario file '{name}'; presets: {', '.join(preset_names())}")
+    if path.stat().st_size > _MAX_FILE_BYTES:
+        raise _single("scenario", name, "1 MB", f"'{name}' is larger than 1 MB; a scenario is a small TOML file")
+    try:
+        mapping = tomllib.loads(path.read_bytes().decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise _single("scenario", name, "TOML", f"'{name}' is not valid TOML: {error}") from error
+    return scenario_from_mapping(mapping)
+
+
+def scenario_from_mapping(mapping: Any) -> Scenario:
+    """Validates nested plain values (from JSON or TOML) into a scenario.
+
+    Raises:
+        ScenarioError: With one entry per wrong field.
+    """
+    try:
+        text = json.dumps(mapping, default=repr)
+        scenario = _adapter().validate_json(text)
+    except pydantic.ValidationError as error:
+        raise ScenarioError(_field_errors(error)) from error
+    except (ValueError, RecursionError, TypeError) as error:
+        raise _single("", None, None, f"the scenario cannot be read: {type(error).__name__}") from error
+    check_scenario(scenario)
+    _check_changes(scenario)
+    return scenario
+
+
+def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """The scenario with some parameters set by dotted key.
+
+    Args:
+        scenario: The base.
+        values: Dotted key to plain value, such as ``{"object.mass": 1.4}``.
+
+    Raises:
+        ScenarioError: For an unknown key (with the nearest name) or a value out of bounds.
+    """
+    mapping = copy.deepcopy(json.loads(json.dumps(scenario.to_mapping())))
+    errors = [e for key, value in values.items() if (e := _assign(scenario, mapping, key, value))]
+    if errors:
+        raise ScenarioError(errors)
+    return scenario_from_mapping(mapping)
+
+
+def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
+    """Every parameter of a scenario by dotted key; of the first preset if none is given."""
+    return describe(scenario if scenario is not None else load_scenario(preset_names()[0]))
+
+
+def scenario_to_toml(scenario: Scenario) -> str:
+    """The scenario as a TOML file that loads back to an equal scenario."""
+    mapping = scenario.to_mapping()
+    lines = [f"title = {_toml(mapping['title'])}"]
+    for name in ("object", "fingers", "trajectory", "controller", "estimates", "simulation", "changes"):
+        tables = mapping[name]
+        header = f"[{name}]" if isinstance(tables, dict) else f"[[{name}]]"
+        for table in [tables] if isinstance(tables, dict) else tables:
+            lines += ["", header, *(f"{key} = {_toml(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+@cache
+def _adapter() -> pydantic.TypeAdapter[Scenario]:
+    return pydantic.TypeAdapter(Scenario)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return repr(value)
+
+
+def _assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -> FieldError | None:
+    """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
+    *parents, last = key.split(".")
+    node: Any = mapping
+    for part in parents:
+        node = _child(node, part, growable=node is mapping.get("changes") or node is mapping.get("estimates"))
+        if node is None:
+            return _unknown_key(scenario, key)
+    if isinstance(node, list) and last.isdigit() and int(last) < len(node):
+        node[int(last)] = value
+    elif isinstance(node, dict) and (last in node or _template_key(key) in _template_keys()):
+        node[last] = value
+        if value is None:
+            del node[last]
+    else:
+        return _unknown_key(scenario, key)
+    return None
+
+
+def _child(node: Any, part: str, growable: bool) -> Any:
+    """Steps into plain values; the entry after the last of a growable list is made on the way."""
+    if isinstance(node, list):
+        if growable and part == str(len(node)):
+            node.append({})
+        return node[int(part)] if part.isdigit() and int(part) < len(node) else None
+    return node.get(part) if isinstance(node, dict) else None
+
+
+def _unknown_key(scenario: Scenario, key: str) -> FieldError:
+    keys = list(describe(scenario))
+    message = f"unknown parameter '{_short(key)}'{_nearest(key, keys)}"
+    return FieldError(field=_short(key), value=None, limit=None, message=message)
+
+
+def _nearest(word: str, words: Any) -> str:
+    close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def _check_changes(scenario: Scenario) -> None:
+    """Each timed change must name a changeable parameter and give it an allowed value."""
+    definitions = describe(replace(scenario, changes=()))
+    errors: list[FieldError] = []
+    for i, change in enumerate(scenario.changes):
+        key = f"changes.{i}.parameter"
+        parameter = definitions.get(change.parameter)
+        if parameter is None and not _is_list_gain(change.parameter, definitions):
+            near = _nearest(change.parameter, definitions)
+            errors.append(FieldError(field=key, value=_short(change.parameter), limit=None, message=f"{key}: unknown parameter '{_short(change.parameter)}'{near}"))
+        elif parameter is not None and not parameter.changeable:
+            errors.append(FieldError(field=key, value=change.parameter, limit="a parameter that can change during a run", message=f"{key}: '{change.parameter}' cannot change during a run; set it for the whole run instead"))
+        else:
+            errors += _check_changed_value(scenario, i, change)
+    if errors:
+        raise ScenarioError(errors)
+
+
+def _is_list_gain(key: str, definitions: Mapping[str, Parameter]) -> bool:
+    parent = definitions.get(key.rpartition(".")[0])
+    return parent is not None and parent.kind == "number-or-list" and parent.changeable
+
+
+def _check_changed_value(scenario: Scenario, index: int, change: Change) -> list[FieldError]:
+    value = list(change.value) if isinstance(change.value, tuple) else change.value
+    try:
+        with_values(replace(scenario, changes=()), {change.parameter: value})
+    except ScenarioError as error:
+        return [replace(e, field=f"changes.{index}.value", message=f"changes.{index}.value: {e.message}") for e in error.errors]
+    return []
+
+
+def _field_errors(error: pydantic.ValidationError) -> list[FieldError]:
+    """Pydantic's findings as field errors, one per field, with unit and limit in words."""
+    found: dict[str, FieldError] = {}
+    for item in error.errors(include_url=False, include_context=False):
+        path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
+        key = ".".join(path)
+        if key not in found:
+            found[key] = _field_error(key, item)
+    return list(found.values())
+
+
+def _is_type_label(part: str) -> bool:
+    return part in ("float", "str", "int") or part.startswith(("tuple[", "constrained", "function-"))
+
+
+def _field_error(key: str, item: Any) -> FieldError:
+    kind, value = item["type"], item["input"]
+    if kind == "unexpected_keyword_argument":
+        siblings = [k.rpartition(".")[2] for k in _template_keys() if k.rpartition(".")[0] == _template_key(key).rpartition(".")[0]]
+        near = _nearest(key.rpartition(".")[2], siblings or _template_keys())
+        return FieldError(field=_short(key), value=None, limit=None, message=f"unknown parameter '{_short(key)}'{near}")
+    parameter = _template_keys().get(_template_key(key))
+    limit = parameter.limit if parameter else None
+    shown = _echo(value)
+    if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
+        return FieldError(field=key, value=None, limit=limit, message=f"{key} is missing")
+    told = "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
+    allowed = f"; allowed: {limit}" if limit else ""
+    return FieldError(field=key, value=shown, limit=limit, message=f"{key or 'the scenario'}{told}: {item['msg'][:1].lower()}{item['msg'][1:]}{allowed}")
+
+
+@cache
+def _template_keys() -> dict[str, Parameter]:
+    """Parameters by key with every list index replaced by 0."""
+    template = _load_preset("paper-case-1")
+    change = Change(time=1.0, parameter="object.mass", value=1.0)
+    estimate = Estimate(parameter="object.mass", initial=1.0)
+    full = replace(template, changes=(change,), estimates=(estimate,))
+    return {_template_key(key): parameter for key, parameter in describe(full).items()}
+
+
+def _template_key(key: str) -> str:
+    return ".".join("0" if part.isdigit() else part for part in key.split("."))
+
+
+def _echo(value: Any) -> float | int | bool | str | None:
+    """What may be repeated to the user: finite numbers and short printable text."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return value if abs(value) < 10**15 else "a huge integer"
+    return _short(value) if isinstance(value, str) else None
+
+
+def _short(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text[:80])
+
+
+def _single(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
+    return ScenarioError([FieldError(field=field, value=_echo(value), limit=limit, message=message)])

@@ -1,0 +1,196 @@
+"""What a parameter is: unit, bounds and a sentence, stated once beside its field.
+
+The annotation of a scenario field is the only definition. Validation, API schema,
+sliders, command-line help and recording header are all derived from it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from collections.abc import Iterator
+from typing import Any, Literal
+
+import annotated_types
+
+__all__ = ["Parameter", "Quantity", "describe", "iterate_parameters"]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Quantity:
+    """Metadata of one scenario field.
+
+    Attributes:
+        text: One sentence for the user.
+        unit: SI unit, "1" for pure numbers, "" where a unit makes no sense.
+        typical: Range in which a slider moves; the bounds are wider.
+        changeable: Whether a timed change may set it during a run.
+    """
+
+    text: str
+    unit: str = ""
+    typical: tuple[float, float] | None = None
+    changeable: bool = False
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """One editable parameter of a scenario, ready for a schema, a slider or a help text.
+
+    Attributes:
+        key: Dotted key such as ``fingers.0.link_masses.1``.
+        value: Its value in the scenario it was described from.
+        kind: ``number``, ``integer``, ``choice``, ``text`` or ``number-or-list``.
+        unit: SI unit.
+        text: One sentence for the user.
+        minimum: Least allowed value, if any.
+        maximum: Largest allowed value, if any.
+        exclusive_minimum: Whether ``minimum`` itself is not allowed.
+        typical: Range in which a slider moves.
+        choices: Allowed words of a choice.
+        optional: Whether it may be left out.
+        changeable: Whether a timed change may set it during a run.
+    """
+
+    key: str
+    value: float | int | str | tuple[float, ...] | None
+    kind: Literal["number", "integer", "choice", "text", "number-or-list"]
+    unit: str
+    text: str
+    minimum: float | None = None
+    maximum: float | None = None
+    exclusive_minimum: bool = False
+    typical: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    optional: bool = False
+    changeable: bool = False
+
+    @property
+    def limit(self) -> str:
+        """The allowed values in words, such as ``0.001 … 1000 kg``."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        low, high = self.minimum, self.maximum
+        if low is not None and high is not None:
+            above = "above " if self.exclusive_minimum else ""
+            return f"{above}{low:g} … {high:g}{unit}"
+        if low is not None:
+            return f"{'above' if self.exclusive_minimum else 'at least'} {low:g}{unit}"
+        if high is not None:
+            return f"at most {high:g}{unit}"
+        return "text" if self.kind == "text" else f"a finite number{unit}"
+
+
+def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
+    """Yields every parameter below a scenario, in the order of its fields.
+
+    Args:
+        node: A scenario or a part of one (a dataclass instance).
+        prefix: Dotted key of ``node``.
+    """
+    hints = typing.get_type_hints(type(node), include_extras=True)
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        yield from _describe_value(f"{prefix}{field.name}", hints[field.name], value)
+
+
+def describe(scenario: Any) -> dict[str, Parameter]:
+    """The parameters of a scenario by dotted key."""
+    return {parameter.key: parameter for parameter in iterate_parameters(scenario)}
+
+
+def _describe_value(key: str, hint: Any, value: Any) -> Iterator[Parameter]:
+    if dataclasses.is_dataclass(value):
+        yield from iterate_parameters(value, f"{key}.")
+        return
+    quantity, bounds, base = _split(hint)
+    if isinstance(value, tuple) and _is_tuple(base):
+        for i, item in enumerate(value):
+            yield from _describe_item(f"{key}.{i}", item, quantity, base, i)
+        return
+    if quantity is not None:
+        yield _parameter(key, base, value, quantity, bounds)
+
+
+def _describe_item(
+    key: str, item: Any, quantity: Quantity | None, base: Any, index: int
+) -> Iterator[Parameter]:
+    if dataclasses.is_dataclass(item):
+        yield from iterate_parameters(item, f"{key}.")
+        return
+    arguments = [a for a in typing.get_args(base) if a is not Ellipsis]
+    own, bounds, item_base = _split(arguments[min(index, len(arguments) - 1)])
+    chosen = own or quantity
+    if chosen is not None:
+        units = chosen.unit.split(", ")
+        unit = units[index] if len(units) == len(arguments) else chosen.unit
+        yield _parameter(key, item_base, item, dataclasses.replace(chosen, unit=unit), bounds)
+
+
+def _split(hint: Any) -> tuple[Quantity | None, list[Any], Any]:
+    if typing.get_origin(hint) is typing.Annotated:
+        base, *extras = typing.get_args(hint)
+        quantity = next((e for e in extras if isinstance(e, Quantity)), None)
+        return quantity, extras, base
+    return None, [], hint
+
+
+def _is_tuple(base: Any) -> bool:
+    return typing.get_origin(base) is tuple
+
+
+def _parameter(
+    key: str, base: Any, value: Any, quantity: Quantity, extras: list[Any]
+) -> Parameter:
+    alternatives = _alternatives(base)
+    optional = type(None) in alternatives
+    kinds = [a for a in alternatives if a is not type(None)]
+    low, high, exclusive = _bounds(extras, kinds)
+    return Parameter(
+        key=key,
+        value=value,
+        kind=_kind(kinds),
+        unit=quantity.unit,
+        text=quantity.text,
+        minimum=low,
+        maximum=high,
+        exclusive_minimum=exclusive,
+        typical=quantity.typical,
+        choices=tuple(c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k)),
+        optional=optional,
+        changeable=quantity.changeable,
+    )
+
+
+def _alternatives(base: Any) -> tuple[Any, ...]:
+    if isinstance(base, types.UnionType) or typing.get_origin(base) is typing.Union:
+        return typing.get_args(base)
+    return (base,)
+
+
+def _kind(kinds: list[Any]) -> Literal["number", "integer", "choice", "text", "number-or-list"]:
+    bases = [_split(k)[2] for k in kinds]
+    if any(typing.get_origin(b) is Literal for b in bases):
+        return "choice"
+    if any(_is_tuple(b) for b in bases):
+        return "number-or-list"
+    if int in bases and float not in bases:
+        return "integer"
+    return "number" if float in bases else "text"
+
+
+def _bounds(extras: list[Any], kinds: list[Any]) -> tuple[float | None, float | None, bool]:
+    metadata = [*extras, *(e for k in kinds for e in _split(k)[1])]
+    low: float | None = None
+    high: float | None = None
+    exclusive = False
+    for extra in metadata:
+        if isinstance(extra, annotated_types.Ge):
+            low = float(typing.cast(float, extra.ge))
+        elif isinstance(extra, annotated_types.Gt):
+            low, exclusive = float(typing.cast(float, extra.gt)), True
+        elif isinstance(extra, annotated_types.Le):
+            high = float(typing.cast(float, extra.le))
+    return low, high, exclusive

@@ -1,0 +1,85 @@
+"""What a run gives back: trace, phase changes, outcome, reason, warnings and metrics."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from core.scenario import Scenario
+from core.trace import Trace
+from core.types import Outcome, PhaseChange, Reason, RunWarning
+
+__all__ = ["Metrics", "RunResult"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metrics:
+    """Figures of merit of a run, SI units; lists have one entry per contact or coordinate.
+
+    Attributes:
+        held: Completed with every contact in stick over the last 0.5 s.
+        slipping_at_end: Whether any contact slips at the end.
+        last_slip_time: When the last slip ended, None if nothing slipped [s].
+        slip_path: Way each fingertip slid on its face [m].
+        peak_normal_force: Largest normal force of each contact [N].
+        minimum_friction_margin: Least margin of each contact while it sticks, None if it never does [N].
+        rms_tracking_error: Over time, x, y, theta [m, m, rad].
+        final_tracking_error: At the end, x, y, theta [m, m, rad].
+        torque_effort: Integral of the squared torques [N^2 m^2 s].
+        phase_change_count: Number of phase changes.
+    """
+
+    held: bool
+    slipping_at_end: bool
+    last_slip_time: float | None
+    slip_path: tuple[float, ...]
+    peak_normal_force: tuple[float, ...]
+    minimum_friction_margin: tuple[float | None, ...]
+    rms_tracking_error: tuple[float, float, float]
+    final_tracking_error: tuple[float, float, float]
+    torque_effort: float
+    phase_change_count: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunResult:
+    """A finished run, live or read back from a recording."""
+
+    scenario: Scenario
+    trace: Trace
+    phase_changes: tuple[PhaseChange, ...]
+    outcome: Outcome
+    reason: Reason | None
+    warnings: tuple[RunWarning, ...]
+    metrics: Metrics
+
+    @property
+    def end_time(self) -> float:
+        """Simulation time reached [s]."""
+        return float(self.trace.times[-1])
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """Final estimates by dotted key of the unknown."""
+        final = self.trace.estimates[-1]
+        return {key: float(value) for key, value in zip(self.trace.shape.unknowns, final, strict=True)}
+
+    def summary(self) -> dict[str, Any]:
+        """The run without its trace, as plain values for JSON (the ``run --json`` object)."""
+        return {
+            "outcome": self.outcome.value,
+            "reason": None if self.reason is None else asdict(self.reason),
+            "end_time": self.end_time,
+            "phase_changes": [
+                {
+                    "time": change.time,
+                    "contact": change.contact,
+                    "from": change.from_phase.label,
+                    "to": change.to_phase.label,
+                }
+                for change in self.phase_changes
+            ],
+            "estimates": self.estimates,
+            "metrics": asdict(self.metrics),
+            "warnings": [asdict(warning) for warning in self.warnings],
+        }

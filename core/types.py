@@ -1,0 +1,95 @@
+"""Small named types shared by the simulator and everything that shows its results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+
+__all__ = ["ContactPhase", "Outcome", "PhaseChange", "Reason", "RunWarning"]
+
+
+class ContactPhase(IntEnum):
+    """Phase of one contact; the value is gamma of Eq. 6, the sign of the slip velocity."""
+
+    SLIP_BACKWARD = -1
+    STICK = 0
+    SLIP_FORWARD = 1
+
+    @property
+    def label(self) -> str:
+        """The name used in files and interfaces: ``stick``, ``slip_forward``, ``slip_backward``."""
+        return self.name.lower()
+
+
+class Outcome(StrEnum):
+    """How a run ended (docs/model.md, Outcomes)."""
+
+    COMPLETED = "completed"
+    SEPARATED = "separated"
+    LEFT_FACE = "left_face"
+    SINGULAR = "singular"
+    CHATTERING = "chattering"
+    INCONSISTENT = "inconsistent"
+    DIVERGED = "diverged"
+    LIMIT = "limit"
+    STOPPED = "stopped"
+    FAILED = "failed"
+    RECOVERED = "recovered"
+
+    @property
+    def ended_by_physics(self) -> bool:
+        """Whether the model itself, not a person, limit or machine, ended the run early."""
+        return self in _PHYSICAL
+
+
+_PHYSICAL = {
+    Outcome.SEPARATED,
+    Outcome.LEFT_FACE,
+    Outcome.SINGULAR,
+    Outcome.CHATTERING,
+    Outcome.INCONSISTENT,
+    Outcome.DIVERGED,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhaseChange:
+    """A contact passing from one phase to another at ``time`` [s]."""
+
+    time: float
+    contact: int
+    from_phase: ContactPhase
+    to_phase: ContactPhase
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reason:
+    """Why a run ended early.
+
+    Attributes:
+        code: Stable word for programs.
+        message: The same for people.
+        contact: Index of the contact or finger concerned, if any.
+        time: Simulation time [s].
+        value: The quantity that went wrong, SI.
+        limit: The value it should not have passed, SI.
+        hint: What to try.
+    """
+
+    code: str
+    message: str
+    contact: int | None
+    time: float
+    value: float | None
+    limit: float | None
+    hint: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunWarning:
+    """Something worth knowing that did not end the run, counted."""
+
+    code: str
+    message: str
+    count: int
+    first_time: float

@@ -1,0 +1,38 @@
+"""The parameters an adaptive controller can estimate, named by their dotted keys."""
+
+from __future__ import annotations
+
+import re
+from typing import Literal, NamedTuple
+
+from core.scenario import Scenario
+
+__all__ = ["Unknown", "parse_unknown"]
+
+
+class Unknown(NamedTuple):
+    """Where an unknown parameter stands: its kind, finger and link (-1 where none)."""
+
+    kind: Literal["object_mass", "object_inertia", "friction", "link_mass"]
+    finger: int
+    link: int
+
+
+_FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
+_LINK_MASS = re.compile(r"fingers\.(\d{1,2})\.link_masses\.(\d{1,2})")
+
+
+def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
+    """Finds what a dotted key stands for, or None if it cannot be estimated."""
+    if key == "object.mass":
+        return Unknown("object_mass", -1, -1)
+    if key == "object.inertia":
+        return Unknown("object_inertia", -1, -1)
+    if match := _FRICTION.fullmatch(key):
+        finger = int(match[1])
+        return Unknown("friction", finger, -1) if finger < len(scenario.fingers) else None
+    if match := _LINK_MASS.fullmatch(key):
+        finger, link = int(match[1]), int(match[2])
+        if finger < len(scenario.fingers) and link < len(scenario.fingers[finger].link_masses):
+            return Unknown("link_mass", finger, link)
+    return None

@@ -1,0 +1,90 @@
+"""Finds a Chromium for the browser tests; run as a script, installs one where there is none."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+NAMES = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+)
+PACKAGE_MANAGERS = {
+    "apt-get": ("apt-get update", "apt-get install -y --no-install-recommends chromium"),
+    "dnf": ("dnf install -y chromium",),
+    "pacman": ("pacman -Sy --noconfirm chromium",),
+    "apk": ("apk add chromium",),
+}
+PRINT_PLAYWRIGHTS_PATH = """
+from playwright.sync_api import sync_playwright
+with sync_playwright() as playwright:
+    print(playwright.chromium.executable_path)
+"""
+HOW_TO_FIX = (
+    "slipgrasp: the browser tests need Chromium: install it with the system's package manager "
+    "(Debian: apt-get install chromium), then repeat the command"
+)
+
+
+def find_chromium() -> str | None:
+    """Returns the path of a Chromium or Chrome that starts, or None."""
+    installed = (path for path in map(shutil.which, NAMES) if path and starts(path))
+    return next(installed, None) or find_playwrights_chromium()
+
+
+def find_playwrights_chromium() -> str | None:
+    """Returns the path of the Chromium that Playwright has installed, or None."""
+    # A process of its own, because Playwright cannot be started inside a running Playwright.
+    command = [sys.executable, "-c", PRINT_PLAYWRIGHTS_PATH]
+    path = subprocess.run(command, capture_output=True, text=True).stdout.strip()
+    return path if path and starts(path) else None
+
+
+def starts(path: str) -> bool:
+    """Tells whether a browser runs: some distributions install a stub that only says it cannot."""
+    try:
+        return subprocess.run([path, "--version"], capture_output=True, timeout=60).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+
+
+def install_with_package_manager() -> None:
+    """Installs Chromium for the whole system, where this process is allowed to."""
+    if os.name != "posix" or os.geteuid() != 0:
+        return
+    managers = (name for name in PACKAGE_MANAGERS if shutil.which(name))
+    all(run(command.split()) for name in managers for command in PACKAGE_MANAGERS[name])
+
+
+def install_with_playwright() -> None:
+    """Installs Playwright's own Chromium, with the libraries it needs where that is allowed."""
+    may_install_libraries = shutil.which("apt-get") and os.geteuid() == 0
+    options = ["--with-deps"] if may_install_libraries else []
+    run([sys.executable, "-m", "playwright", "install", *options, "chromium"])
+
+
+def run(command: list[str]) -> bool:
+    """Runs an installer without input; what it prints goes to standard error."""
+    print("slipgrasp:", *command, file=sys.stderr)
+    environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
+    finished = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, env=environment)
+    return finished.returncode == 0
+
+
+def main() -> int:
+    """Returns 0 if there is a Chromium in the end, else 1 after a line that says how to fix it."""
+    for install in (install_with_package_manager, install_with_playwright):
+        if find_chromium():
+            return 0
+        install()
+    if find_chromium():
+        return 0
+    print(HOW_TO_FIX, file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
