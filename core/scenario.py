@@ -17,6 +17,7 @@ from core.parameters import Quantity
 
 __all__ = [
     "MAX_FINGERS",
+    "MAX_UNKNOWNS",
     "Change",
     "ControllerParameters",
     "Estimate",
@@ -28,6 +29,7 @@ __all__ = [
 ]
 
 MAX_FINGERS = 6
+MAX_UNKNOWNS = 32
 
 _CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -337,7 +339,7 @@ class Scenario:
     fingers: Annotated[tuple[FingerParameters, ...], Len(2, MAX_FINGERS)]
     trajectory: TrajectoryParameters = TrajectoryParameters()
     controller: ControllerParameters = ControllerParameters()
-    estimates: Annotated[tuple[Estimate, ...], Len(0, 32)] = ()
+    estimates: Annotated[tuple[Estimate, ...], Len(0, MAX_UNKNOWNS)] = ()
     simulation: SimulationParameters = SimulationParameters()
     changes: Annotated[tuple[Change, ...], Len(0, 1000)] = ()
 

@@ -55,8 +55,10 @@ def install_with_package_manager() -> None:
     """Installs Chromium for the whole system, where this process is allowed to."""
     if os.name != "posix" or os.geteuid() != 0:
         return
-    managers = (name for name in PACKAGE_MANAGERS if shutil.which(name))
-    all(run(command.split()) for name in managers for command in PACKAGE_MANAGERS[name])
+    for manager, commands in PACKAGE_MANAGERS.items():
+        if shutil.which(manager):
+            for command in commands:
+                run(command.split())
 
 
 def install_with_playwright() -> None:
@@ -66,12 +68,12 @@ def install_with_playwright() -> None:
     run([sys.executable, "-m", "playwright", "install", *options, "chromium"])
 
 
-def run(command: list[str]) -> bool:
-    """Runs an installer without input; what it prints goes to standard error."""
+def run(command: list[str]) -> None:
+    """Runs an installer without input, after a line that says so; its own output is dropped."""
     print("slipgrasp:", *command, file=sys.stderr)
     environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
-    finished = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, env=environment)
-    return finished.returncode == 0
+    quiet = subprocess.DEVNULL
+    subprocess.run(command, stdin=quiet, stdout=quiet, stderr=quiet, env=environment)
 
 
 def main() -> int:

@@ -1,0 +1,142 @@
+"""Words for the ways in which physics, the law or a limit ends a run (docs/model.md, Outcomes)."""
+
+from __future__ import annotations
+
+from core.kernel.jump import (
+    CHATTERING,
+    INCONSISTENT,
+    LEFT_FACE,
+    MAX_STEPS,
+    MODEL_SINGULAR,
+    PAINLEVE,
+    SEPARATED,
+    SINGULAR,
+    STEP_UNDERFLOW,
+)
+from core.scenario import Scenario
+from core.trace import Trace
+from core.types import Outcome, Reason
+
+__all__ = ["describe_end"]
+
+_SINGULAR_ESTIMATE = 1e6
+
+
+def describe_end(
+    status: int, contact: int, scenario: Scenario, last: Trace, t: float
+) -> tuple[Outcome, Reason]:
+    """Outcome and reason for a status in which the kernel ended.
+
+    Args:
+        status: Status of the kernel other than running or reached.
+        contact: Contact or finger concerned, -1 if none.
+        scenario: Parameters at that time.
+        last: Trace of the last row.
+        t: Simulation time [s].
+    """
+    if status == STEP_UNDERFLOW and last.estimated_inertia_condition[0] > _SINGULAR_ESTIMATE:
+        status = MODEL_SINGULAR
+    outcome, code, hint = _ENDINGS[status]
+    message, value, limit = _explain(status, contact, scenario, last)
+    reason = Reason(
+        code=code,
+        message=f"{message} at {t:.5g} s",
+        contact=contact if contact >= 0 and status in _OF_ONE_CONTACT else None,
+        time=t,
+        value=value,
+        limit=limit,
+        hint=hint,
+    )
+    return outcome, reason
+
+
+_OF_ONE_CONTACT = (SEPARATED, LEFT_FACE, SINGULAR)
+
+_ENDINGS = {
+    SEPARATED: (
+        Outcome.SEPARATED,
+        "contact_separation",
+        "squeeze harder (grip_safety), or start from estimates nearer to the truth",
+    ),
+    LEFT_FACE: (
+        Outcome.LEFT_FACE,
+        "contact_left_face",
+        "stop the slip earlier (higher lyapunov_weight or grip_safety), or use a longer face",
+    ),
+    SINGULAR: (
+        Outcome.SINGULAR,
+        "singular_jacobian",
+        "move the base of the finger or choose a trajectory within its reach",
+    ),
+    CHATTERING: (
+        Outcome.CHATTERING,
+        "chatter",
+        "use grasp_force 'minimum', a grip_safety above 1, or sampled control",
+    ),
+    INCONSISTENT: (
+        Outcome.INCONSISTENT,
+        "no_consistent_phase",
+        "use sampled control or a grip_safety above 1",
+    ),
+    PAINLEVE: (
+        Outcome.DIVERGED,
+        "painleve",
+        "lower the friction coefficient or change the pose",
+    ),
+    MODEL_SINGULAR: (
+        Outcome.DIVERGED,
+        "model_estimate_singular",
+        "give the estimates bounds (minimum, maximum), or lower adaptation_gain or lyapunov_weight",
+    ),
+    STEP_UNDERFLOW: (
+        Outcome.DIVERGED,
+        "step_underflow",
+        "lower the gains, or use sampled control",
+    ),
+    MAX_STEPS: (
+        Outcome.LIMIT,
+        "max_steps",
+        "raise simulation.max_steps or shorten the run",
+    ),
+}
+
+
+def _explain(
+    status: int, contact: int, scenario: Scenario, last: Trace
+) -> tuple[str, float | None, float | None]:
+    """Message, offending value and its limit."""
+    simulation = scenario.simulation
+    if status == SEPARATED:
+        force = float(last.normal_force[0, contact]) if contact >= 0 else None
+        return f"contact {contact} separated from the object: its normal force fell to zero", force, 0.0
+    if status == LEFT_FACE:
+        slip = float(last.slip[0, contact])
+        return f"fingertip {contact} slid off the end of its face", slip, abs(slip)
+    if status == SINGULAR:
+        angle = float(last.joint_position[0, 2 * contact + 1])
+        return f"finger {contact} became straight or folded", angle, 0.0
+    if status == CHATTERING:
+        changes, window = simulation.chatter_changes, simulation.chatter_window
+        return (
+            f"the contacts chattered: {changes} phase changes within {window:g} s",
+            float(changes),
+            float(changes),
+        )
+    if status == INCONSISTENT:
+        return "no combination of stick and slip is consistent with the torque", None, None
+    if status == PAINLEVE:
+        return (
+            "the reduced inertia is no longer regular: friction is too high for this pose (Painleve)",
+            None,
+            0.0,
+        )
+    if status == MODEL_SINGULAR:
+        value = float(last.estimated_inertia_condition[0])
+        return "the controller's estimate of the reduced inertia became singular", value, None
+    if status == MAX_STEPS:
+        return (
+            f"the limit of {simulation.max_steps} steps was reached",
+            float(simulation.max_steps),
+            float(simulation.max_steps),
+        )
+    return "no step of the integration is small enough: the closed loop diverges", None, None

@@ -1,0 +1,1 @@
+"""The compiled part: plant, controller, stepper and events in one numba kernel."""

@@ -1,0 +1,229 @@
+"""The constants of a run as the kernel reads them, packed from a scenario.
+
+Arrays have one entry per finger, link, coordinate or unknown; ``n`` fingers give
+``N = 3 + n`` reduced coordinates (object pose, then slip), ``p`` unknowns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.geometry import contact_frame
+from core.kernel.records import (
+    MAX_COORDINATES,
+    MAX_FINGERS,
+    MAX_UNKNOWNS,
+    Floats,
+    Record,
+    make_record,
+)
+from core.scenario import ControllerParameters, Scenario
+from core.unknowns import parse_unknown
+
+__all__ = ["LAW", "MODEL", "TRUTH", "pack_model", "solve_lyapunov"]
+
+NUM_PIECES = 3
+
+OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
+_UNKNOWN_KINDS = {
+    "object_mass": OBJECT_MASS,
+    "object_inertia": OBJECT_INERTIA,
+    "friction": FRICTION,
+    "link_mass": LINK_MASS,
+}
+
+# Geometry of fingers and contacts, which nothing changes during a run.
+HAND = np.dtype(
+    [
+        ("num_fingers", np.int64),
+        ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
+        ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
+        ("link_gyrations", np.float64, (MAX_FINGERS, 2)),  # central inertia per mass [m^2]
+        ("bases", np.float64, (MAX_FINGERS, 2)),  # [m]
+        ("elbows", np.float64, (MAX_FINGERS,)),  # sign of sin q2
+        ("anchors", np.float64, (MAX_FINGERS, 2)),  # object frame [m]
+        ("tangents", np.float64, (MAX_FINGERS, 2)),  # object frame
+        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # [m]
+        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # [m]
+        ("gravity", np.float64),  # [m/s^2]
+    ],
+    align=True,
+)
+
+# Masses and friction; one such set is true, another is what the controller believes.
+TRUTH = np.dtype(
+    [
+        ("num_fingers", np.int64),
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # [kg]
+        ("object_inertia", np.float64, (3,)),  # m, m, I [kg, kg, kg m^2]
+        ("friction", np.float64, (MAX_FINGERS,)),
+    ],
+    align=True,
+)
+
+# Which entries of TRUTH the controller estimates, and the bounds of its estimates.
+UNKNOWNS = np.dtype(
+    [
+        ("count", np.int64),
+        ("kinds", np.int64, (MAX_UNKNOWNS,)),
+        ("fingers", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
+        ("links", np.int64, (MAX_UNKNOWNS,)),  # -1 where none
+        ("minimum", np.float64, (MAX_UNKNOWNS,)),  # -inf where none
+        ("maximum", np.float64, (MAX_UNKNOWNS,)),  # inf where none
+    ],
+    align=True,
+)
+
+# Gains and settings of the control law (Theorems 3 and 4).
+LAW = np.dtype(
+    [
+        ("num_fingers", np.int64),
+        ("sigma_modification", np.bool_),
+        ("period", np.float64),  # [s], 0 = continuous
+        ("recognition_time", np.float64),  # [s]
+        ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
+        ("velocity_gains", np.float64, (MAX_COORDINATES,)),  # K_v
+        ("adaptation_gains", np.float64, (MAX_UNKNOWNS,)),  # Gamma
+        ("lyapunov_11", np.float64, (MAX_COORDINATES,)),  # diagonal blocks of P, Eq. 25
+        ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
+        ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
+        ("grasp_force", np.bool_),
+        ("grip_safety", np.float64),
+        ("estimate_norm_bound", np.float64),  # phi_0
+    ],
+    align=True,
+)
+
+# The desired motion of the object: three pieces and rest.
+MOTION = np.dtype(
+    [
+        ("start", np.float64, (3,)),
+        ("acceleration", np.float64, (3,)),
+        ("breaks", np.float64, (NUM_PIECES,)),  # ends of the pieces [s]
+    ],
+    align=True,
+)
+
+# Accuracy and limits of the integration.
+NUMERICS = np.dtype(
+    [
+        ("relative_tolerance", np.float64),
+        ("absolute_tolerance", np.float64),
+        ("max_step", np.float64),  # [s]
+        ("max_steps", np.int64),
+        ("output_rate", np.float64),  # [Hz]
+        ("chatter_changes", np.int64),
+        ("chatter_window", np.float64),  # [s]
+    ],
+    align=True,
+)
+
+# Everything constant over one stretch of a run.
+MODEL = np.dtype(
+    [
+        ("num_fingers", np.int64),  # n
+        ("num_unknowns", np.int64),  # p
+        ("num_states", np.int64),  # 8 + 2 n + p
+        ("hand", HAND),
+        ("truth", TRUTH),
+        ("unknowns", UNKNOWNS),
+        ("law", LAW),
+        ("motion", MOTION),
+        ("numerics", NUMERICS),
+    ],
+    align=True,
+)
+
+
+def pack_model(scenario: Scenario) -> Record:
+    """Packs a validated scenario for the kernel."""
+    n, p = len(scenario.fingers), len(scenario.estimates)
+    model = make_record(MODEL)
+    model.num_fingers, model.num_unknowns, model.num_states = n, p, 8 + 2 * n + p
+    _pack_hand(scenario, n, model.hand)
+    _pack_truth(scenario, n, model.truth)
+    _pack_unknowns(scenario, p, model.unknowns)
+    _pack_law(scenario.controller, n, p, model.law)
+    _pack_motion(scenario, model.motion)
+    for name in NUMERICS.names or ():
+        setattr(model.numerics, name, getattr(scenario.simulation, name))
+    return model
+
+
+def _pack_hand(scenario: Scenario, n: int, hand: Record) -> None:
+    hand.num_fingers = n
+    hand.gravity = scenario.simulation.gravity
+    for i, finger in enumerate(scenario.fingers):
+        frame = contact_frame(scenario.object, finger)
+        lengths = np.array(finger.link_lengths)
+        hand.link_lengths[i] = lengths
+        hand.link_centres[i] = np.array(finger.link_centre_fractions) * lengths
+        hand.link_gyrations[i] = np.array(finger.link_inertia_fractions) * lengths**2
+        hand.bases[i] = finger.base
+        hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
+        hand.anchors[i] = frame.anchor
+        hand.tangents[i] = frame.tangent
+        hand.slip_minimum[i] = frame.slip_minimum
+        hand.slip_maximum[i] = frame.slip_maximum
+
+
+def _pack_truth(scenario: Scenario, n: int, truth: Record) -> None:
+    body = scenario.object
+    truth.num_fingers = n
+    truth.object_inertia[:] = body.mass, body.mass, body.inertia
+    for i, finger in enumerate(scenario.fingers):
+        truth.link_masses[i] = finger.link_masses
+        truth.friction[i] = finger.friction
+
+
+def _pack_unknowns(scenario: Scenario, p: int, unknowns: Record) -> None:
+    unknowns.count = p
+    for k, estimate in enumerate(scenario.estimates):
+        unknown = parse_unknown(scenario, estimate.parameter)
+        assert unknown is not None, "validated scenarios name only what can be estimated"
+        unknowns.kinds[k] = _UNKNOWN_KINDS[unknown.kind]
+        unknowns.fingers[k] = unknown.finger
+        unknowns.links[k] = unknown.link
+        unknowns.minimum[k] = -np.inf if estimate.minimum is None else estimate.minimum
+        unknowns.maximum[k] = np.inf if estimate.maximum is None else estimate.maximum
+
+
+def _pack_law(controller: ControllerParameters, n: int, p: int, law: Record) -> None:
+    size = 3 + n
+    law.num_fingers = n
+    law.sigma_modification = controller.kind == "theorem-4"
+    law.period = controller.control_period
+    law.recognition_time = controller.recognition_time
+    law.position_gains[:3] = controller.position_gain
+    law.velocity_gains[:size] = controller.velocity_gain
+    law.adaptation_gains[:p] = controller.adaptation_gain
+    weights = np.broadcast_to(np.asarray(controller.lyapunov_weight, float), (size,))
+    blocks = solve_lyapunov(law.position_gains[:size], law.velocity_gains[:size], weights)
+    law.lyapunov_11[:size], law.lyapunov_12[:size], law.lyapunov_22[:size] = blocks
+    law.grasp_force = controller.grasp_force == "minimum"
+    law.grip_safety = controller.grip_safety
+    law.estimate_norm_bound = controller.estimate_norm_bound
+
+
+def solve_lyapunov(
+    position_gains: Floats, velocity_gains: Floats, weights: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Blocks P_11, P_12, P_22 of Eq. 25 for diagonal gains, one entry per coordinate.
+
+    Where K_p = 0 no P > 0 solves Eq. 25; there Q weighs only the velocity error and
+    P_11 = P_12 = 0 (docs/model.md, Adaptation).
+    """
+    held = position_gains > 0.0
+    divisor = np.where(held, position_gains, 1.0)
+    p12 = np.where(held, weights / (2.0 * divisor), 0.0)
+    p22 = (weights / 2.0 + p12) / velocity_gains
+    p11 = np.where(held, position_gains * p22 + velocity_gains * p12, 0.0)
+    return p11, p12, p22
+
+
+def _pack_motion(scenario: Scenario, motion: Record) -> None:
+    trajectory = scenario.trajectory
+    speeding, coasting = trajectory.acceleration_time, trajectory.coast_time
+    motion.start[:] = trajectory.start
+    motion.acceleration[:] = trajectory.acceleration
+    motion.breaks[:] = speeding, speeding + coasting, speeding + coasting + speeding

@@ -1,0 +1,43 @@
+"""Records: how the kernel's functions share data.
+
+A record is one block of memory with named fields, passed by address: cheap to call with
+and to compile. Its arrays have room for the largest hand; the counts say how much is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.scenario import MAX_FINGERS, MAX_UNKNOWNS
+
+__all__ = [
+    "MAX_COORDINATES",
+    "MAX_FINGERS",
+    "MAX_SIDE",
+    "MAX_STATE",
+    "MAX_UNKNOWNS",
+    "Floats",
+    "Flow",
+    "Integers",
+    "Record",
+    "make_record",
+]
+
+Record: TypeAlias = np.record
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+Flow: TypeAlias = Callable[[Record, Record, float, Floats, Floats, Record], None]
+
+MAX_COORDINATES = 3 + MAX_FINGERS
+MAX_STATE = 8 + 2 * MAX_FINGERS + MAX_UNKNOWNS
+MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)
+
+
+def make_record(layout: np.dtype) -> Record:
+    """A record of zeros."""
+    record: Record = np.rec.array(np.zeros(1, layout))[0]
+    return record

@@ -1,0 +1,294 @@
+"""Runs a scenario: stretches between timed changes, advanced in short pieces."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from core.endings import describe_end
+from core.kernel import advance as kernel
+from core.kernel.compiler import cache_folder
+from core.kernel.jump import REACHED, RUNNING
+from core.kernel.model import pack_model
+from core.kernel.records import Record
+from core.kernel.run import make_output, make_progress
+from core.loading import with_values
+from core.metrics import compute_metrics
+from core.result import RunResult
+from core.scenario import Change, Scenario
+from core.trace import Trace, TraceShape
+from core.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+from core.validation import check_scenario
+
+__all__ = ["Simulation", "kernel_is_cached", "prepare_kernel", "simulate"]
+
+_STEPS_PER_PIECE = 1000
+_PREPARATION_LOCK = threading.Lock()
+
+_WARNINGS = (
+    ("multiple_phases", "several combinations of phases were consistent; the one with most sticking was taken"),
+    ("recognition_hold", "no phase was consistent under its own torque; the controller kept its belief for the recognition time"),
+    ("adaptation_unphysical", "an estimate reached its bound and was projected onto it"),
+)  # fmt: skip
+
+
+class Simulation:
+    """One run in progress, advanced piece by piece so that it can be watched and stopped.
+
+    Attributes:
+        scenario: What is simulated.
+        outcome: How it ended, None while it goes on.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Prepares the run.
+
+        Raises:
+            ScenarioError: If the scenario cannot be simulated.
+        """
+        check_scenario(scenario)
+        self.scenario = scenario
+        self.outcome: Outcome | None = None
+        self._reason: Reason | None = None
+        self._shape = TraceShape(
+            len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
+        )
+        self._run = _initial_run(scenario)
+        self._output = make_output(
+            self._shape.num_columns, scenario.simulation.chatter_changes
+        )
+        self._pending = sorted(scenario.changes, key=lambda change: change.time)
+        self._present = replace(scenario, changes=())
+        self._model = pack_model(self._present)
+        self._first = True
+        self._same_ticks = False
+        self._rows: list[np.ndarray] = []
+        self._changes: list[PhaseChange] = []
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run has ended."""
+        return self.outcome is not None
+
+    @property
+    def time(self) -> float:
+        """Simulation time reached [s]."""
+        return float(self._run.now)
+
+    @property
+    def progress(self) -> float:
+        """Simulated share of the duration, 0 to 1."""
+        return min(1.0, self.time / self.scenario.simulation.duration)
+
+    def advance(self) -> None:
+        """Advances by one piece of at most about 50 ms of computing."""
+        if self.finished:
+            return
+        stop = self._pending[0].time if self._pending else self.scenario.simulation.duration
+        status = kernel.advance(
+            self._model,
+            self._run,
+            self._output,
+            stop,
+            self._first,
+            self._same_ticks,
+            _STEPS_PER_PIECE,
+        )
+        self._collect()
+        if status == REACHED and self._pending:
+            self._change_parameters(stop)
+        elif status != RUNNING:
+            self._finish(status)
+
+    def end(self, outcome: Outcome, reason: Reason) -> None:
+        """Ends the run early for a reason outside the model; what was simulated is kept."""
+        if not self.finished:
+            self.outcome, self._reason = outcome, reason
+
+    def result(self) -> RunResult:
+        """What there is so far; ``stopped`` if the run has not ended."""
+        rows = np.concatenate(self._rows) if self._rows else _empty_rows(self._shape)
+        trace = Trace.from_rows(self._shape, rows)
+        outcome = self.outcome or Outcome.STOPPED
+        changes = tuple(self._changes)
+        return RunResult(
+            scenario=self.scenario,
+            trace=trace,
+            phase_changes=changes,
+            outcome=outcome,
+            reason=self._reason,
+            warnings=self._warnings(),
+            metrics=compute_metrics(trace, changes, outcome),
+        )
+
+    def _collect(self) -> None:
+        """Takes rows and phase changes out of the kernel's buffers."""
+        run, output = self._run, self._output
+        if run.num_rows:
+            self._rows.append(output.rows[: run.num_rows].copy())
+        for t, contact, before, after in output.changes[: run.num_changes]:
+            self._changes.append(
+                PhaseChange(
+                    time=float(t),
+                    contact=int(contact),
+                    from_phase=ContactPhase(int(before)),
+                    to_phase=ContactPhase(int(after)),
+                )
+            )
+        run.num_rows = run.num_changes = 0
+
+    def _change_parameters(self, t: float) -> None:
+        """Goes over to the parameters that hold from ``t`` on."""
+        due = [change for change in self._pending if change.time == t]
+        self._pending = self._pending[len(due) :]
+        before = self._model
+        self._present = with_values(
+            self._present, {change.parameter: _plain(change) for change in due}
+        )
+        self._model = pack_model(self._present)
+        for change in due:
+            _reset_estimate(self._run, self._present, change)
+        self._same_ticks = before.law.period == self._model.law.period
+        self._first = False
+        self._run.begun = False
+
+    def _finish(self, status: int) -> None:
+        if status == REACHED:
+            self.outcome = Outcome.COMPLETED
+            return
+        contact = int(self._run.concerned)
+        last = self._rows[-1][-1:] if self._rows else _empty_rows(self._shape)
+        trace = Trace.from_rows(self._shape, last)
+        self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
+
+    def _warnings(self) -> tuple[RunWarning, ...]:
+        counted = zip(_WARNINGS, self._run.warning_counts, self._run.warning_times, strict=True)
+        found = [
+            RunWarning(code=code, message=message, count=int(count), first_time=float(first))
+            for (code, message), count, first in counted
+            if count
+        ]
+        return (*found, *_grasp_warning(self._rows, self._shape))
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    progress: Callable[[float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    wall_limit: float | None = None,
+) -> RunResult:
+    """Runs a scenario to its end.
+
+    Args:
+        scenario: What to simulate.
+        progress: Called with the simulated share, 0 to 1, after every piece.
+        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        wall_limit: Computing time after which the run ends as ``limit`` [s].
+
+    Returns:
+        The run; physics never raises, see ``outcome`` and ``reason``.
+
+    Raises:
+        ScenarioError: If the scenario cannot be simulated.
+    """
+    simulation = Simulation(scenario)
+    started = time.monotonic()
+    while not simulation.finished:
+        simulation.advance()
+        if progress is not None:
+            progress(simulation.progress)
+        if simulation.finished:
+            break
+        if should_stop is not None and should_stop():
+            simulation.end(Outcome.STOPPED, _stopped(simulation.time))
+        elif wall_limit is not None and time.monotonic() - started > wall_limit:
+            simulation.end(Outcome.LIMIT, _out_of_time(simulation.time, wall_limit))
+    return simulation.result()
+
+
+def prepare_kernel() -> None:
+    """Loads the compiled kernel, compiling it the first time; safe to call from any thread."""
+    from core.loading import load_scenario, preset_names
+
+    with _PREPARATION_LOCK:
+        if not kernel.advance.signatures:
+            Simulation(load_scenario(preset_names()[0])).advance()
+
+
+def kernel_is_cached() -> bool:
+    """Whether the kernel is loaded or lies compiled on disk; otherwise it takes seconds."""
+    return bool(kernel.advance.signatures) or any(cache_folder.rglob("advance.advance*.nbc"))
+
+
+def _initial_run(scenario: Scenario) -> Record:
+    run = make_progress()
+    offset = 6 + 2 * len(scenario.fingers)
+    run.step.start[:3] = scenario.trajectory.start
+    run.step.start[offset : offset + len(scenario.estimates)] = [
+        estimate.initial for estimate in scenario.estimates
+    ]
+    return run
+
+
+def _plain(change: Change) -> object:
+    return list(change.value) if isinstance(change.value, tuple) else change.value
+
+
+def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
+    """A timed change of an initial estimate sets the estimate anew."""
+    head, _, tail = change.parameter.partition(".")
+    index, _, field = tail.partition(".")
+    if head == "estimates" and field == "initial":
+        offset = 6 + 2 * len(scenario.fingers)
+        run.step.start[offset + int(index)] = scenario.estimates[int(index)].initial
+
+
+def _grasp_warning(rows: list[np.ndarray], shape: TraceShape) -> tuple[RunWarning, ...]:
+    """The commanded grasp force that leaves the estimated cones, from the stored rows."""
+    if not rows:
+        return ()
+    trace = Trace.from_rows(shape, np.concatenate(rows))
+    violated = np.flatnonzero(trace.grasp_violation > 0.0)
+    if not len(violated):
+        return ()
+    return (
+        RunWarning(
+            code="grasp_outside_cones",
+            message="no squeeze satisfied all estimated friction cones; the least violation was taken",
+            count=len(violated),
+            first_time=float(trace.times[violated[0]]),
+        ),
+    )
+
+
+def _empty_rows(shape: TraceShape) -> np.ndarray:
+    return np.zeros((1, shape.num_columns))
+
+
+def _stopped(t: float) -> Reason:
+    return Reason(
+        code="stopped",
+        message=f"stopped on request at {t:.4g} s",
+        contact=None,
+        time=t,
+        value=None,
+        limit=None,
+        hint="run it again to see the rest",
+    )
+
+
+def _out_of_time(t: float, wall_limit: float) -> Reason:
+    return Reason(
+        code="wall_time",
+        message=f"the computing time limit of {wall_limit:g} s was reached at {t:.4g} s",
+        contact=None,
+        time=t,
+        value=None,
+        limit=wall_limit,
+        hint="shorten the run, or raise the limit",
+    )

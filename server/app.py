@@ -1,0 +1,91 @@
+"""The application: routes, guards and lifespan put together."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
+
+import uvicorn
+from fastapi import APIRouter, FastAPI
+from starlette.concurrency import run_in_threadpool
+from starlette.middleware import Middleware
+
+from recordings.store import RecordingStore
+from recordings.versions import program_version
+from server.access import AccessGuard
+from server.body_limit import BodyLimit
+from server.errors import add_error_handlers
+from server.routes import docs, health, runs, scenarios
+from server.run_service import RunService
+from server.schemas import API_PATH
+from server.settings import Settings
+
+__all__ = ["Lifespan", "create_app", "server_config"]
+
+Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
+
+GRACEFUL_SHUTDOWN_SECONDS = 3
+MAX_VIEWER_MESSAGE_BYTES = 16 * 1024 * 1024
+
+
+def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
+    """Builds the application.
+
+    Args:
+        settings: Where it keeps runs, and how much it takes on.
+        lifespan: What else lives as long as it; entered when ``app.state.run_service`` is there.
+
+    Returns:
+        The application with the REST interface below ``/api/v1``.
+    """
+
+    @asynccontextmanager
+    async def live(app: FastAPI) -> AsyncIterator[None]:
+        service = RunService(RecordingStore(settings.data_directory), settings)
+        app.state.run_service = service
+        service.start()
+        try:
+            async with lifespan(app) if lifespan else nullcontext():
+                yield
+        finally:
+            await run_in_threadpool(service.close)
+
+    app = FastAPI(
+        title="slipgrasp",
+        version=program_version(),
+        description="Simulate grasping with slip. Quantities are SI; errors are problem details.",
+        docs_url=None,
+        redoc_url=None,
+        openapi_url=f"{API_PATH}/openapi.json",
+        redirect_slashes=False,
+        lifespan=live,
+        middleware=[
+            Middleware(AccessGuard),
+            Middleware(BodyLimit, max_bytes=settings.max_body_bytes),
+        ],
+    )
+    app.include_router(_api())
+    add_error_handlers(app)
+    return app
+
+
+def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
+    """How uvicorn serves the application, with bounds on what a client may hold up."""
+    return uvicorn.Config(
+        app,
+        host=settings.host,
+        port=settings.port,
+        log_level="warning",
+        timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_SECONDS,
+        ws_max_size=MAX_VIEWER_MESSAGE_BYTES,
+        # What viser sends is compressed already.
+        ws_per_message_deflate=False,
+        server_header=False,
+    )
+
+
+def _api() -> APIRouter:
+    api = APIRouter(prefix=API_PATH)
+    for part in (health, scenarios, runs, docs):
+        api.include_router(part.router)
+    return api

@@ -1,0 +1,216 @@
+"""From an error to its HTTP answer: problem details (RFC 9457), one mapping."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse
+from starlette.routing import Match
+
+from core.exceptions import FieldError, ScenarioError, SlipgraspError
+from recordings.exceptions import RecordingError, RecordingNotFoundError
+
+__all__ = [
+    "STATUSES",
+    "BodyTooLargeError",
+    "InvalidRequestError",
+    "ServiceBusyError",
+    "UnreadableBodyError",
+    "UnsupportedBodyError",
+    "add_error_handlers",
+    "invalid_fields",
+    "nearest",
+    "printable",
+    "problem_response",
+]
+
+_BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
+_METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
+
+
+class InvalidRequestError(SlipgraspError):
+    """A request whose shape is wrong, with one entry per wrong field."""
+
+    def __init__(self, errors: Sequence[FieldError]) -> None:
+        self.errors = tuple(errors)
+        super().__init__("; ".join(error.message for error in self.errors))
+
+
+class UnreadableBodyError(SlipgraspError):
+    """A request body that is not JSON."""
+
+    def __init__(self, finding: str) -> None:
+        super().__init__(f"the body is not JSON: {finding}")
+
+
+class UnsupportedBodyError(SlipgraspError):
+    """A request body of another type than JSON."""
+
+    def __init__(self, content_type: str) -> None:
+        super().__init__(
+            f"the body is declared as '{printable(content_type)}'; send it with "
+            "Content-Type: application/json"
+        )
+
+
+class BodyTooLargeError(SlipgraspError):
+    """A request body beyond the limit."""
+
+    def __init__(self, limit: int) -> None:
+        super().__init__(f"the body is larger than {limit} bytes; a scenario is a small document")
+
+
+class ServiceBusyError(SlipgraspError):
+    """No room for another run at the moment.
+
+    Attributes:
+        retry_after: When to come back [s].
+    """
+
+    def __init__(self, waiting: int, retry_after: int) -> None:
+        self.retry_after = retry_after
+        super().__init__(f"{waiting} runs are waiting already; try again in {retry_after} s")
+
+
+STATUSES: Mapping[type[SlipgraspError], int] = {
+    UnreadableBodyError: 400,
+    RecordingNotFoundError: 404,
+    BodyTooLargeError: 413,
+    UnsupportedBodyError: 415,
+    InvalidRequestError: 422,
+    ScenarioError: 422,
+    RecordingError: 422,
+    ServiceBusyError: 503,
+}
+"""The status of each error; of two that fit, the first."""
+
+
+def problem_response(
+    status: int,
+    detail: str,
+    *,
+    errors: Iterable[FieldError] = (),
+    headers: Mapping[str, str] | None = None,
+) -> JSONResponse:
+    """An answer in the form of RFC 9457, with the wrong fields where there are any."""
+    content: dict[str, Any] = {
+        "type": "about:blank",
+        "title": HTTPStatus(status).phrase,
+        "status": status,
+        "detail": detail,
+    }
+    if listed := [asdict(error) for error in errors]:
+        content["errors"] = listed
+    return JSONResponse(content, status, headers, media_type="application/problem+json")
+
+
+def add_error_handlers(app: FastAPI) -> None:
+    """Makes every error of an application a problem document."""
+    app.add_exception_handler(SlipgraspError, _answer_own_error)
+    app.add_exception_handler(RequestValidationError, _answer_invalid_request)
+    app.add_exception_handler(HTTPException, _answer_http_error)
+    app.add_exception_handler(Exception, _answer_unexpected_error)
+
+
+async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
+    status = next((s for kind, s in STATUSES.items() if isinstance(error, kind)), 500)
+    errors: Sequence[FieldError] = ()
+    headers: dict[str, str] = {}
+    if isinstance(error, (ScenarioError, InvalidRequestError)):
+        errors = error.errors
+    elif status in (400, 422):
+        errors = (FieldError(field="", value=None, limit=None, message=str(error)),)
+    if isinstance(error, ServiceBusyError):
+        headers["Retry-After"] = str(error.retry_after)
+    if isinstance(error, BodyTooLargeError):
+        # The rest of the body would have to be read and thrown away.
+        headers["Connection"] = "close"
+    return problem_response(status, str(error), errors=errors, headers=headers)
+
+
+async def _answer_invalid_request(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    return await _answer_own_error(request, InvalidRequestError(invalid_fields(error.errors())))
+
+
+async def _answer_http_error(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    headers = dict(error.headers or {})
+    detail = str(error.detail)
+    if error.status_code == HTTPStatus.NOT_FOUND:
+        detail = f"there is nothing at '{printable(request.url.path)}'; see /api/v1/docs"
+    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+        headers["Allow"] = ", ".join(_allowed_methods(request))
+        detail = f"{request.method} is not possible here, only {headers['Allow']}"
+    return problem_response(error.status_code, detail, headers=headers)
+
+
+async def _answer_unexpected_error(request: Request, error: Exception) -> JSONResponse:
+    # The server logs the error itself; its text may hold what is none of the client's business.
+    return problem_response(500, "an unexpected error; the server's log has its traceback")
+
+
+def _allowed_methods(request: Request) -> list[str]:
+    """All methods of a path: several routes may share it, and each knows only its own."""
+    return [
+        method
+        for method in _METHODS
+        if any(
+            route.matches({**request.scope, "method": method})[0] is Match.FULL
+            for route in request.app.router.routes
+        )
+    ]
+
+
+def invalid_fields(findings: Iterable[Any], known: Iterable[str] = ()) -> list[FieldError]:
+    """Pydantic's findings about a request as field errors.
+
+    Args:
+        findings: What ``errors()`` of a validation error gives.
+        known: Names of the fields there are, to suggest for an unknown one.
+    """
+    return [_field_error(finding, tuple(known)) for finding in findings]
+
+
+def _field_error(finding: Any, known: Sequence[str]) -> FieldError:
+    path = [str(part) for part in finding["loc"] if part not in ("body", "query", "str", "dict")]
+    field = printable(".".join(path))
+    if finding["type"] == "extra_forbidden":
+        message = f"unknown field '{field}'{nearest(field, known)}"
+        return FieldError(field=field, value=None, limit=None, message=message)
+    value = _echo(finding["input"])
+    bounds = finding.get("ctx", {})
+    limit = ", ".join(f"{word} {bounds[name]}" for name, word in _BOUNDS.items() if name in bounds)
+    told = "" if value is None else f" is '{value}'"
+    sentence = f"{field or 'the body'}{told}: {finding['msg'][:1].lower()}{finding['msg'][1:]}"
+    return FieldError(field=field, value=value, limit=limit or None, message=sentence)
+
+
+def nearest(word: str, words: Iterable[str]) -> str:
+    """A suggestion to end an error message with, empty if nothing is close."""
+    close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def printable(text: str) -> str:
+    """The first 80 characters of a text from outside, those that cannot be shown as ``?``."""
+    return "".join(c if c.isprintable() else "?" for c in text[:80])
+
+
+def _echo(value: Any) -> float | int | bool | str | None:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, int) and abs(value) >= 10**15:
+        return "a huge integer"
+    if isinstance(value, str):
+        return printable(value)
+    return value if isinstance(value, (bool, int, float)) else None

@@ -1,0 +1,1 @@
+"""Routes of the REST interface: they translate, `server.run_service` decides."""

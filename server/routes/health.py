@@ -1,0 +1,26 @@
+"""Whether the service is up."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+
+from recordings.versions import program_version
+from server.dependencies import RunServiceDep
+from server.schemas import HealthPublic
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/health")
+async def read_health(service: RunServiceDep) -> HealthPublic:
+    """Answers as long as the service does, with how busy it is."""
+    load = service.load
+    return HealthPublic(
+        status="ok",
+        version=program_version(),
+        kernel="ready" if service.kernel_is_ready else "compiling",
+        running=load.running,
+        waiting=load.waiting,
+    )

@@ -1,0 +1,47 @@
+"""What can be simulated: presets, and the parameters of a scenario with their bounds."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, HTTPException, Query
+
+from core.loading import preset_names
+from server.run_request import find_preset
+from server.schemas import (
+    ParametersPublic,
+    PresetPublic,
+    PresetsPublic,
+    PresetSummary,
+    ProblemPublic,
+)
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["scenarios"])
+
+
+@router.get("/presets")
+def list_presets() -> PresetsPublic:
+    """The scenarios that come with the program."""
+    data = [PresetSummary.from_name(name) for name in preset_names()]
+    return PresetsPublic(data=data, count=len(data))
+
+
+@router.get("/presets/{name}", responses=ProblemPublic.responses((404,)))
+def read_preset(name: str) -> PresetPublic:
+    """A preset with its whole scenario, ready to be edited and posted."""
+    if name not in preset_names():
+        raise HTTPException(404)
+    summary = PresetSummary.from_name(name)
+    return PresetPublic(**summary.model_dump(), scenario=find_preset(name).to_mapping())
+
+
+@router.get("/parameters", responses=ProblemPublic.responses((422,)))
+def list_parameters(
+    preset: Annotated[
+        str, Query(max_length=200, description="whose fingers, estimates and values to describe")
+    ] = preset_names()[0],
+) -> ParametersPublic:
+    """Every parameter: key, unit, bounds, choices, a sentence, and its value in a preset."""
+    return ParametersPublic.from_scenario(find_preset(preset))

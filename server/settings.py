@@ -1,0 +1,50 @@
+"""What a server process is told when it starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from core.exceptions import SlipgraspError
+
+__all__ = ["LOOPBACK_HOSTS", "Settings", "SettingsError"]
+
+LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
+
+
+class SettingsError(SlipgraspError):
+    """A server that must not be started as asked."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Where a server listens, where it keeps its runs, and how much it takes on.
+
+    Attributes:
+        data_directory: Folder of the recordings.
+        host: Loopback address to listen on.
+        port: Port to listen on; 0 takes any free one.
+        wall_limit: Time after which a run ends as ``limit`` [s].
+        max_running: Runs simulated at the same time.
+        max_waiting: Runs that may wait for their turn; more are told to come back.
+        retry_after: When to come back [s].
+        max_body_bytes: Largest request body.
+    """
+
+    data_directory: Path
+    host: str = "127.0.0.1"
+    port: int = 0
+    wall_limit: float = 30.0
+    max_running: int = 2
+    max_waiting: int = 100
+    retry_after: int = 5
+    max_body_bytes: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        if self.host not in LOOPBACK_HOSTS:
+            raise SettingsError(
+                f"host is '{self.host}', but nothing protects this server from a network yet: "
+                f"use one of {', '.join(LOOPBACK_HOSTS)}"
+            )
+        if not 0 <= self.port <= 65535:
+            raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")

@@ -1,0 +1,198 @@
+"""viser's page and its websocket on the port of the application.
+
+The page is one self-contained file that opens its websocket at its own address, so the
+same path serves both. What a viewer sends goes to viser's internal port and back.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import websockets.asyncio.client
+from fastapi import FastAPI
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.websockets import WebSocket, WebSocketDisconnect
+from websockets.asyncio.client import ClientConnection
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.typing import Subprotocol
+
+__all__ = ["CONTENT_POLICY", "MAX_VIEWERS", "ViewerRelay", "add_viewer_routes"]
+
+MAX_VIEWERS = 32
+CLOSE_SECONDS = 1
+
+CONTENT_POLICY = "; ".join(
+    (
+        "default-src 'none'",
+        # The page is one file: a script that unpacks and inserts the rest, of which a
+        # WebAssembly module builds its bindings from strings.
+        "script-src 'unsafe-inline' 'unsafe-eval' blob:",
+        "worker-src blob: data:",
+        "style-src 'unsafe-inline'",
+        "img-src 'self' data: blob:",
+        "font-src data:",
+        "media-src data: blob:",
+        "connect-src 'self' data: blob:",
+        "base-uri 'none'",
+        "form-action 'none'",
+        "frame-ancestors 'self'",
+    )
+)
+"""What viser's page may do: run what it carries itself, and talk to where it came from."""
+
+_PROTOCOL_PREFIX = "viser-v"
+_GOING_AWAY, _UNSUPPORTED_DATA, _TRY_AGAIN_LATER = 1001, 1003, 1013
+_UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
+
+_logger = logging.getLogger(__name__)
+
+
+def add_viewer_routes(app: FastAPI, upstream_port: Callable[[], int], path: str = "/") -> None:
+    """Serves viser's page and websocket at one path of an application.
+
+    Args:
+        app: The application.
+        upstream_port: Gives viser's internal port, asked once per viewer.
+        path: Where, ``/`` or such as ``/viewer/``.
+    """
+    relay = ViewerRelay(upstream_port)
+    bare = path.rstrip("/")
+    # The page drops a trailing slash from its own address to get that of its websocket.
+    app.add_api_websocket_route(bare or "/", relay.connect)
+    app.add_api_route(f"{bare}/", relay.show_page, methods=["GET"], include_in_schema=False)
+    if bare:
+        app.add_api_route(bare, _redirect_to(f"{bare}/"), include_in_schema=False)
+
+
+def _redirect_to(path: str) -> Callable[[], Response]:
+    def redirect() -> Response:
+        return RedirectResponse(path)
+
+    return redirect
+
+
+class ViewerRelay:
+    """Serves the page, and passes messages between viewers and viser.
+
+    Args:
+        upstream_port: Gives viser's internal port.
+    """
+
+    def __init__(self, upstream_port: Callable[[], int]) -> None:
+        self._upstream_port = upstream_port
+        self._page = _read_page()
+        self._num_viewers = 0
+
+    async def show_page(self) -> Response:
+        """The page."""
+        headers = {"Content-Security-Policy": CONTENT_POLICY, "Cache-Control": "no-cache"}
+        return HTMLResponse(self._page, headers=headers)
+
+    async def connect(self, viewer: WebSocket) -> None:
+        """Relays one viewer until either side is gone."""
+        if self._num_viewers >= MAX_VIEWERS:
+            await _turn_away(viewer, f"{MAX_VIEWERS} viewers are connected already")
+            return
+        self._num_viewers += 1
+        try:
+            await self._relay(viewer)
+        finally:
+            self._num_viewers -= 1
+
+    async def _relay(self, viewer: WebSocket) -> None:
+        try:
+            upstream = await websockets.asyncio.client.connect(
+                f"ws://127.0.0.1:{self._upstream_port()}",
+                subprotocols=_viser_protocols(viewer) or None,
+                compression=None,
+                max_size=None,
+                ping_interval=None,
+                proxy=None,
+            )
+        except (OSError, TimeoutError, InvalidHandshake) as error:
+            _logger.error("viser does not answer: %s", error)
+            await _turn_away(viewer, "the viewer is not ready")
+            return
+        try:
+            await viewer.accept(subprotocol=upstream.subprotocol)
+            await _exchange(viewer, upstream)
+        finally:
+            await _hang_up(upstream)
+
+
+async def _exchange(viewer: WebSocket, upstream: ClientConnection) -> None:
+    tasks = [
+        asyncio.create_task(_pass_up(viewer, upstream)),
+        asyncio.create_task(_pass_down(viewer, upstream)),
+    ]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _hang_up(upstream: ClientConnection) -> None:
+    """Closes without waiting for what can no longer be delivered."""
+    try:
+        async with asyncio.timeout(CLOSE_SECONDS):
+            await upstream.close()
+    except TimeoutError:
+        upstream.transport.abort()
+
+
+async def _pass_up(viewer: WebSocket, upstream: ClientConnection) -> None:
+    """Passes what a viewer sends; viser takes bytes only."""
+    while True:
+        message = await viewer.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        content = message.get("bytes")
+        if content is None:
+            await viewer.close(_UNSUPPORTED_DATA, "binary messages only")
+            return
+        try:
+            await upstream.send(content)
+        except ConnectionClosed:
+            return
+
+
+async def _pass_down(viewer: WebSocket, upstream: ClientConnection) -> None:
+    """Passes what viser sends, waiting for a slow viewer, and at last why viser closed."""
+    try:
+        async for message in upstream:
+            await viewer.send_bytes(message if isinstance(message, bytes) else message.encode())
+        await _close(viewer, upstream.close_code, upstream.close_reason)
+    except ConnectionClosed:
+        await _close(viewer, upstream.close_code, upstream.close_reason)
+    except WebSocketDisconnect:
+        return
+
+
+async def _close(viewer: WebSocket, code: int | None, reason: str | None) -> None:
+    sendable = code is not None and code not in _UNSENDABLE_CODES
+    await viewer.close(code if sendable and code else _GOING_AWAY, reason or "")
+
+
+async def _turn_away(viewer: WebSocket, reason: str) -> None:
+    """Accepts, so that the page is told the reason, and closes."""
+    offered = _viser_protocols(viewer)
+    await viewer.accept(subprotocol=offered[0] if offered else None)
+    await viewer.close(_TRY_AGAIN_LATER, reason)
+
+
+def _viser_protocols(viewer: WebSocket) -> list[Subprotocol]:
+    offered: list[str] = viewer.scope["subprotocols"]
+    return [Subprotocol(name) for name in offered if name.startswith(_PROTOCOL_PREFIX)]
+
+
+def _read_page() -> bytes:
+    """The page as viser ships it; found without importing viser, which takes seconds."""
+    spec = find_spec("viser")
+    assert spec is not None and spec.origin is not None
+    return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()

@@ -1,0 +1,100 @@
+"""Simulation of grasping with slip: the public Python interface.
+
+    import slipgrasp
+
+    scenario = slipgrasp.load_scenario("paper-case-1")
+    result = slipgrasp.simulate(slipgrasp.with_values(scenario, {"object.mass": 1.4}))
+    slipgrasp.write_recording(result, Path("heavier.mcap"))
+
+Each name is imported when it is first used, so that ``import slipgrasp`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from core.exceptions import ScenarioError, SlipgraspError
+    from core.loading import (
+        load_scenario,
+        preset_names,
+        scenario_from_mapping,
+        scenario_to_toml,
+        with_values,
+    )
+    from core.result import Metrics, RunResult
+    from core.scenario import Scenario
+    from core.simulator import Simulation, simulate
+    from core.trace import SIGNALS, Trace
+    from core.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+    from recordings.csv_export import write_csv
+    from recordings.exceptions import RecordingError
+    from recordings.reader import read_recording as open_recording
+    from recordings.writer import write_recording
+
+__all__ = [
+    "SIGNALS",
+    "ContactPhase",
+    "Metrics",
+    "Outcome",
+    "PhaseChange",
+    "Reason",
+    "RecordingError",
+    "RunResult",
+    "RunWarning",
+    "Scenario",
+    "ScenarioError",
+    "Simulation",
+    "SlipgraspError",
+    "Trace",
+    "load_scenario",
+    "open_recording",
+    "preset_names",
+    "scenario_from_mapping",
+    "scenario_to_toml",
+    "simulate",
+    "with_values",
+    "write_csv",
+    "write_recording",
+]
+
+_ORIGINS = {
+    "SIGNALS": "core.trace",
+    "ContactPhase": "core.types",
+    "Metrics": "core.result",
+    "Outcome": "core.types",
+    "PhaseChange": "core.types",
+    "Reason": "core.types",
+    "RecordingError": "recordings.exceptions",
+    "RunResult": "core.result",
+    "RunWarning": "core.types",
+    "Scenario": "core.scenario",
+    "ScenarioError": "core.exceptions",
+    "Simulation": "core.simulator",
+    "SlipgraspError": "core.exceptions",
+    "Trace": "core.trace",
+    "load_scenario": "core.loading",
+    "open_recording": "recordings.reader:read_recording",
+    "preset_names": "core.loading",
+    "scenario_from_mapping": "core.loading",
+    "scenario_to_toml": "core.loading",
+    "simulate": "core.simulator",
+    "with_values": "core.loading",
+    "write_csv": "recordings.csv_export",
+    "write_recording": "recordings.writer",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Imports a public name when it is first asked for (PEP 562)."""
+    if name not in _ORIGINS:
+        raise AttributeError(f"module 'slipgrasp' has no attribute '{name}'")
+    module, _, attribute = _ORIGINS[name].partition(":")
+    value = getattr(import_module(module), attribute or name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

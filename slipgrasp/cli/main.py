@@ -1,0 +1,98 @@
+"""The command ``slipgrasp``."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from core.exceptions import SlipgraspError
+from slipgrasp.cli import export, run, scenarios, serve
+from slipgrasp.cli.status import ExitStatus, complain
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line.
+
+    Args:
+        arguments: What stands behind the program's name; that of this process if None.
+
+    Returns:
+        The exit status: 0 completed, 2 bad input, 3 ended early by physics, 4 any other
+        early end.
+    """
+    _replace_what_the_terminal_cannot_show()
+    try:
+        parsed = _make_parser().parse_args(arguments)
+        status = parsed.execute(parsed)
+        sys.stdout.flush()
+    except SlipgraspError as error:
+        complain(str(error))
+        status = ExitStatus.BAD_INPUT
+    except KeyboardInterrupt:
+        complain("interrupted; nothing is saved")
+        status = ExitStatus.ENDED_EARLY
+    except BrokenPipeError:
+        # Whoever read our output has seen enough.
+        _drop_output()
+        status = ExitStatus.COMPLETED
+    except OSError as error:
+        _drop_output()
+        complain(f"cannot write the output: {error.strerror}")
+        status = ExitStatus.ENDED_EARLY
+    return int(status)
+
+
+def _drop_output() -> None:
+    """Sends what is still buffered nowhere, or the interpreter would fail at its very end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says in one line what is wrong with the arguments."""
+
+    def error(self, message: str) -> NoReturn:
+        complain(f"{message} (see '{self.prog} --help')")
+        sys.exit(ExitStatus.BAD_INPUT)
+
+
+class _Version(argparse.Action):
+    """``--version``, looked up only when it is asked for."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="show the version")
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Prints the version and ends the program."""
+        from recordings.versions import program_version
+
+        print(f"slipgrasp {program_version()}")
+        parser.exit()
+
+
+def _make_parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="slipgrasp", description="Simulates grasping with slip: see it, script it, keep it."
+    )
+    parser.add_argument("--version", action=_Version)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for command in (run, export, scenarios, serve):
+        command.add_command(commands)
+    return parser
+
+
+def _replace_what_the_terminal_cannot_show() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")

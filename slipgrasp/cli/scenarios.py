@@ -1,0 +1,92 @@
+"""``slipgrasp scenarios``: the presets, as a list, as TOML, or parameter by parameter."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from slipgrasp.cli.status import ExitStatus
+
+if TYPE_CHECKING:
+    from core.parameters import Parameter
+
+__all__ = ["HelpWithParameters", "add_command"]
+
+
+class HelpWithParameters(argparse.Action):
+    """``--help`` that also lists the parameters, and imports their definition only then."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="show this help and exit")
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Prints the help and ends the program."""
+        from recordings.documents import parameter_templates
+
+        print(parser.format_help())
+        print("parameters for --set, list items by index from 0:\n")
+        for key, parameter in parameter_templates().items():
+            print(f"  {key}  ({parameter.limit})\n      {parameter.text}")
+        parser.exit()
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    description = "Lists the presets, or shows one of them."
+    parser = commands.add_parser(
+        "scenarios", help="list or show the presets", description=description
+    )
+    parser.set_defaults(execute=_list)
+    parts = parser.add_subparsers(metavar="COMMAND")
+    show = parts.add_parser(
+        "show",
+        help="print a scenario as TOML",
+        description="Prints a scenario as a TOML file that 'slipgrasp run' takes.",
+    )
+    show.add_argument("scenario", metavar="NAME", help="name of a preset, or a TOML file")
+    show.set_defaults(execute=_show)
+    parameters = parts.add_parser(
+        "parameters",
+        help="list the parameters of a scenario",
+        description="Lists every parameter of a scenario: key, value, allowed values, meaning.",
+    )
+    parameters.add_argument(
+        "scenario", metavar="NAME", nargs="?", help="name of a preset, or a TOML file"
+    )
+    parameters.set_defaults(execute=_list_parameters)
+
+
+def _list(arguments: argparse.Namespace) -> ExitStatus:
+    from core.loading import load_scenario, preset_names
+
+    for name in preset_names():
+        print(f"{name}\t{load_scenario(name).title}")
+    return ExitStatus.COMPLETED
+
+
+def _show(arguments: argparse.Namespace) -> ExitStatus:
+    from core.loading import load_scenario, scenario_to_toml
+
+    print(scenario_to_toml(load_scenario(arguments.scenario)), end="")
+    return ExitStatus.COMPLETED
+
+
+def _list_parameters(arguments: argparse.Namespace) -> ExitStatus:
+    from core.loading import load_scenario, parameter_definitions, preset_names
+
+    scenario = load_scenario(arguments.scenario or preset_names()[0])
+    for parameter in parameter_definitions(scenario).values():
+        print(_line(parameter))
+    return ExitStatus.COMPLETED
+
+
+def _line(parameter: Parameter) -> str:
+    value = "none" if parameter.value is None else str(parameter.value)
+    return "\t".join([parameter.key, value, parameter.limit, parameter.text])

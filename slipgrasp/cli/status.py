@@ -1,0 +1,39 @@
+"""How a command ends: its exit status, and one line on standard error if it is wrong."""
+
+from __future__ import annotations
+
+import sys
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from core.exceptions import SlipgraspError
+
+if TYPE_CHECKING:
+    from core.types import Outcome
+
+__all__ = ["CommandError", "ExitStatus", "complain"]
+
+
+class ExitStatus(IntEnum):
+    """Exit statuses that scripts may rely on."""
+
+    COMPLETED = 0
+    BAD_INPUT = 2
+    ENDED_BY_PHYSICS = 3
+    ENDED_EARLY = 4
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> ExitStatus:
+        """The status of a run that could be saved."""
+        if outcome.ended_by_physics:
+            return cls.ENDED_BY_PHYSICS
+        return cls.COMPLETED if outcome.value == "completed" else cls.ENDED_EARLY
+
+
+class CommandError(SlipgraspError):
+    """A command that cannot do what it was asked."""
+
+
+def complain(message: str) -> None:
+    """Says in one line on standard error what is wrong."""
+    print("slipgrasp:", " ".join(message.split()), file=sys.stderr)

@@ -1,0 +1,223 @@
+"""How runs end: every hard case in a typed outcome, with what was simulated so far."""
+
+import numpy as np
+import pytest
+
+from core.loading import load_scenario, scenario_from_mapping, with_values
+from core.simulator import Simulation, simulate
+from core.types import ContactPhase, Outcome
+from tests.references.closed_loop import ClosedLoop
+from tests.references.continuous import run_continuous
+from tests.references.sampled import run_sampled
+
+CASE_1 = load_scenario("paper-case-1")
+CASE_2 = load_scenario("paper-case-2")
+
+UNEQUAL = {"fingers.0.friction": 0.25, "fingers.1.friction": 0.30}
+PHYSICAL_BOUNDS = {
+    "estimates.0.minimum": 0.05,
+    "estimates.0.maximum": 2.0,
+    "estimates.1.minimum": 0.05,
+    "estimates.1.maximum": 2.0,
+    "estimates.2.minimum": 0.05,
+    "estimates.2.maximum": 10.0,
+    "estimates.3.minimum": 0.002,
+    "estimates.3.maximum": 0.2,
+}
+INCONSISTENT_BOUNDARY = {
+    "object.mass": 1.4,
+    "fingers.0.friction": 0.30,
+    "fingers.1.friction": 0.35,
+    "controller.lyapunov_weight": 10.0,
+    "controller.grip_safety": 1.2,
+}
+
+
+def assert_well_told(result):
+    """A run that physics ended says why, where and when, and keeps what was before."""
+    assert result.outcome.ended_by_physics
+    reason = result.reason
+    assert reason.code
+    assert reason.message
+    assert reason.hint
+    assert reason.time == pytest.approx(result.end_time, abs=1e-9)
+    assert len(result.trace) >= 1
+    assert np.all(np.isfinite(result.trace.to_rows()))
+
+
+def test_without_grasp_force_case_1_chatters():
+    result = simulate(with_values(CASE_1, {"controller.grasp_force": "none"}))
+    assert result.outcome is Outcome.CHATTERING
+    assert result.reason.code == "chatter"
+    assert_well_told(result)
+    assert not result.metrics.held
+    assert result.metrics.phase_change_count >= CASE_1.simulation.chatter_changes
+
+
+def test_unequal_friction_with_physical_bounds_drops_the_object():
+    sampled = {"controller.control_period": 0.001}
+    result = simulate(with_values(CASE_2, {**UNEQUAL, **PHYSICAL_BOUNDS, **sampled}))
+    assert result.outcome is Outcome.SEPARATED
+    assert result.end_time == pytest.approx(0.12, abs=0.01)
+    assert result.reason.code == "contact_separation"
+    assert result.reason.contact in (0, 1)
+    assert_well_told(result)
+    assert np.all(result.trace.normal_force[:-1] >= -1e-9)
+
+
+@pytest.mark.parametrize("bounds", [{}, PHYSICAL_BOUNDS], ids=["unbounded", "bounded"])
+@pytest.mark.parametrize("period", [0.0, 0.001])
+def test_unequal_friction_always_ends_in_a_typed_outcome(period, bounds):
+    values = {**UNEQUAL, **bounds, "controller.control_period": period}
+    result = simulate(with_values(CASE_2, values), wall_limit=20.0)
+    assert result.outcome in {*Outcome} - {Outcome.LIMIT, Outcome.STOPPED, Outcome.FAILED}
+    if result.outcome is Outcome.COMPLETED:
+        assert result.reason is None
+    else:
+        assert_well_told(result)
+
+
+def test_unequal_friction_without_bounds_may_survive_sampling_with_a_nonsense_inertia():
+    sampled = {"controller.control_period": 0.001}
+    result = simulate(with_values(CASE_2, {**UNEQUAL, **sampled}))
+    assert result.metrics.held
+    assert max(result.metrics.slip_path) == pytest.approx(0.050, abs=5e-4)
+    assert result.estimates["object.inertia"] == pytest.approx(0.5, abs=0.01)
+
+
+def test_inertia_estimate_that_runs_through_zero_diverges():
+    heavy = {
+        "object.mass": 1.5,
+        "object.inertia": 0.012,
+        "fingers.0.friction": 0.45,
+        "fingers.1.friction": 0.35,
+    }
+    result = simulate(with_values(CASE_2, heavy))
+    assert result.outcome is Outcome.DIVERGED
+    assert result.end_time == pytest.approx(0.0076, abs=2e-4)
+    assert_well_told(result)
+
+
+@pytest.mark.parametrize("period", [0.0, 0.001])
+def test_inconsistent_boundary_is_passed_to_the_end(period):
+    values = {**INCONSISTENT_BOUNDARY, "controller.control_period": period}
+    result = simulate(with_values(CASE_1, values))
+    assert result.outcome is Outcome.COMPLETED
+    assert result.metrics.held
+
+
+def test_recognition_delay_and_fast_sampling_leave_the_same_slip():
+    """Continuous control at an inconsistent boundary converges to sampled control."""
+    continuous = simulate(with_values(CASE_1, INCONSISTENT_BOUNDARY))
+    fast = {**INCONSISTENT_BOUNDARY, "controller.control_period": 0.00025}
+    sampled = simulate(with_values(CASE_1, fast))
+    holds = [w for w in continuous.warnings if w.code == "recognition_hold"]
+    assert holds
+    assert holds[0].first_time == pytest.approx(0.15437, abs=1e-5)
+    assert f"{1e3 * max(continuous.metrics.slip_path):.2f}" == "23.72"
+    assert f"{1e3 * max(sampled.metrics.slip_path):.2f}" == "23.74"
+
+
+@pytest.mark.parametrize("period", [0.0, 0.001])
+def test_passage_of_the_inconsistent_boundary_follows_the_scipy_reference(period):
+    scenario = with_values(CASE_1, {**INCONSISTENT_BOUNDARY, "controller.control_period": period})
+    result = simulate(scenario)
+    loop = ClosedLoop.from_scenario(scenario)
+    if period:
+        reference = run_sampled(loop, period, 0.19, [0.15])
+    else:
+        reference = run_continuous(loop, 0.19, [0.15])
+    assert not any(reference.changes[-1][1])
+    np.testing.assert_allclose(result.metrics.slip_path, reference.slip_path, atol=1e-9)
+    changes = sorted({change.time for change in result.phase_changes})
+    expected = sorted({t for t, _ in reference.changes})
+    np.testing.assert_allclose(changes, expected, atol=1e-8)
+
+
+def test_fingertip_that_reaches_the_end_of_its_face_ends_the_run_there():
+    result = simulate(with_values(CASE_2, {"object.face_half_length": 0.02}))
+    assert result.outcome is Outcome.LEFT_FACE
+    assert_well_told(result)
+    contact = result.reason.contact
+    assert abs(result.trace.slip[-1, contact]) == pytest.approx(0.02, abs=1e-9)
+
+
+def test_arm_that_is_pulled_straight_ends_the_run_as_singular():
+    values = {
+        "trajectory.acceleration": [0.0, 2.0, 0.0],
+        "trajectory.coast_time": 0.0,
+        "controller.grip_safety": 2.0,
+        **{f"estimates.{i}.initial": 1.0 for i in range(5)},
+    }
+    result = simulate(with_values(CASE_1, values))
+    assert result.outcome is Outcome.SINGULAR
+    assert_well_told(result)
+    assert result.reason.contact in (0, 1)
+    second = result.trace.joint_position[-1, 1::2]
+    assert np.abs(np.sin(second)).min() < 0.05
+
+
+def test_too_few_steps_end_the_run_as_limit():
+    result = simulate(with_values(CASE_1, {"simulation.max_steps": 20}))
+    assert result.outcome is Outcome.LIMIT
+    assert result.reason.code == "max_steps"
+    assert 0.0 < result.end_time < 7.0
+
+
+def test_a_run_can_be_stopped_and_keeps_what_was_simulated():
+    scenario = with_values(CASE_1, {"controller.control_period": 1e-4})
+    progress = []
+    result = simulate(scenario, progress=progress.append, should_stop=lambda: True)
+    assert result.outcome is Outcome.STOPPED
+    assert 0.0 < result.end_time < 7.0
+    assert progress == sorted(progress)
+    assert len(result.trace) > 1
+
+
+def test_a_run_ends_at_its_wall_limit():
+    scenario = with_values(CASE_1, {"controller.control_period": 1e-4})
+    result = simulate(scenario, wall_limit=0.0)
+    assert result.outcome is Outcome.LIMIT
+    assert result.reason.code == "wall_time"
+
+
+def test_progress_reaches_one_and_pieces_add_up_to_the_same_run():
+    scenario = with_values(CASE_2, {"controller.control_period": 0.001})
+    progress = []
+    whole = simulate(scenario, progress=progress.append)
+    assert progress[-1] == 1.0
+    simulation = Simulation(scenario)
+    while not simulation.finished:
+        simulation.advance()
+    assert np.array_equal(simulation.result().trace.to_rows(), whole.trace.to_rows())
+
+
+@pytest.mark.parametrize("period", [0.0, 0.001])
+def test_frictionless_contacts_slip_and_end_in_a_typed_outcome(period):
+    values = {
+        "fingers.0.friction": 0.0,
+        "fingers.1.friction": 0.0,
+        "controller.control_period": period,
+    }
+    result = simulate(with_values(CASE_2, values), wall_limit=20.0)
+    assert result.outcome is not Outcome.LIMIT
+    slipping = result.trace.phase[1:] != ContactPhase.STICK
+    assert slipping.any()
+    if result.outcome is not Outcome.COMPLETED:
+        assert_well_told(result)
+
+
+def three_fingers(period):
+    mapping = CASE_1.to_mapping()
+    mapping["fingers"] = [*mapping["fingers"], {"base": (1.466, -1.3), "face": "bottom"}]
+    mapping["estimates"] = []
+    mapping["controller"] |= {"grasp_force": "none", "control_period": period}
+    return scenario_from_mapping(mapping)
+
+
+@pytest.mark.parametrize("period", [0.0, 0.001])
+def test_three_fingers_run_to_a_typed_outcome(period):
+    result = simulate(three_fingers(period), wall_limit=20.0)
+    assert result.outcome is not Outcome.LIMIT
+    assert result.trace.shape.num_contacts == 3
+    assert np.all(np.isfinite(result.trace.to_rows()))

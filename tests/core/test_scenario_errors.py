@@ -1,0 +1,219 @@
+"""Bad input: one clear error per wrong field, naming field, value and limit."""
+
+import json
+import math
+
+import pytest
+
+from core.exceptions import ScenarioError
+from core.loading import load_scenario, scenario_from_mapping, with_values
+
+CASE = load_scenario("paper-case-1")
+
+
+def errors_of(values):
+    with pytest.raises(ScenarioError) as caught:
+        with_values(CASE, values)
+    return caught.value.errors
+
+
+def mapping():
+    return json.loads(json.dumps(CASE.to_mapping()))
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, -math.inf, 1e-310, 1e300])
+@pytest.mark.parametrize("key", ["object.mass", "object.inertia", "fingers.0.link_masses.1"])
+def test_masses_must_be_positive_finite_and_within_bounds(key, value):
+    (error,) = errors_of({key: value})
+    assert error.field == key
+    assert error.limit is not None
+    assert key in error.message
+    assert str(error.limit) in error.message
+
+
+@pytest.mark.parametrize("value", ["1.0", True, None, [1.0], {"a": 1}, 10**4000])
+def test_a_number_must_be_a_number(value):
+    (error,) = errors_of({"object.inertia": value} if value is not None else {"object.mass": "x"})
+    assert error.field in ("object.inertia", "object.mass")
+    assert len(error.message) < 500
+
+
+def test_an_unknown_key_is_answered_with_the_nearest_name():
+    (error,) = errors_of({"object.masss": 1.0})
+    assert "object.masss" in error.message
+    assert "did you mean 'object.mass'?" in error.message
+
+
+def test_an_unknown_field_in_a_file_is_answered_with_the_nearest_name():
+    wrong = mapping()
+    wrong["controller"]["grip_safty"] = 1.2
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_mapping(wrong)
+    (error,) = caught.value.errors
+    assert error.field == "controller.grip_safty"
+    assert "grip_safety" in error.message
+
+
+def test_every_wrong_field_is_reported_at_once():
+    errors = errors_of({"object.mass": -1.0, "fingers.1.friction": -0.1, "fingers.0.face": "front"})
+    assert {e.field for e in errors} == {"object.mass", "fingers.1.friction", "fingers.0.face"}
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "fingers.2.friction",
+        "fingers.x.friction",
+        "object.mass.0",
+        "",
+        ".",
+        "object..mass",
+        "estimates.7.initial",
+        "x" * 5000,
+        "\ud800",
+        "object",
+    ],
+)
+def test_keys_that_lead_nowhere_are_refused(key):
+    errors = errors_of({key: 1.0})
+    assert errors
+    assert all(len(e.message) < 500 for e in errors)
+
+
+def test_a_pose_out_of_reach_is_refused_with_distance_and_reach():
+    (error,) = errors_of({"fingers.0.base": [-5.0, 0.0]})
+    assert error.field == "fingers.0.base"
+    assert error.limit == "0 … 2 m"
+    assert error.value == pytest.approx(math.hypot(6.366, 0.366), rel=1e-3)
+    assert "cannot reach" in error.message
+
+
+def test_a_straight_arm_at_the_start_is_refused_as_singular():
+    (error,) = errors_of({"fingers.0.base": [1.366 - 2.0 + 1e-9, 0.366]})
+    assert error.field == "fingers.0.base"
+    assert "singular" in error.message
+
+
+def test_finger_masses_and_friction_cannot_be_unknown_at_once():
+    extra = {"parameter": "fingers.0.friction", "initial": 0.5}
+    wrong = mapping()
+    wrong["estimates"].append(extra)
+    with pytest.raises(ScenarioError, match="bilinear") as caught:
+        scenario_from_mapping(wrong)
+    assert [e.field for e in caught.value.errors] == ["estimates"]
+
+
+def test_only_masses_inertia_and_friction_can_be_estimated():
+    (error,) = errors_of({"estimates.0.parameter": "object.half_width"})
+    assert error.field == "estimates.0.parameter"
+    assert "fingers.N.friction" in str(error.limit)
+
+
+def test_the_same_unknown_twice_is_refused():
+    (error,) = errors_of({"estimates.1.parameter": "fingers.0.link_masses.0"})
+    assert error.field == "estimates.1.parameter"
+    assert "twice" in error.message
+
+
+def test_an_initial_estimate_must_lie_within_its_own_bounds():
+    (error,) = errors_of({"estimates.4.minimum": 0.6})
+    assert error.field == "estimates.4.initial"
+    assert error.value == 0.5
+
+
+def test_more_than_two_fingers_with_a_grasp_force_are_refused():
+    third = {"base": [1.466, -1.3], "face": "bottom", "friction": 0.3}
+    wrong = mapping()
+    wrong["fingers"].append(third)
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_mapping(wrong)
+    assert "controller.grasp_force" in [e.field for e in caught.value.errors]
+    wrong["controller"]["grasp_force"] = "none"
+    assert len(scenario_from_mapping(wrong).fingers) == 3
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 100])
+def test_the_number_of_fingers_is_bounded(count):
+    wrong = mapping()
+    wrong["fingers"] = [wrong["fingers"][0]] * count
+    wrong["estimates"] = []
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_mapping(wrong)
+    assert any("fingers" in e.field for e in caught.value.errors)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("controller.control_period", 1e-5),
+        ("controller.control_period", -0.001),
+        ("controller.velocity_gain", 0.0),
+        ("controller.velocity_gain", [10.0, 10.0]),
+        ("controller.position_gain", [100.0, -1.0, 100.0]),
+        ("controller.lyapunov_weight", -1.0),
+        ("controller.lyapunov_weight", [1.0, 1.0, 1.0]),
+        ("controller.adaptation_gain", [1.0, 1.0]),
+        ("controller.adaptation_gain", 0.0),
+        ("controller.grip_safety", 0.9),
+        ("controller.kind", "theorem-5"),
+        ("controller.estimate_norm_bound", 0.0),
+        ("simulation.duration", 0.0),
+        ("simulation.duration", 1e9),
+        ("simulation.output_rate", 0.0),
+        ("simulation.max_steps", 0),
+        ("simulation.max_steps", 1.5),
+        ("fingers.0.contact_offset", 0.2),
+        ("object.face_half_length", 0.0),
+    ],
+)
+def test_values_out_of_bounds_name_their_field(key, value):
+    errors = errors_of({key: value})
+    fields = [e.field for e in errors]
+    assert any(field.startswith(key) for field in fields), fields
+
+
+def test_more_samples_than_fit_are_refused():
+    errors = errors_of({"simulation.duration": 600.0, "simulation.output_rate": 1e4})
+    assert [e.field for e in errors] == ["simulation.output_rate"]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"time": 7.0, "parameter": "object.mass", "value": 2.0}, "changes.0.time"),
+        ({"time": 0.0, "parameter": "object.mass", "value": 2.0}, "changes.0.time"),
+        ({"time": 1.0, "parameter": "object.mas", "value": 2.0}, "changes.0.parameter"),
+        ({"time": 1.0, "parameter": "object.half_width", "value": 0.2}, "changes.0.parameter"),
+        ({"time": 1.0, "parameter": "object.mass", "value": -2.0}, "changes.0.value"),
+        ({"time": 1.0, "parameter": "controller.kind", "value": "pid"}, "changes.0.value"),
+        ({"time": 1.0, "parameter": "object.mass"}, "changes.0.value"),
+    ],
+)
+def test_timed_changes_are_checked_like_any_value(change, field):
+    wrong = mapping()
+    wrong["changes"] = [change]
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_mapping(wrong)
+    fields = [e.field for e in caught.value.errors]
+    assert fields == [field], caught.value.errors
+
+
+@pytest.mark.parametrize("wrong", [None, [], 1, "text", {"fingers": None}, {"fingers": {}}])
+def test_what_is_not_a_scenario_at_all_is_refused(wrong):
+    with pytest.raises(ScenarioError):
+        scenario_from_mapping(wrong)
+
+
+def test_nesting_without_end_is_refused():
+    deep = []
+    for _ in range(100_000):
+        deep = [deep]
+    with pytest.raises(ScenarioError):
+        scenario_from_mapping({"fingers": deep})
+
+
+def test_the_error_text_is_the_sentences_of_all_errors():
+    with pytest.raises(ScenarioError) as caught:
+        with_values(CASE, {"object.mass": -1.0, "object.inertia": -1.0})
+    assert isinstance(caught.value, ValueError)
+    assert str(caught.value) == "; ".join(e.message for e in caught.value.errors)

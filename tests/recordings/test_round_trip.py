@@ -1,0 +1,97 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.loading import load_scenario, with_values
+from core.simulator import simulate
+from core.trace import Trace
+from core.types import ContactPhase, Outcome, PhaseChange
+from recordings import RecordingWriter, read_recording, write_recording
+
+
+def test_a_run_reads_back_bit_for_bit(any_run, same_run, tmp_path):
+    write_recording(any_run, tmp_path / "run.mcap")
+
+    same_run(read_recording(tmp_path / "run.mcap"), any_run)
+
+
+def test_the_runs_that_are_compared_slip_stop_end_early_and_warn(short_run, lost_run):
+    assert short_run.outcome is Outcome.COMPLETED
+    assert len(short_run.phase_changes) == 4
+    assert lost_run.outcome is Outcome.SEPARATED
+    assert lost_run.reason is not None
+    assert lost_run.warnings
+
+
+def test_two_identical_runs_give_byte_identical_files(tmp_path):
+    scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.3})
+    (tmp_path / "elsewhere").mkdir()
+    one, other = tmp_path / "one.mcap", tmp_path / "elsewhere" / "other.mcap"
+
+    write_recording(simulate(scenario), one)
+    write_recording(simulate(scenario), other)
+
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_a_recording_that_was_read_writes_the_same_bytes_again(short_run, tmp_path):
+    write_recording(short_run, tmp_path / "first.mcap")
+
+    write_recording(read_recording(tmp_path / "first.mcap"), tmp_path / "second.mcap")
+
+    assert (tmp_path / "first.mcap").read_bytes() == (tmp_path / "second.mcap").read_bytes()
+
+
+def test_negative_zero_and_the_smallest_and_largest_numbers_survive(short_run, same_run, tmp_path):
+    rows = short_run.trace.to_rows()
+    extremes = [-0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308, 0.1 + 0.2]
+    rows[:5, 1] = extremes
+    run = replace(short_run, trace=Trace.from_rows(short_run.trace.shape, rows))
+
+    write_recording(run, tmp_path / "run.mcap")
+
+    same_run(read_recording(tmp_path / "run.mcap"), run)
+
+
+def test_a_trace_of_many_chunks_reads_back_in_order(short_run, same_run, tmp_path):
+    rows = np.tile(short_run.trace.to_rows(), (60, 1))
+    rows[:, 0] = np.linspace(0.0, 20.0, len(rows))
+    changes = tuple(
+        PhaseChange(
+            time=i * 1e-3,
+            contact=i % 2,
+            from_phase=ContactPhase.SLIP_BACKWARD,
+            to_phase=ContactPhase.SLIP_FORWARD,
+        )
+        for i in range(20_000)
+    )
+    trace = Trace.from_rows(short_run.trace.shape, rows)
+    run = replace(short_run, trace=trace, phase_changes=changes)
+
+    write_recording(run, tmp_path / "run.mcap")
+
+    same_run(read_recording(tmp_path / "run.mcap"), run)
+
+
+def test_samples_written_in_pieces_are_the_samples_written_at_once(short_run, same_run, tmp_path):
+    path = tmp_path / "run.mcap"
+    rows = short_run.trace.to_rows()
+    shape = short_run.trace.shape
+
+    with RecordingWriter(path, short_run.scenario, shape) as writer:
+        for piece in np.array_split(rows, 7):
+            writer.write_samples(Trace.from_rows(shape, piece))
+        writer.write_phase_changes(short_run.phase_changes)
+        writer.write_ending(short_run)
+
+    same_run(read_recording(path), short_run)
+
+
+@pytest.mark.parametrize("name", ["paper-case-1", "paper-case-2"])
+def test_the_whole_of_a_sample_case_reads_back_bit_for_bit(name, same_run, tmp_path):
+    run = simulate(load_scenario(name))
+
+    write_recording(run, tmp_path / "run.mcap")
+
+    same_run(read_recording(tmp_path / "run.mcap"), run)

@@ -1,0 +1,175 @@
+"""A scenario as plain arrays, and one evaluation of plant and controller together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.scenario import Scenario
+from tests.references.controller import Law, Unknowns, regressor
+from tests.references.finger import Finger
+from tests.references.hand import Hand, Kinematics, Motion, Parameters, Phase, State
+
+__all__ = ["ClosedLoop", "Evaluation", "Trajectory"]
+
+Array = NDArray[np.float64]
+
+_FACES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "bottom": (-1.0, 0.0), "top": (1.0, 0.0)}
+
+
+class Trajectory(NamedTuple):
+    """Accelerate, coast, brake, rest (Eq. 64); quadratic between the break points."""
+
+    start: Array
+    acceleration: Array
+    breaks: Array  # times at which the acceleration jumps
+
+    def desired(self, t: float, piece_time: float | None = None) -> tuple[Array, Array, Array]:
+        """Desired pose, velocity and acceleration.
+
+        Args:
+            t: Time [s].
+            piece_time: A time inside the piece whose acceleration holds; ``t`` by default.
+        """
+        when = t if piece_time is None else piece_time
+        signs = np.array([1.0, 0.0, -1.0, 0.0])
+        piece = int(np.searchsorted(self.breaks, when + 1e-9))
+        starts = np.concatenate(([0.0], self.breaks))
+        position, speed = 0.0, 0.0
+        for k in range(piece):
+            dt = starts[k + 1] - starts[k]
+            position += speed * dt + 0.5 * signs[k] * dt**2
+            speed += signs[k] * dt
+        dt = t - starts[piece]
+        position += speed * dt + 0.5 * signs[piece] * dt**2
+        speed += signs[piece] * dt
+        a = self.acceleration
+        return self.start + a * position, a * speed, a * signs[piece]
+
+
+class Evaluation(NamedTuple):
+    """Plant and control law at one instant."""
+
+    kin: Kinematics
+    torques: Array
+    violation: float
+    motion: Motion
+
+
+class ClosedLoop(NamedTuple):
+    """Hand, truth, law and desired motion of a scenario."""
+
+    hand: Hand
+    truth: Parameters
+    unknowns: Unknowns
+    law: Law
+    trajectory: Trajectory
+    initial_estimates: Array
+
+    @classmethod
+    def from_scenario(cls, scenario: Scenario) -> ClosedLoop:
+        """Reads a scenario; timed changes are not part of the reference."""
+        n = len(scenario.fingers)
+        truth = Parameters(
+            np.array([f.link_masses for f in scenario.fingers]),
+            scenario.object.mass,
+            scenario.object.inertia,
+            np.array([f.friction for f in scenario.fingers]),
+        )
+        path = scenario.trajectory
+        breaks = np.cumsum([path.acceleration_time, path.coast_time, path.acceleration_time])
+        return cls(
+            hand=_hand(scenario),
+            truth=truth,
+            unknowns=Unknowns(tuple(e.parameter for e in scenario.estimates), truth),
+            law=_law(scenario, n),
+            trajectory=Trajectory(np.array(path.start), np.array(path.acceleration), breaks),
+            initial_estimates=np.array([e.initial for e in scenario.estimates]),
+        )
+
+    def evaluate(
+        self,
+        state: State,
+        phase: Phase,
+        estimates: Array,
+        desired: tuple[Array, Array, Array],
+        *,
+        belief: Phase | None = None,
+        torques: Array | None = None,
+    ) -> Evaluation:
+        """Torques, accelerations and contact forces at one instant.
+
+        Args:
+            state: The state of the plant.
+            phase: Phase of the plant.
+            estimates: What the controller believes.
+            desired: Desired pose, velocity, acceleration.
+            belief: Phase the controller acts on; the plant's if left out.
+            torques: Torques that act; those of the law if left out.
+        """
+        kin = self.hand.kinematics(state)
+        violation = 0.0
+        if torques is None:
+            believed = phase if belief is None else belief
+            v = self.law.commanded_acceleration(state, believed, desired)
+            torques, violation = self.law.command(
+                self.hand, kin, self.unknowns.fill(estimates), believed, v
+            )
+        motion = self.hand.solve_all_unknowns(kin, self.truth, phase, torques)
+        return Evaluation(kin, torques, violation, motion)
+
+    def estimate_rates(
+        self,
+        kin: Kinematics,
+        state: State,
+        phase: Phase,
+        estimates: Array,
+        desired: tuple[Array, Array, Array],
+        acceleration: Array,
+    ) -> Array:
+        """The update law in the believed phase at a measured acceleration, unprojected."""
+        U, _ = regressor(self.hand, kin, self.unknowns, phase, acceleration)
+        reduced = self.hand.reduced_form(kin, self.unknowns.fill(estimates), phase)
+        return self.law.estimate_rates(reduced, U, state, desired, estimates)
+
+
+def _hand(scenario: Scenario) -> Hand:
+    body = scenario.object
+    anchors, tangents, fingers = [], [], []
+    for f in scenario.fingers:
+        tangent = np.array(_FACES[f.face])
+        normal = np.array([tangent[1], -tangent[0]])
+        depth = body.half_width if f.face in ("left", "right") else body.face_half_length
+        tangents.append(tangent)
+        anchors.append(f.contact_offset * tangent - depth * normal)
+        lengths = np.array(f.link_lengths)
+        fingers.append(
+            Finger(
+                base=np.array(f.base),
+                lengths=lengths,
+                centres=lengths * f.link_centre_fractions,
+                inertias=lengths**2 * f.link_inertia_fractions,
+                elbow=-1.0 if f.elbow == "up" else 1.0,
+            )
+        )
+    return Hand(tuple(fingers), np.array(anchors), np.array(tangents), scenario.simulation.gravity)
+
+
+def _law(scenario: Scenario, n: int) -> Law:
+    c = scenario.controller
+    p = len(scenario.estimates)
+    position = np.zeros(3 + n)
+    position[:3] = c.position_gain
+    return Law(
+        position_gain=position,
+        velocity_gain=np.broadcast_to(c.velocity_gain, 3 + n).astype(float),
+        lyapunov_weight=np.broadcast_to(c.lyapunov_weight, 3 + n).astype(float),
+        adaptation_gain=np.broadcast_to(c.adaptation_gain, p).astype(float),
+        grip_safety=c.grip_safety,
+        squeezes=c.grasp_force == "minimum",
+        norm_bound=c.estimate_norm_bound if c.kind == "theorem-4" else np.inf,
+        minimum=np.array([-np.inf if e.minimum is None else e.minimum for e in scenario.estimates]),
+        maximum=np.array([np.inf if e.maximum is None else e.maximum for e in scenario.estimates]),
+    )

@@ -1,0 +1,102 @@
+"""A run with continuous control: scipy integrates each phase and locates its end."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from tests.references.closed_loop import ClosedLoop
+from tests.references.hybrid import (
+    REST_SPEED,
+    Flow,
+    Run,
+    at_rest,
+    guards,
+    initial_vector,
+    select_phases,
+    unpack,
+)
+
+__all__ = ["run_continuous"]
+
+Array = NDArray[np.float64]
+
+
+class Mode(NamedTuple):
+    """Phase of the plant, and the belief that the controller holds until a time, if any."""
+
+    phase: tuple[int, ...]
+    belief: tuple[int, ...] | None
+    until: float
+
+
+def run_continuous(
+    loop: ClosedLoop, t_final: float, times: list[float], recognition_time: float = 1e-3
+) -> Run:
+    """The law acts inside the right-hand side and knows the phase.
+
+    Where no phase is consistent under its own torque, the controller keeps the phase it
+    believes in for the recognition time and the plant selects under that torque.
+    """
+    z, t, path = initial_vector(loop), 0.0, np.zeros(len(loop.hand.fingers))
+    record: dict[float, Array] = {}
+    mode = Mode((0,) * len(path), None, np.inf)
+    changes = [(0.0, mode.phase)]
+    for stop in [*(b for b in loop.trajectory.breaks if b < t_final), t_final]:
+        middle = 0.5 * (t + stop)
+        while t < stop:
+            if t >= mode.until:
+                mode = _recognise(loop, mode, t, z, middle, recognition_time)
+            mode = _select(loop, mode, t, z, middle, recognition_time)
+            if mode.phase != changes[-1][1]:
+                changes.append((t, mode.phase))
+            flow = Flow(loop, mode.phase, middle, belief=mode.belief)
+            before = unpack(loop, z)[0].slip
+            t, z = _flow_to_event(flow, t, z, min(stop, mode.until), times, record)
+            path += np.abs(unpack(loop, z)[0].slip - before)
+    return Run(changes, path, times, [record[time] for time in times])
+
+
+def _select(
+    loop: ClosedLoop, mode: Mode, t: float, z: Array, piece_time: float, recognition_time: float
+) -> Mode:
+    if mode.belief is None:
+        phases = select_phases(lambda p: Flow(loop, p, piece_time), loop, t, z)
+        if phases:
+            assert len(phases) == 1, f"{phases} are consistent at t = {t}"
+            return mode._replace(phase=phases[0])
+        mode = Mode(mode.phase, mode.phase, t + recognition_time)
+    phases = select_phases(lambda p: Flow(loop, p, piece_time, belief=mode.belief), loop, t, z)
+    assert len(phases) == 1, f"{phases} are consistent at t = {t}"
+    return mode._replace(phase=phases[0])
+
+
+def _recognise(
+    loop: ClosedLoop, mode: Mode, t: float, z: Array, piece_time: float, recognition_time: float
+) -> Mode:
+    """At the end of a hold the controller learns the plant's phase; it may have to hold that."""
+    free = np.abs(unpack(loop, z)[0].slip_velocity) < REST_SPEED
+    if Flow(loop, mode.phase, piece_time).is_consistent(t, z, free):
+        return Mode(mode.phase, None, np.inf)
+    return Mode(mode.phase, mode.phase, t + recognition_time)
+
+
+def _flow_to_event(
+    flow: Flow, t: float, z: Array, stop: float, times: list[float], record: dict[float, Array]
+) -> tuple[float, Array]:
+    solution = solve_ivp(
+        flow.derivative,
+        (t, stop),
+        z,
+        method="DOP853",
+        rtol=1e-9,
+        atol=1e-11,
+        events=list(guards(flow)),
+        dense_output=True,
+    )
+    end, last = float(solution.t[-1]), solution.y[:, -1].copy()
+    record.update({time: solution.sol(time) for time in times if t <= time <= end})
+    return end, at_rest(flow.loop, last)

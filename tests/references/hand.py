@@ -1,0 +1,236 @@
+"""Hand and object: contact geometry, all equations of motion at once, and the reduced form.
+
+Two routes to the same motion: `solve_all_unknowns` solves the four blocks of Eq. 15 for
+joint, object and slip accelerations and contact forces together; `reduced_form` is Eq. 18
+as printed, written with inverses of block-diagonal matrices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.references.finger import Finger
+
+__all__ = ["Hand", "Kinematics", "Motion", "Parameters", "Phase", "Reduced", "State"]
+
+Array = NDArray[np.float64]
+Phase = Sequence[int]
+
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+
+class Parameters(NamedTuple):
+    """What may be unknown: true values, or what the controller believes, SI units."""
+
+    link_masses: Array  # (n, 2)
+    object_mass: float
+    object_inertia: float
+    friction: Array  # (n,)
+
+
+class State(NamedTuple):
+    """The reduced coordinates and their rates."""
+
+    pose: Array  # (3,)
+    velocity: Array  # (3,)
+    slip: Array  # (n,)
+    slip_velocity: Array  # (n,)
+
+
+class Kinematics(NamedTuple):
+    """Everything that follows from the state without masses, forces or friction."""
+
+    q: Array  # (n, 2)
+    qd: Array  # (n, 2)
+    jacobians: Array  # (n, 2, 2)
+    frames: Array  # (n, 2, 2), columns x_c and normal
+    A_q: Array  # (2n, 2n)
+    A_o: Array  # (2n, 3)
+    A_s: Array  # (2n, n)
+    b: Array  # (2n,)
+    J: Array  # (2n, 2n), the J of Eq. 1 in contact frames
+    W: Array  # (3, 2n)
+    A_q_inverse: Array  # (2n, 2n)
+    J_inverse_transposed: Array  # (2n, 2n)
+
+
+class Motion(NamedTuple):
+    """Accelerations and contact forces."""
+
+    joint_accelerations: Array  # (n, 2)
+    acceleration: Array  # (3 + n,), object and slip
+    forces: Array  # (n, 2), F_x and F_n of each fingertip on the object
+
+
+class Reduced(NamedTuple):
+    """The matrices of Eq. 17."""
+
+    M: Array  # (3 + n, 3 + n)
+    h: Array  # (3 + n,)
+    B: Array  # (3 + n, 2n)
+
+
+class Hand(NamedTuple):
+    """Geometry of fingers and object.
+
+    Attributes:
+        fingers: The fingers.
+        anchors: Contact points at zero slip, object frame, ``(n, 2)`` [m].
+        tangents: Unit vectors of positive slip, object frame, ``(n, 2)``.
+        gravity: Gravitational acceleration along -y [m]/[s^2].
+    """
+
+    fingers: tuple[Finger, ...]
+    anchors: Array
+    tangents: Array
+    gravity: float
+
+    def tip_positions(self, pose: Array, slip: Array) -> Array:
+        """Fingertips in the inertial frame, ``(n, 2)`` [m]."""
+        points = self.anchors + slip[:, None] * self.tangents
+        return pose[:2] + points @ _rotation(pose[2]).T
+
+    def kinematics(self, state: State) -> Kinematics:
+        """Joint motion from the closure of the chains (Eq. 13-16)."""
+        R = _rotation(state.pose[2])
+        spin = state.velocity[2]
+        tips = self.tip_positions(state.pose, state.slip)
+        rows = []
+        for i, finger in enumerate(self.fingers):
+            t = R @ self.tangents[i]
+            r = tips[i] - state.pose[:2]
+            q = finger.joint_positions(tips[i])
+            J = finger.jacobian(q)
+            A_o = -np.column_stack((np.eye(2), TURN @ r))
+            qd = np.linalg.solve(J, -A_o @ state.velocity + t * state.slip_velocity[i])
+            b = (
+                -finger.jacobian_rate_times_velocity(q, qd)
+                - spin**2 * r
+                + 2.0 * spin * state.slip_velocity[i] * (TURN @ t)
+            )
+            normal = np.array([t[1], -t[0]])
+            frame = np.column_stack((-t, normal))
+            moments = r[0] * frame[1] - r[1] * frame[0]
+            rows.append((q, qd, J, frame, A_o, -t[:, None], b, np.vstack((frame, moments))))
+        q, qd, J, frames, A_o, A_s, b, W = zip(*rows, strict=True)
+        A_q = block_diagonal(J)
+        J_c = block_diagonal([C.T @ j for C, j in zip(frames, J, strict=True)])
+        return Kinematics(
+            q=np.array(q),
+            qd=np.array(qd),
+            jacobians=np.array(J),
+            frames=np.array(frames),
+            A_q=A_q,
+            A_o=np.vstack(A_o),
+            A_s=block_diagonal(A_s),
+            b=np.concatenate(b),
+            J=J_c,
+            W=np.hstack(W),
+            A_q_inverse=np.linalg.inv(A_q),
+            J_inverse_transposed=np.linalg.inv(J_c).T,
+        )
+
+    def finger_dynamics(self, kin: Kinematics, parameters: Parameters) -> tuple[Array, Array]:
+        """M and h of all fingers, ``(2n, 2n)`` and ``(2n,)``."""
+        links = zip(self.fingers, kin.q, kin.qd, parameters.link_masses, strict=True)
+        pairs = [
+            (finger.inertia_matrix(q, m), finger.bias(q, qd, m, self.gravity))
+            for finger, q, qd, m in links
+        ]
+        return block_diagonal([M for M, _ in pairs]), np.concatenate([h for _, h in pairs])
+
+    def object_dynamics(self, parameters: Parameters) -> tuple[Array, Array]:
+        """M_o and h_o of Eq. 62."""
+        m = parameters.object_mass
+        M_o = np.diag([m, m, parameters.object_inertia])
+        return M_o, np.array([0.0, m * self.gravity, 0.0])
+
+    def solve_all_unknowns(
+        self, kin: Kinematics, parameters: Parameters, phase: Phase, torques: Array
+    ) -> Motion:
+        """Solves Eq. 15 for all its unknowns together, nothing eliminated by hand."""
+        n = len(self.fingers)
+        M, h = self.finger_dynamics(kin, parameters)
+        M_o, h_o = self.object_dynamics(parameters)
+        alpha, D = friction_rows(phase, parameters.friction)
+        zero = np.zeros
+        matrix = np.block(
+            [
+                [M, zero((2 * n, 3 + n)), kin.J.T],
+                [zero((3, 2 * n)), M_o, zero((3, n)), -kin.W],
+                [kin.A_q, kin.A_o, kin.A_s, zero((2 * n, 2 * n))],
+                [zero((n, 2 * n + 3)), alpha, D],
+            ]
+        )
+        right = np.concatenate((torques - h, -h_o, kin.b, zero(n)))
+        solution = np.linalg.solve(matrix, right)
+        return Motion(
+            joint_accelerations=solution[: 2 * n].reshape(n, 2),
+            acceleration=solution[2 * n : 3 * n + 3],
+            forces=solution[3 * n + 3 :].reshape(n, 2),
+        )
+
+    def reduced_form(self, kin: Kinematics, parameters: Parameters, phase: Phase) -> Reduced:
+        """M, h and B with tilde, Eq. 18 as printed."""
+        M, h = self.finger_dynamics(kin, parameters)
+        M_o, h_o = self.object_dynamics(parameters)
+        alpha, D = friction_rows(phase, parameters.friction)
+        JMA = kin.J_inverse_transposed @ M @ kin.A_q_inverse
+        J_h = kin.J_inverse_transposed @ h
+        W = kin.W
+        return Reduced(
+            M=np.block(
+                [
+                    [M_o - W @ JMA @ kin.A_o, -W @ JMA @ kin.A_s],
+                    [D @ JMA @ kin.A_o, alpha + D @ JMA @ kin.A_s],
+                ]
+            ),
+            h=np.concatenate(
+                (
+                    h_o + W @ JMA @ kin.b + W @ J_h,
+                    -D @ JMA @ kin.b - D @ J_h,
+                )
+            ),
+            B=np.vstack((W, -D)) @ kin.J_inverse_transposed,
+        )
+
+    def kinetic_energy(self, state: State, kin: Kinematics, parameters: Parameters) -> float:
+        """Kinetic energy of fingers and object [J]."""
+        M, _ = self.finger_dynamics(kin, parameters)
+        M_o, _ = self.object_dynamics(parameters)
+        qd, v = kin.qd.ravel(), state.velocity
+        return 0.5 * float(qd @ M @ qd + v @ M_o @ v)
+
+    def potential_energy(self, state: State, kin: Kinematics, parameters: Parameters) -> float:
+        """Potential energy of fingers and object, zero at y = 0 [J]."""
+        links = zip(self.fingers, kin.q, parameters.link_masses, strict=True)
+        fingers = sum(f.potential_energy(q, m, self.gravity) for f, q, m in links)
+        return fingers + parameters.object_mass * self.gravity * float(state.pose[1])
+
+
+def block_diagonal(blocks: Sequence[Array]) -> Array:
+    """Blocks of equal shape along the diagonal."""
+    rows, columns = blocks[0].shape
+    matrix = np.zeros((rows * len(blocks), columns * len(blocks)))
+    for i, block in enumerate(blocks):
+        matrix[i * rows : (i + 1) * rows, i * columns : (i + 1) * columns] = block
+    return matrix
+
+
+def friction_rows(phase: Phase, friction: Array) -> tuple[Array, Array]:
+    """alpha and D of Eq. 10: ``alpha sdd + D F = 0``, shapes ``(n, n)`` and ``(n, 2n)``."""
+    stick = np.asarray(phase) == 0
+    rows = [
+        np.zeros((1, 2)) if stuck else np.array([[1.0, gamma * mu]])
+        for stuck, gamma, mu in zip(stick, phase, friction, strict=True)
+    ]
+    return np.diag(stick.astype(float)), block_diagonal(rows)
+
+
+def _rotation(angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])

@@ -1,0 +1,135 @@
+"""Random hands and states, away from singular arms, for point-wise comparisons."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.loading import scenario_from_mapping
+from core.scenario import Scenario
+from tests.references.hand import Phase, State
+
+__all__ = ["UNKNOWN_KINDS", "random_estimates", "random_scenario", "random_state"]
+
+UNKNOWN_KINDS = ("masses", "friction", "object", "nothing")
+
+_FACES = ("left", "right", "bottom", "top")
+_OUTWARD = {"left": (-1.0, 0.0), "right": (1.0, 0.0), "bottom": (0.0, -1.0), "top": (0.0, 1.0)}
+
+
+def random_scenario(rng: np.random.Generator, num_fingers: int, unknown: str) -> Scenario:
+    """A hand with one finger per face, everything about it drawn at random.
+
+    Args:
+        rng: Source of randomness.
+        num_fingers: 2, 3 or 4.
+        unknown: Which parameters are estimated, one of `UNKNOWN_KINDS`.
+    """
+    half_width, half_length = rng.uniform(0.05, 0.2, 2)
+    pose = rng.uniform([-1.0, -1.0, -0.5], [1.0, 1.0, 0.5])
+    fingers = [
+        _random_finger(rng, face, pose, half_width, half_length) for face in _FACES[:num_fingers]
+    ]
+    mapping: dict[str, Any] = {
+        "object": {
+            "mass": rng.uniform(0.3, 2.0),
+            "inertia": rng.uniform(0.005, 0.05),
+            "half_width": half_width,
+            "face_half_length": half_length,
+        },
+        "fingers": fingers,
+        "trajectory": {
+            "start": pose,
+            "acceleration": rng.uniform(-0.5, 0.5, 3),
+            "acceleration_time": 1.0,
+            "coast_time": 2.0,
+        },
+        "controller": {
+            "kind": "theorem-4" if unknown == "friction" else "theorem-3",
+            "control_period": 0.0,
+            "position_gain": rng.uniform(20.0, 200.0, 3),
+            "velocity_gain": rng.uniform(5.0, 20.0, 3 + num_fingers),
+            "lyapunov_weight": rng.uniform(1.0, 50.0, 3 + num_fingers),
+            "grasp_force": "minimum" if num_fingers == 2 else "none",
+            "grip_safety": rng.uniform(1.0, 1.5),
+            "estimate_norm_bound": 1.0,
+        },
+        "estimates": _random_unknowns(rng, num_fingers, unknown),
+        "simulation": {"gravity": rng.uniform(1.0, 15.0)},
+    }
+    return scenario_from_mapping(_plain(mapping))
+
+
+def random_state(rng: np.random.Generator, scenario: Scenario, phase: Phase) -> State:
+    """A moving state near the start pose that fits the phase: sticking contacts do not slip."""
+    n = len(scenario.fingers)
+    speeds = np.array(phase) * rng.uniform(0.01, 0.5, n)
+    return State(
+        pose=np.array(scenario.trajectory.start) + rng.uniform(-0.02, 0.02, 3),
+        velocity=rng.uniform(-0.5, 0.5, 3),
+        slip=rng.uniform(-0.02, 0.02, n),
+        slip_velocity=speeds,
+    )
+
+
+def random_estimates(rng: np.random.Generator, scenario: Scenario) -> NDArray[np.float64]:
+    """Estimates near the initial ones."""
+    initial = np.array([e.initial for e in scenario.estimates])
+    return initial * rng.uniform(0.7, 1.3, len(initial))
+
+
+def _random_finger(
+    rng: np.random.Generator, face: str, pose: Any, half_width: float, half_length: float
+) -> dict[str, Any]:
+    outward = np.array(_OUTWARD[face])
+    depth = half_width if outward[0] else half_length
+    lengths = rng.uniform(0.6, 1.2, 2)
+    reach = rng.uniform(0.5, 0.85) * lengths.sum()
+    angle = pose[2] + np.arctan2(outward[1], outward[0]) + rng.uniform(-0.8, 0.8)
+    turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
+    base = pose[:2] + turn @ outward * depth + reach * np.array([np.cos(angle), np.sin(angle)])
+    return {
+        "face": face,
+        "base": base,
+        "elbow": rng.choice(["up", "down"]),
+        "friction": rng.uniform(0.1, 0.6),
+        "contact_offset": rng.uniform(-0.02, 0.02),
+        "link_masses": rng.uniform(0.3, 2.0, 2),
+        "link_lengths": lengths,
+        "link_centre_fractions": rng.uniform(0.3, 0.7, 2),
+        "link_inertia_fractions": rng.uniform(0.05, 0.15, 2),
+    }
+
+
+def _random_unknowns(
+    rng: np.random.Generator, num_fingers: int, unknown: str
+) -> list[dict[str, Any]]:
+    body = ["object.mass", "object.inertia"]
+    keys = {
+        "masses": [f"fingers.{i}.link_masses.{k}" for i in range(num_fingers) for k in (0, 1)],
+        "friction": [f"fingers.{i}.friction" for i in range(num_fingers)],
+        "object": [],
+        "nothing": [],
+    }[unknown]
+    keys = [] if unknown == "nothing" else keys + body
+    scale = {"mass": 1.0, "inertia": 0.02, "friction": 0.5}
+    return [
+        {
+            "parameter": key,
+            "initial": rng.uniform(0.5, 1.5) * scale.get(key.rpartition(".")[2], 1.0),
+        }
+        for key in keys
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """Arrays and NumPy scalars as lists, numbers and strings."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return value

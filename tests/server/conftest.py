@@ -1,0 +1,64 @@
+"""One server for most tests of the REST interface, and one with a viewer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import httpx2
+import pytest
+
+from core.simulator import prepare_kernel
+from server.app import create_app
+from server.settings import Settings
+from server.viewer_relay import add_viewer_routes
+from server.viewer_server import ViewerServer
+from tests.server.serving import RunningServer, serve
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kernel() -> None:
+    """Compiled once and waited for here, so that no test takes it for a slow answer."""
+    prepare_kernel()
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    with serve(Settings(data_directory=tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture
+def client(server: RunningServer) -> Iterator[httpx2.Client]:
+    with server.client() as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def sample_run(server: RunningServer) -> dict[str, Any]:
+    with server.client() as client:
+        answer = client.post("/runs", json={"scenario": "paper-case-1"})
+    assert answer.status_code == 201
+    run: dict[str, Any] = answer.json()
+    return run
+
+
+@dataclass(frozen=True, slots=True)
+class Viewing:
+    server: RunningServer
+    viewer: ViewerServer
+
+
+@pytest.fixture(scope="session")
+def viewing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewing]:
+    settings = Settings(data_directory=tmp_path_factory.mktemp("viewed"))
+    viewer = ViewerServer(label="test")
+    viewer.scene.configure_default_lights(enabled=True, cast_shadow=False)
+    app = create_app(settings)
+    add_viewer_routes(app, viewer.get_port, "/")
+    try:
+        with serve(settings, app) as running:
+            yield Viewing(running, viewer)
+    finally:
+        viewer.stop()

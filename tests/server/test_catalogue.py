@@ -1,0 +1,76 @@
+"""Presets, parameters, health and the description of the interface."""
+
+from __future__ import annotations
+
+import pytest
+
+from core.loading import load_scenario, parameter_definitions, preset_names, scenario_from_mapping
+
+
+def test_health_says_that_the_service_is_up(client) -> None:
+    health = client.get("/health").json()
+    assert health["status"] == "ok" and health["kernel"] in ("ready", "compiling")
+    assert health["version"] and health["running"] == health["waiting"] == 0
+
+
+def test_presets_are_listed_with_where_to_find_them(server, client) -> None:
+    listed = client.get("/presets").json()
+    assert [preset["name"] for preset in listed["data"]] == list(preset_names())
+    assert listed["count"] == len(preset_names())
+    for preset in listed["data"]:
+        answer = client.get(f"{server.url}{preset['links']['self']}")
+        assert answer.status_code == 200 and answer.json()["title"] == preset["title"]
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_a_preset_is_given_as_a_whole_scenario(client, name) -> None:
+    preset = client.get(f"/presets/{name}").json()
+    assert scenario_from_mapping(preset["scenario"]) == load_scenario(name)
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_parameters_are_those_of_the_scenario_with_unit_bounds_and_text(client, name) -> None:
+    listed = client.get("/parameters", params={"preset": name}).json()
+    by_key = {parameter["key"]: parameter for parameter in listed["data"]}
+    definitions = parameter_definitions(load_scenario(name))
+    assert definitions.keys() | {"changes.0.time"} <= by_key.keys()
+    assert listed["count"] == len(by_key)
+    for key, definition in definitions.items():
+        shown = by_key[key]
+        assert shown["unit"] == definition.unit and shown["text"] == definition.text
+        assert (shown["minimum"], shown["maximum"]) == (definition.minimum, definition.maximum)
+        assert shown["choices"] == list(definition.choices)
+
+
+def test_parameters_of_an_unknown_preset_are_refused(client) -> None:
+    answer = client.get("/parameters", params={"preset": "paper-case-9"})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["limit"] == "one of " + ", ".join(preset_names())
+
+
+def test_the_description_lists_every_route_and_its_problems(client) -> None:
+    document = client.get("/openapi.json").json()
+    assert document["openapi"].startswith("3.")
+    assert set(document["paths"]) == {
+        "/api/v1/health",
+        "/api/v1/presets",
+        "/api/v1/presets/{name}",
+        "/api/v1/parameters",
+        "/api/v1/runs",
+        "/api/v1/runs/{run_id}",
+        "/api/v1/runs/{run_id}/signals",
+        "/api/v1/runs/{run_id}/signals.csv",
+        "/api/v1/runs/{run_id}/recording",
+    }
+    posting = document["paths"]["/api/v1/runs"]["post"]
+    schema = posting["requestBody"]["content"]["application/json"]["schema"]
+    assert schema["properties"].keys() == {"scenario", "set"} and schema["example"]
+    assert {"201", "400", "413", "415", "422", "503"} <= posting["responses"].keys()
+    assert "application/problem+json" in posting["responses"]["422"]["content"]
+
+
+def test_the_documentation_is_served_without_anything_from_outside(client) -> None:
+    for name, kind in (("docs", "html"), ("docs.js", "javascript"), ("docs.css", "css")):
+        answer = client.get(f"/{name}")
+        assert answer.status_code == 200 and kind in answer.headers["content-type"]
+        assert "//" not in answer.text.replace("// ", "") and "http" not in answer.text

@@ -1,0 +1,123 @@
+"""The service that simulates and saves, without HTTP."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from core.exceptions import ScenarioError
+from core.loading import load_scenario, with_values
+from core.types import Outcome
+from recordings.store import RecordingStore
+from server.errors import ServiceBusyError
+from server.run_service import RunService
+from server.settings import Settings
+
+SHORT = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.05})
+LONG = with_values(
+    load_scenario("paper-case-1"),
+    {
+        "simulation.duration": 600.0,
+        "simulation.output_rate": 1.0,
+        "controller.control_period": 0.0001,
+        "simulation.max_steps": 100_000_000,
+    },
+)
+
+
+@pytest.fixture
+def service(tmp_path) -> Iterator[RunService]:
+    settings = Settings(data_directory=tmp_path, max_running=1, max_waiting=2)
+    service = RunService(RecordingStore(tmp_path), settings)
+    yield service
+    service.close()
+
+
+def test_a_run_is_simulated_and_saved(service) -> None:
+    result, stored = service.run(SHORT)
+    assert stored is not None and stored.summary["outcome"] == result.outcome
+    assert np.array_equal(service.store.open(stored.id).trace.to_rows(), result.trace.to_rows())
+
+
+def test_a_preview_is_simulated_and_not_saved(service) -> None:
+    assert service.preview(SHORT).outcome is Outcome.COMPLETED
+    assert service.store.count() == 0
+
+
+def test_a_preview_stops_when_it_is_asked_to(service) -> None:
+    asked_at = time.monotonic()
+    result = service.preview(LONG, lambda: time.monotonic() - asked_at > 0.3)
+    assert result.outcome is Outcome.STOPPED
+    assert time.monotonic() - asked_at < 5.0
+
+
+def test_a_preview_does_not_wait_for_runs(service) -> None:
+    service.preview(SHORT)
+    waiting = [service.submit(lambda: LONG) for _ in range(2)]
+    started = time.monotonic()
+    assert service.preview(SHORT).outcome is Outcome.COMPLETED
+    assert time.monotonic() - started < 2.0
+    service.close()
+    assert [future.done() for future in waiting] == [True, True]
+
+
+def test_no_more_runs_wait_than_the_service_was_told(service) -> None:
+    for _ in range(3):
+        service.submit(lambda: LONG)
+    with pytest.raises(ServiceBusyError, match="runs are waiting already"):
+        service.submit(lambda: SHORT)
+
+
+def test_what_is_wrong_with_a_scenario_comes_out_of_the_future_and_frees_the_place(service) -> None:
+    def make_nothing():
+        raise ScenarioError([])
+
+    for _ in range(5):
+        with pytest.raises(ScenarioError):
+            service.submit(make_nothing).result()
+    wait_for_load(service, running=0)
+
+
+def test_closing_stops_what_runs_and_keeps_what_it_has(service) -> None:
+    future = service.submit(lambda: LONG)
+    wait_for_load(service, running=1)
+    time.sleep(0.2)
+    started = time.monotonic()
+    service.close()
+    assert time.monotonic() - started < 5.0
+    result, stored = future.result()
+    assert result.outcome is Outcome.STOPPED and stored is not None
+
+
+def test_the_load_counts_running_and_waiting_runs(service) -> None:
+    gate = threading.Event()
+
+    def make_when_open():
+        gate.wait(10.0)
+        return SHORT
+
+    futures = [service.submit(make_when_open) for _ in range(3)]
+    wait_for_load(service, running=1)
+    assert (service.load.running, service.load.waiting) == (1, 2)
+    gate.set()
+    assert all(future.result()[1] is not None for future in futures)
+    wait_for_load(service, running=0)
+
+
+def wait_for_load(service: RunService, running: int, seconds: float = 10.0) -> None:
+    deadline = time.monotonic() + seconds
+    while service.load.running != running or (running == 0 and service.load.waiting):
+        assert time.monotonic() < deadline, service.load
+        time.sleep(0.01)
+
+
+def test_the_kernel_is_prepared_in_the_background(service) -> None:
+    service.start()
+    deadline = time.monotonic() + 200.0
+    while not service.kernel_is_ready and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert service.kernel_is_ready

@@ -1,0 +1,327 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+
+from core.loading import load_scenario
+from core.simulator import simulate
+from core.types import Outcome
+from recordings.csv_export import csv_columns, write_csv
+from recordings.reader import read_recording
+from server.settings import Settings
+from tests.server.serving import RunningServer, serve
+
+SEPARATES = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
+LONG = {
+    "scenario": "paper-case-1",
+    "set": {
+        "simulation.duration": 600.0,
+        "simulation.output_rate": 1.0,
+        "controller.control_period": 0.0001,
+        "simulation.max_steps": 100_000_000,
+    },
+}
+
+
+def plain(value: Any) -> Any:
+    return json.loads(json.dumps(value))
+
+
+def test_a_posted_run_answers_with_the_summary_id_links_and_path(server, client) -> None:
+    answer = client.post("/runs", json={"scenario": "paper-case-1"})
+    run = answer.json()
+    summary = plain(simulate(load_scenario("paper-case-1")).summary())
+    assert answer.status_code == 201
+    assert {key: run[key] for key in summary} == summary
+    assert answer.headers["location"] == run["links"]["self"] == f"/api/v1/runs/{run['id']}"
+    path = Path(run["recording"])
+    assert path.is_file() and path.parent == server.data_directory
+
+
+def test_a_posted_run_has_the_keys_of_the_contract(sample_run) -> None:
+    keys = {"outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"}
+    assert keys | {"id", "links"} <= sample_run.keys()
+    assert sample_run["phase_changes"][0].keys() == {"time", "contact", "from", "to"}
+    assert sample_run["metrics"].keys() >= {
+        "held",
+        "slipping_at_end",
+        "last_slip_time",
+        "slip_path",
+        "peak_normal_force",
+        "minimum_friction_margin",
+        "rms_tracking_error",
+        "final_tracking_error",
+        "torque_effort",
+        "phase_change_count",
+    }
+    assert sample_run["outcome"] == "completed" and sample_run["reason"] is None
+
+
+def test_every_link_of_a_run_leads_somewhere(server, sample_run) -> None:
+    with httpx2.Client(base_url=server.url, trust_env=False) as client:
+        for link in sample_run["links"].values():
+            assert client.get(link).status_code == 200
+
+
+def test_values_are_set_by_dotted_key_and_change_the_run(client, sample_run) -> None:
+    values = {"object.mass": 1.4, "fingers.0.friction": 0.3, "simulation.duration": 1}
+    run = client.post("/runs", json={"scenario": "paper-case-1", "set": values}).json()
+    assert run["end_time"] == 1.0
+    assert run["metrics"]["slip_path"] != sample_run["metrics"]["slip_path"]
+
+
+def test_a_preset_sent_back_as_an_object_gives_the_same_run(client, sample_run) -> None:
+    scenario = client.get("/presets/paper-case-1").json()["scenario"]
+    run = client.post("/runs", json={"scenario": scenario}).json()
+    assert run["metrics"] == sample_run["metrics"]
+    assert Path(run["recording"]).read_bytes() == Path(sample_run["recording"]).read_bytes()
+
+
+def test_a_run_that_physics_ends_early_is_created_too(client) -> None:
+    answer = client.post("/runs", json=SEPARATES)
+    run = answer.json()
+    assert answer.status_code == 201
+    assert Outcome(run["outcome"]).ended_by_physics and run["end_time"] < 7.0
+    assert run["reason"].keys() == {
+        "code",
+        "message",
+        "contact",
+        "time",
+        "value",
+        "limit",
+        "hint",
+    }
+    assert client.get(f"/runs/{run['id']}").json() == run
+
+
+def test_a_run_beyond_the_time_limit_ends_as_limit_and_is_created(tmp_path) -> None:
+    settings = Settings(data_directory=tmp_path, wall_limit=0.3)
+    with serve(settings) as running, running.client() as client:
+        answer = client.post("/runs", json=LONG)
+    assert answer.status_code == 201
+    assert answer.json()["outcome"] == "limit"
+    assert 0.0 < answer.json()["end_time"] < 600.0
+
+
+def test_a_run_that_cannot_be_written_is_still_answered(tmp_path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    with serve(Settings(data_directory=blocked)) as running, running.client() as client:
+        answer = client.post("/runs", json={"scenario": "paper-case-1"})
+        assert client.get("/health").status_code == 200
+    run = answer.json()
+    assert answer.status_code == 201 and "location" not in answer.headers
+    assert run["outcome"] == "completed" and run["metrics"]["held"]
+    assert run["recording"] is None and run["id"] is None and run["links"] == {}
+    assert [warning["code"] for warning in run["warnings"]] == ["not_saved"]
+
+
+def test_a_run_is_read_again_as_it_was_answered(client, sample_run) -> None:
+    assert client.get(f"/runs/{sample_run['id']}").json() == sample_run
+
+
+def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
+    short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
+    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+        assert client.get("/runs").json() == {"data": [], "count": 0}
+        made = [client.post("/runs", json=short).json() for _ in range(5)]
+        newest = made[::-1]
+        assert client.get("/runs").json() == {"data": newest, "count": 5}
+        page = client.get("/runs", params={"limit": 2, "offset": 1}).json()
+        assert page == {"data": newest[1:3], "count": 5}
+        beyond = client.get("/runs", params={"offset": 10**9}).json()
+        assert beyond == {"data": [], "count": 5}
+
+
+def test_the_recording_is_downloaded_byte_for_byte(client, sample_run) -> None:
+    answer = client.get(f"/runs/{sample_run['id']}/recording")
+    assert answer.headers["content-type"] == "application/octet-stream"
+    assert f"{sample_run['id']}.mcap" in answer.headers["content-disposition"]
+    assert answer.content == Path(sample_run["recording"]).read_bytes()
+
+
+def test_part_of_a_recording_can_be_downloaded(client, sample_run) -> None:
+    answer = client.get(f"/runs/{sample_run['id']}/recording", headers={"Range": "bytes=0-7"})
+    assert answer.status_code == 206
+    assert answer.content == Path(sample_run["recording"]).read_bytes()[:8]
+
+
+def test_the_csv_file_is_the_exported_one(client, sample_run) -> None:
+    answer = client.get(f"/runs/{sample_run['id']}/signals.csv")
+    expected = io.StringIO()
+    write_csv(read_recording(Path(sample_run["recording"])), expected)
+    assert answer.headers["content-type"] == "text/csv; charset=utf-8"
+    assert answer.text == expected.getvalue()
+
+
+def test_all_signals_hold_every_column_of_the_csv_file_and_every_signal(client, sample_run) -> None:
+    signals = client.get(f"/runs/{sample_run['id']}/signals").json()
+    result = read_recording(Path(sample_run["recording"]))
+    table = list(csv.DictReader(io.StringIO(client.get(sample_csv(sample_run)).text)))
+    assert set(csv_columns(result)) <= signals["signals"].keys() == signals["units"].keys()
+    assert len(signals["signals"]) == result.trace.shape.num_columns
+    assert signals["id"] == sample_run["id"] and signals["count"] == len(table)
+    for name in csv_columns(result):
+        column = [row[name] if name.startswith("phase") else float(row[name]) for row in table]
+        assert signals["signals"][name] == column, name
+
+
+def sample_csv(run: dict[str, Any]) -> str:
+    return f"/runs/{run['id']}/signals.csv"
+
+
+def test_signals_are_chosen_by_column_or_by_signal_in_the_order_asked(client, sample_run) -> None:
+    names = "slip, t,times,torque_1_0,estimates,object_velocity"
+    signals = client.get(f"/runs/{sample_run['id']}/signals", params={"names": names}).json()
+    unknowns = list(sample_run["estimates"])
+    assert list(signals["signals"]) == [
+        "slip_0",
+        "slip_1",
+        "t",
+        "torque_1_0",
+        *(f"estimate_{key}" for key in unknowns),
+        "object_velocity_x",
+        "object_velocity_y",
+        "object_velocity_theta",
+    ]
+    assert (
+        signals["units"]["torque_1_0"] == "N m" and signals["units"]["estimate_object.mass"] == "kg"
+    )
+    assert signals["units"]["object_velocity_theta"] == "rad/s"
+    assert signals["signals"]["t"][-1] == 7.0
+    final = {key: signals["signals"][f"estimate_{key}"][-1] for key in unknowns}
+    assert final == sample_run["estimates"]
+
+
+def test_an_unknown_signal_is_refused_with_the_nearest_name(client, sample_run) -> None:
+    answer = client.get(f"/runs/{sample_run['id']}/signals", params={"names": "t,slop_0"})
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["field"] == "names" and error["value"] == "slop_0"
+    assert "did you mean 'slip_0'" in error["message"]
+
+
+def test_a_run_whose_file_vanished_is_not_found(server, client) -> None:
+    short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
+    run = client.post("/runs", json=short).json()
+    Path(run["recording"]).unlink()
+    for part in ("", "/signals", "/signals.csv", "/recording"):
+        answer = client.get(f"/runs/{run['id']}{part}")
+        assert answer.status_code == 404
+        assert answer.headers["content-type"] == "application/problem+json"
+    assert run["id"] not in [listed["id"] for listed in client.get("/runs").json()["data"]]
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89", b"\x89MCAP0\r\n", b"\0" * 5000])
+def test_a_damaged_recording_is_said_to_be_damaged(tmp_path, content) -> None:
+    (tmp_path / "abcdefghijkl.mcap").write_bytes(content)
+    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+        listed = client.get("/runs").json()
+        assert listed["count"] == 1 and listed["data"][0]["outcome"] == "failed"
+        assert listed["data"][0]["reason"]["code"] == "damaged_recording"
+        for part in ("signals", "signals.csv"):
+            answer = client.get(f"/runs/abcdefghijkl/{part}")
+            assert answer.status_code == 422 and answer.json()["errors"]
+        assert client.get("/runs/abcdefghijkl/recording").content == content
+
+
+def test_a_link_in_the_data_folder_is_not_followed(tmp_path) -> None:
+    secret = tmp_path / "secret"
+    secret.write_text("secret")
+    folder = tmp_path / "data"
+    folder.mkdir()
+    (folder / "abcdefghijkl.mcap").symlink_to(secret)
+    with serve(Settings(data_directory=folder)) as running, running.client() as client:
+        assert client.get("/runs").json() == {"data": [], "count": 0}
+        assert client.get("/runs/abcdefghijkl/recording").status_code == 404
+
+
+def test_the_service_answers_at_once_while_it_simulates(tmp_path) -> None:
+    settings = Settings(data_directory=tmp_path, wall_limit=2.0)
+    with serve(settings) as running, running.client() as client:
+        wait_for_kernel(client)
+        outcomes: list[str] = []
+        runners = [threading.Thread(target=post_long, args=(running, outcomes)) for _ in range(2)]
+        for runner in runners:
+            runner.start()
+        latencies = []
+        while any(runner.is_alive() for runner in runners):
+            started = time.perf_counter()
+            health = client.get("/health").json()
+            latencies.append(time.perf_counter() - started)
+            assert health["running"] <= 2
+            time.sleep(0.02)
+    assert outcomes == ["limit", "limit"]
+    assert len(latencies) > 20 and sorted(latencies)[len(latencies) // 2] < 0.05
+    assert max(latencies) < 0.5
+
+
+def wait_for_health(client: httpx2.Client, wanted: dict[str, Any], seconds: float = 10.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not wanted.items() <= (health := client.get("/health").json()).items():
+        assert time.monotonic() < deadline, health
+        time.sleep(0.01)
+
+
+def wait_for_kernel(client: httpx2.Client) -> None:
+    wait_for_health(client, {"kernel": "ready"}, seconds=250.0)
+
+
+def post_long(running: RunningServer, outcomes: list[str]) -> None:
+    with running.client() as client:
+        outcomes.append(client.post("/runs", json=LONG).json()["outcome"])
+
+
+def test_a_full_queue_is_answered_with_when_to_come_back(tmp_path) -> None:
+    settings = Settings(
+        data_directory=tmp_path, wall_limit=1.0, max_running=1, max_waiting=1, retry_after=7
+    )
+    with serve(settings) as running, running.client() as client:
+        wait_for_kernel(client)
+        outcomes: list[str] = []
+        runners = [threading.Thread(target=post_long, args=(running, outcomes)) for _ in range(2)]
+        for runner in runners:
+            runner.start()
+        wait_for_health(client, {"running": 1, "waiting": 1})
+        answer = client.post("/runs", json=LONG)
+        for runner in runners:
+            runner.join()
+        assert answer.status_code == 503 and answer.headers["retry-after"] == "7"
+        assert answer.json()["status"] == 503
+        assert outcomes == ["limit", "limit"]
+        wait_for_health(client, {"running": 0, "waiting": 0})
+
+
+def test_a_server_that_is_stopped_does_not_wait_for_long_runs(tmp_path) -> None:
+    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+        wait_for_kernel(client)
+        runner = threading.Thread(target=post_and_forget, args=(running,))
+        runner.start()
+        wait_for_health(client, {"running": 1})
+        started = time.monotonic()
+    assert time.monotonic() - started < 8.0
+    runner.join()
+
+
+def post_and_forget(running: RunningServer) -> None:
+    with running.client() as client, suppress(httpx2.HTTPError):
+        client.post("/runs", json=LONG)
+
+
+def test_every_number_of_an_answer_is_finite(client, sample_run) -> None:
+    def refuse(word: str) -> float:
+        raise AssertionError(word)
+
+    for text in (json.dumps(sample_run), client.get(f"/runs/{sample_run['id']}/signals").text):
+        json.loads(text, parse_constant=refuse)
+    assert math.isfinite(sample_run["metrics"]["torque_effort"])

@@ -1,0 +1,293 @@
+"""The relay between viewers and viser, with real websockets on both sides."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+import viser
+import websockets.asyncio.client
+import websockets.asyncio.server
+from websockets.exceptions import ConnectionClosed
+
+from server.app import create_app
+from server.settings import Settings
+from server.viewer_relay import MAX_VIEWERS, add_viewer_routes
+from tests.server.raw_http import get
+from tests.server.serving import serve
+
+PROTOCOL = f"viser-v{viser.__version__}"
+
+
+def connect(port: int, path: str = "/", protocol: str | None = PROTOCOL, **options):
+    return websockets.asyncio.client.connect(
+        f"ws://127.0.0.1:{port}{path}",
+        subprotocols=[protocol] if protocol else None,
+        origin=f"http://127.0.0.1:{port}",
+        max_size=None,
+        compression=None,
+        proxy=None,
+        **options,
+    )
+
+
+def wait_until(condition, seconds: float = 10.0) -> bool:
+    deadline = time.monotonic() + seconds
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return bool(condition())
+
+
+def num_connections(viewing) -> int:
+    return len(viewing.viewer._websock_server._live_connections)
+
+
+class Echo:
+    """A server that sends back what it gets, in place of viser."""
+
+    def __init__(self) -> None:
+        self.open = 0
+        self.port = 0
+
+    async def answer(self, connection: websockets.asyncio.server.ServerConnection) -> None:
+        self.open += 1
+        try:
+            async for message in connection:
+                if message == b"close":
+                    await connection.close(4321, "as you wish")
+                await connection.send(message)
+        finally:
+            self.open -= 1
+
+    async def listen(self) -> websockets.asyncio.server.Server:
+        server = await websockets.asyncio.server.serve(
+            self.answer,
+            "127.0.0.1",
+            0,
+            max_size=None,
+            compression=None,
+            select_subprotocol=lambda _, offered: offered[0] if offered else None,
+        )
+        self.port = server.sockets[0].getsockname()[1]
+        return server
+
+
+def test_the_page_of_viser_is_served_at_the_path(viewing) -> None:
+    host = ("Host", f"localhost:{viewing.server.port}")
+    answer = get(viewing.server.port, "/", [host])
+    shipped = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    assert answer.status == 200 and answer.body == shipped.read_bytes()
+    assert answer.headers["content-type"].startswith("text/html")
+
+
+def test_a_viewer_is_given_what_viser_has_to_say(viewing) -> None:
+    async def first_message() -> tuple[str | None, object]:
+        async with connect(viewing.server.port) as viewer:
+            return viewer.subprotocol, await viewer.recv()
+
+    protocol, message = asyncio.run(first_message())
+    assert protocol == PROTOCOL and isinstance(message, bytes) and len(message) > 16
+    assert wait_until(lambda: num_connections(viewing) == 0)
+
+
+@pytest.mark.parametrize("protocol", [None, "viser-v0.0.1", "other"])
+def test_a_viewer_of_another_version_is_told_so(viewing, protocol) -> None:
+    async def reason() -> str:
+        # A client whose only protocol is not taken gives up by itself.
+        offered = protocol if protocol is None or protocol.startswith("viser") else None
+        async with connect(viewing.server.port, protocol=offered) as viewer:
+            with pytest.raises(ConnectionClosed) as closed:
+                await viewer.recv()
+        received = closed.value.rcvd
+        assert received is not None and received.code == 1002
+        return received.reason
+
+    assert "Version mismatch" in asyncio.run(reason())
+
+
+def test_text_which_viser_does_not_know_is_refused(viewing) -> None:
+    async def code() -> int:
+        async with connect(viewing.server.port) as viewer:
+            await viewer.send("text")
+            with pytest.raises(ConnectionClosed) as closed:
+                while True:
+                    await viewer.recv()
+        return closed.value.code if closed.value.rcvd is None else closed.value.rcvd.code
+
+    assert asyncio.run(code()) == 1003
+    assert wait_until(lambda: num_connections(viewing) == 0)
+
+
+@pytest.fixture
+def relayed(tmp_path):
+    """An echo behind the relay at /viewer, each in its own thread."""
+    echo = Echo()
+    settings = Settings(data_directory=tmp_path)
+    app = create_app(settings)
+    add_viewer_routes(app, lambda: echo.port, "/viewer/")
+    with serve(settings, app) as running:
+        yield echo, running.port
+
+
+def test_messages_of_any_size_pass_both_ways_unchanged(relayed) -> None:
+    echo, port = relayed
+
+    async def exchange() -> list[object]:
+        upstream = await echo.listen()
+        async with upstream, connect(port, "/viewer") as viewer:
+            answers = []
+            for size in (0, 1, 125, 126, 65_535, 65_536, 5_000_000):
+                message = os.urandom(size)
+                await viewer.send(message)
+                answers.append(await viewer.recv() == message)
+            return answers
+
+    assert all(asyncio.run(exchange()))
+
+
+def test_the_reason_why_viser_closes_reaches_the_viewer(relayed) -> None:
+    echo, port = relayed
+
+    async def closing() -> tuple[int, str]:
+        async with await echo.listen(), connect(port, "/viewer") as viewer:
+            await viewer.send(b"close")
+            with pytest.raises(ConnectionClosed) as closed:
+                await viewer.recv()
+        assert closed.value.rcvd is not None
+        return closed.value.rcvd.code, closed.value.rcvd.reason
+
+    assert asyncio.run(closing()) == (4321, "as you wish")
+
+
+def test_viewers_that_come_and_go_leave_nothing_behind(relayed) -> None:
+    echo, port = relayed
+
+    async def churn(rounds: int) -> None:
+        for i in range(rounds):
+            viewer = await connect(port, "/viewer")
+            await viewer.send(b"x" * 100_000)
+            if i % 2:
+                viewer.transport.abort()
+            else:
+                await viewer.recv()
+                await viewer.close()
+
+    async def compare() -> tuple[int, int]:
+        async with await echo.listen():
+            await churn(10)
+            await settle()
+            before = num_open_files()
+            await churn(60)
+            await settle()
+            return before, num_open_files()
+
+    async def settle() -> None:
+        for _ in range(200):
+            if echo.open == 0:
+                break
+            await asyncio.sleep(0.02)
+        gc.collect()
+        await asyncio.sleep(0.1)
+
+    before, after = asyncio.run(compare())
+    assert echo.open == 0
+    assert after <= before + 3
+
+
+def num_open_files() -> int:
+    return len(os.listdir("/dev/fd"))
+
+
+def test_a_viewer_that_does_not_read_holds_up_nobody_else(relayed) -> None:
+    echo, port = relayed
+
+    async def exchange() -> bool:
+        async with await echo.listen(), connect(port, "/viewer", max_queue=1) as stalled:
+            sending = asyncio.create_task(flood(stalled))
+            await asyncio.sleep(0.3)
+            async with connect(port, "/viewer") as viewer:
+                await viewer.send(b"hello")
+                answer = await asyncio.wait_for(viewer.recv(), 5)
+            sending.cancel()
+            await asyncio.gather(sending, return_exceptions=True)
+            stalled.transport.abort()
+            return answer == b"hello"
+
+    async def flood(viewer: websockets.asyncio.client.ClientConnection) -> None:
+        while True:
+            await viewer.send(b"x" * 100_000)
+
+    assert asyncio.run(exchange())
+    assert wait_until(lambda: echo.open == 0)
+
+
+def test_one_viewer_too_many_is_asked_to_try_later(relayed) -> None:
+    echo, port = relayed
+
+    async def crowd() -> tuple[int, bool]:
+        async with await echo.listen():
+            viewers = [await connect(port, "/viewer") for _ in range(MAX_VIEWERS)]
+            async with connect(port, "/viewer") as late:
+                with pytest.raises(ConnectionClosed) as closed:
+                    await late.recv()
+            await viewers[0].send(b"still here")
+            served = await viewers[0].recv() == b"still here"
+            for viewer in viewers:
+                await viewer.close()
+            async with connect(port, "/viewer") as next_one:
+                await next_one.send(b"room again")
+                served = served and await next_one.recv() == b"room again"
+        assert closed.value.rcvd is not None
+        return closed.value.rcvd.code, served
+
+    assert asyncio.run(crowd()) == (1013, True)
+
+
+def test_a_viewer_is_asked_to_try_later_while_viser_is_away(relayed) -> None:
+    _, port = relayed
+
+    async def code() -> int:
+        async with connect(port, "/viewer") as viewer:
+            with pytest.raises(ConnectionClosed) as closed:
+                await viewer.recv()
+        assert closed.value.rcvd is not None
+        return closed.value.rcvd.code
+
+    assert asyncio.run(code()) == 1013
+
+
+def test_the_path_without_its_slash_leads_to_the_page(relayed) -> None:
+    _, port = relayed
+    host = ("Host", f"localhost:{port}")
+    answer = get(port, "/viewer", [host])
+    assert answer.status == 307 and answer.headers["location"] == "/viewer/"
+    assert get(port, "/viewer/", [host]).status == 200
+
+
+def test_a_server_that_stops_lets_its_viewers_go(tmp_path) -> None:
+    echo = Echo()
+    settings = Settings(data_directory=tmp_path)
+    app = create_app(settings)
+    add_viewer_routes(app, lambda: echo.port)
+
+    async def watch() -> int:
+        async with await echo.listen():
+            with ExitStack() as stack:
+                running = stack.enter_context(serve(settings, app))
+                viewer = await connect(running.port)
+                await viewer.send(b"x")
+                await viewer.recv()
+                started = time.monotonic()
+                await asyncio.to_thread(stack.close)
+            assert time.monotonic() - started < 2.0
+            with pytest.raises(ConnectionClosed) as closed:
+                await viewer.recv()
+        assert closed.value.rcvd is not None
+        return closed.value.rcvd.code
+
+    assert asyncio.run(watch()) in (1001, 1012)

@@ -1,0 +1,79 @@
+"""The command line as its users meet it: a process of its own."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 240
+
+
+@dataclass
+class CommandLine:
+    """Runs ``slipgrasp`` in a folder of its own, with its data directory in there."""
+
+    folder: Path
+
+    @property
+    def data(self) -> Path:
+        return self.folder / "data"
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return {
+            **os.environ,
+            "PYTHONPATH": str(ROOT),
+            "SLIPGRASP_DATA": str(self.data),
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
+
+    def __call__(self, *arguments, **options) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            self.command(*arguments),
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            **options,
+        )
+
+    def start(self, *arguments) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            self.command(*arguments),
+            cwd=self.folder,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run_json(self, *arguments, status=0):
+        done = self("run", *arguments, "--json")
+        assert done.returncode == status, done.stderr
+        return json.loads(done.stdout)
+
+    def saved(self) -> list[Path]:
+        return sorted(self.data.glob("*")) if self.data.exists() else []
+
+    @staticmethod
+    def command(*arguments) -> list[str]:
+        return [sys.executable, "-m", "slipgrasp", *map(str, arguments)]
+
+
+@pytest.fixture(scope="session")
+def kernel() -> None:
+    """Compiles the simulation once, before the first command is timed."""
+    from core.simulator import prepare_kernel
+
+    prepare_kernel()
+
+
+@pytest.fixture
+def slipgrasp(tmp_path, kernel) -> CommandLine:
+    return CommandLine(tmp_path)

@@ -1,0 +1,235 @@
+import json
+import resource
+import signal
+
+import pytest
+
+from core.types import Outcome
+from recordings import read_recording
+
+SHORT = ("paper-case-2", "--set", "simulation.duration=0.3")
+LOST_GRIP = (
+    *SHORT,
+    *("--set", "controller.control_period=0.001", "--set", "fingers.1.friction=0.30"),
+    *("--set", "estimates.0.minimum=0.05", "--set", "estimates.0.maximum=2"),
+    *("--set", "estimates.1.minimum=0.05", "--set", "estimates.1.maximum=2"),
+    *("--set", "estimates.2.minimum=0.05", "--set", "estimates.2.maximum=10"),
+    *("--set", "estimates.3.minimum=0.002", "--set", "estimates.3.maximum=0.2"),
+)
+KEYS = {
+    *("outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"),
+    "warnings",
+}
+METRICS = {
+    *("held", "slipping_at_end", "last_slip_time", "slip_path", "peak_normal_force"),
+    *("minimum_friction_margin", "rms_tracking_error", "final_tracking_error"),
+    *("torque_effort", "phase_change_count"),
+}
+
+
+def test_a_completed_run_prints_one_json_object_with_the_keys_of_the_contract(slipgrasp):
+    result = slipgrasp.run_json(*SHORT)
+
+    assert set(result) == KEYS
+    assert set(result["metrics"]) == METRICS
+    assert result["outcome"] == "completed"
+    assert result["reason"] is None
+    assert result["end_time"] == 0.3
+    assert set(result["phase_changes"][0]) == {"time", "contact", "from", "to"}
+    assert set(result["estimates"]) == {
+        *("fingers.0.friction", "fingers.1.friction", "object.mass", "object.inertia")
+    }
+
+
+def test_the_recording_is_in_the_data_directory_and_holds_what_was_printed(slipgrasp):
+    result = slipgrasp.run_json(*SHORT)
+
+    recording = slipgrasp.data / result["recording"]
+    assert recording.parent == slipgrasp.data
+    summary = read_recording(recording).summary()
+    assert json.loads(json.dumps(summary)) == {k: result[k] for k in KEYS - {"recording"}}
+
+
+def test_the_data_directory_can_be_chosen_on_the_command_line(slipgrasp, tmp_path):
+    result = slipgrasp.run_json(*SHORT, "--data-dir", tmp_path / "elsewhere")
+
+    assert result["recording"].startswith(str(tmp_path / "elsewhere"))
+    assert slipgrasp.saved() == []
+
+
+def test_a_run_that_physics_ends_early_exits_with_3_and_is_kept(slipgrasp):
+    result = slipgrasp.run_json(*LOST_GRIP, status=3)
+
+    assert result["outcome"] == "separated"
+    assert set(result["reason"]) == {
+        *("code", "message", "contact", "time", "value", "limit", "hint")
+    }
+    assert read_recording(slipgrasp.data / result["recording"]).outcome is Outcome.SEPARATED
+
+
+def test_a_run_at_its_step_limit_exits_with_4_and_is_kept(slipgrasp):
+    result = slipgrasp.run_json("paper-case-1", "--set", "simulation.max_steps=50", status=4)
+
+    assert result["outcome"] == "limit"
+    assert read_recording(slipgrasp.data / result["recording"]).outcome is Outcome.LIMIT
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_exits_with_4_and_keeps_what_there_is(slipgrasp, number):
+    long_run = ("simulation.duration=600", "controller.control_period=0.0001")
+    process = slipgrasp.start(
+        *("run", "paper-case-1", "--json", "--set", long_run[0], "--set", long_run[1])
+    )
+    with process:
+        while "simulating" not in process.stderr.readline():
+            assert process.poll() is None
+        process.send_signal(number)
+        result = json.loads(process.stdout.read())
+
+    assert process.returncode == 4
+    assert result["outcome"] == result["reason"]["code"] == "stopped"
+    recorded = read_recording(slipgrasp.data / result["recording"])
+    assert recorded.outcome is Outcome.STOPPED
+    assert 0.0 < recorded.end_time < 600.0
+
+
+@pytest.mark.parametrize("size", [4096, 20_000])
+def test_a_full_disk_exits_with_4_and_still_tells_the_result(slipgrasp, size):
+    def no_large_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    done = slipgrasp("run", *SHORT, "--json", preexec_fn=no_large_files)
+
+    assert done.returncode == 4
+    assert "not saved" in done.stderr
+    result = json.loads(done.stdout)
+    assert result["recording"] is None
+    assert result["metrics"]["phase_change_count"] == 4
+    assert [warning["code"] for warning in result["warnings"]] == ["not_saved"]
+    assert slipgrasp.saved() == []
+
+
+BAD_INPUT = {
+    "object.mass=-1": "object.mass is -1",
+    "object.mass=nan": "object.mass is nan",
+    "object.mass=1e999": "object.mass is inf",
+    "object.mass=heavy": "object.mass is 'heavy'",
+    "object.mass=true": "object.mass",
+    "object.mas=1": "did you mean 'object.mass'?",
+    "objekt.mass=1": "did you mean 'object.mass'?",
+    "controller.kind=theorem-5": "theorem-3, theorem-4",
+    "trajectory.start.0=5": "cannot reach",
+    "estimates.0.parameter=fingers.0.link_masses.0": "cannot be unknown at once",
+    "fingers.0.friction=none": "fingers.0.friction",
+    "simulation.duration": "--set needs KEY=VALUE",
+    "=1": "--set needs KEY=VALUE",
+}
+
+
+@pytest.mark.parametrize("assignment", BAD_INPUT)
+def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(slipgrasp, assignment):
+    done = slipgrasp("run", "paper-case-2", "--json", "--set", assignment)
+
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert BAD_INPUT[assignment] in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert slipgrasp.saved() == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("run",), "SCENARIO"),
+        (("run", "paper-case-3"), "did you mean"),
+        (("run", "nothing.toml"), "no scenario file"),
+        (("run", "paper-case-1", "--frobnicate"), "--frobnicate"),
+        (("run", "paper-case-1", "--output", "no/where.mcap"), "there is no folder"),
+        (("run", "paper-case-1", "--output", "."), "is a folder"),
+        (("run", "paper-case-1", "--data-dir", "/proc/nothing"), "/proc/nothing"),
+        ((), "COMMAND"),
+        (("simulate",), "invalid choice"),
+    ],
+)
+def test_bad_arguments_exit_with_2_in_one_clear_line(slipgrasp, arguments, message):
+    done = slipgrasp(*arguments)
+
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+
+
+def test_an_existing_output_is_refused_before_anything_is_simulated(slipgrasp, tmp_path):
+    (tmp_path / "mine.mcap").write_text("precious")
+
+    done = slipgrasp("run", "paper-case-1", "--output", "mine.mcap")
+
+    assert done.returncode == 2
+    assert "already exists" in done.stderr
+    assert (tmp_path / "mine.mcap").read_text() == "precious"
+
+
+def test_force_replaces_an_existing_output(slipgrasp, tmp_path):
+    (tmp_path / "mine.mcap").write_text("replaceable")
+
+    result = slipgrasp.run_json(*SHORT, "--output", "mine.mcap", "--force")
+
+    assert result["recording"] == str(tmp_path / "mine.mcap")
+    assert read_recording(tmp_path / "mine.mcap").outcome is Outcome.COMPLETED
+    assert slipgrasp.saved() == []
+
+
+def test_equal_commands_give_byte_identical_recordings(slipgrasp, tmp_path):
+    for name in ("one.mcap", "other.mcap"):
+        slipgrasp.run_json(*SHORT, "--output", name)
+
+    assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "other.mcap").read_bytes()
+
+
+def test_values_reach_the_scenario_with_the_types_they_should_have(slipgrasp):
+    result = slipgrasp.run_json(
+        *(*SHORT, "--set", "title=5", "--set", "controller.grasp_force=none"),
+        *("--set", "controller.position_gain=[100, 90.5, 80]"),
+        *("--set", "estimates.0.maximum=2", "--set", "estimates.0.maximum=none"),
+        *("--set", "changes.0.time=0.1", "--set", "changes.0.parameter=object.mass"),
+        *("--set", "changes.0.value=1.4", "--set", "simulation.duration=.2"),
+        *("--set", "simulation.chatter_changes=6"),
+        status=3,
+    )
+    scenario = read_recording(slipgrasp.data / result["recording"]).scenario
+
+    assert result["outcome"] == "chattering"
+    assert scenario.title == "5"
+    assert scenario.controller.grasp_force == "none"
+    assert scenario.controller.position_gain == (100.0, 90.5, 80.0)
+    assert scenario.estimates[0].maximum is None
+    assert (scenario.changes[0].time, scenario.changes[0].value) == (0.1, 1.4)
+    assert scenario.simulation.duration == 0.2
+
+
+def test_without_json_the_result_is_told_in_words(slipgrasp):
+    done = slipgrasp("run", *SHORT)
+
+    assert done.returncode == 0
+    (recording,) = (path for path in slipgrasp.saved() if path.suffix == ".mcap")
+    assert "Completed at 0.3 s" in done.stdout
+    assert "47.23 mm" in done.stdout
+    assert "object.mass" in done.stdout
+    assert str(recording) in done.stdout
+
+
+def test_an_early_end_is_told_in_words_with_what_to_try(slipgrasp):
+    done = slipgrasp("run", *LOST_GRIP)
+
+    assert done.returncode == 3
+    assert "Ended early" in done.stdout
+    assert "What to try" in done.stdout
+
+
+def test_the_help_of_run_lists_the_parameters_with_unit_and_bounds(slipgrasp):
+    done = slipgrasp("run", "--help")
+
+    assert done.returncode == 0
+    assert "object.mass  (0.001 … 1000 kg)" in done.stdout
+    assert "controller.grasp_force  (one of minimum, none)" in done.stdout

@@ -1,0 +1,84 @@
+import json
+import re
+import signal
+import socket
+import urllib.request
+from contextlib import contextmanager
+
+import pytest
+
+
+@contextmanager
+def serving(slipgrasp, *arguments):
+    """A server process and its URL; it is ended by SIGINT if the test has not done so."""
+    process = slipgrasp.start("serve", *arguments)
+    with process:
+        try:
+            url = process.stdout.readline()
+            assert url, process.stderr.read()
+            yield process, url
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            process.wait(timeout=30)
+
+
+def test_the_first_line_is_the_url_of_a_server_that_answers(slipgrasp):
+    with serving(slipgrasp, "--port", "0") as (_, url):
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\n", url)
+        with urllib.request.urlopen(f"{url.strip()}api/v1/health") as answer:
+            assert answer.status == 200
+        with urllib.request.urlopen(url.strip()) as page:
+            assert page.status == 200
+
+
+def test_runs_go_to_the_chosen_data_directory(slipgrasp, tmp_path):
+    with serving(slipgrasp, "--port", "0", "--data-dir", tmp_path / "kept") as (_, url):
+        body = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.3}}
+        request = urllib.request.Request(
+            f"{url.strip()}api/v1/runs",
+            json.dumps(body).encode(),
+            {"Content-Type": "application/json"},
+        )
+        with urllib.request.urlopen(request) as answer:
+            created = json.load(answer)
+
+    assert (tmp_path / "kept" / f"{created['id']}.mcap").is_file()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_server_cleanly(slipgrasp, number):
+    with serving(slipgrasp, "--port", "0") as (process, _):
+        process.send_signal(number)
+        assert process.wait(timeout=30) == 0
+        assert "Traceback" not in process.stderr.read()
+
+
+def test_a_taken_port_is_an_error_and_never_silently_another(slipgrasp):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = slipgrasp("serve", "--port", port)
+
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert f"port {port} is in use" in done.stderr
+    assert "--port 0" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("port", ["-1", "65536", "http", ""])
+def test_what_is_not_a_port_is_refused(slipgrasp, port):
+    done = slipgrasp("serve", f"--port={port}")
+
+    assert done.returncode == 2
+    assert "is not a port" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_data_directory_that_cannot_be_made_is_refused(slipgrasp, tmp_path):
+    (tmp_path / "file").write_text("")
+
+    done = slipgrasp("serve", "--port", "0", "--data-dir", tmp_path / "file" / "runs")
+
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,54 @@
+import pytest
+
+from core.loading import load_scenario, parameter_definitions
+from slipgrasp.cli.status import CommandError
+from slipgrasp.cli.values import parse_assignments, parse_value
+
+DEFINITIONS = parameter_definitions(load_scenario("paper-case-2"))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1", 1),
+        ("1.5", 1.5),
+        ("-2e-3", -0.002),
+        (".5", 0.5),
+        ("+1.", 1.0),
+        ("true", True),
+        ("[1, 2.5]", [1, 2.5]),
+        ("theorem-3", "theorem-3"),
+        ("'theorem-3'", "theorem-3"),
+        ("", ""),
+        ("2020-01-01", "2020-01-01"),
+        ("1\nother = 2", "1\nother = 2"),
+    ],
+)
+def test_values_are_toml_or_numbers_or_the_text_itself(text, value):
+    parsed = parse_value(text, None)
+
+    assert (parsed, type(parsed)) == (value, type(value))
+
+
+def test_text_parameters_take_what_looks_like_a_number():
+    assert parse_value("5", DEFINITIONS["title"]) == "5"
+    assert parse_value('"five"', DEFINITIONS["title"]) == "five"
+
+
+def test_none_removes_an_optional_parameter_and_is_a_word_elsewhere():
+    assert parse_value("none", DEFINITIONS["estimates.0.maximum"]) is None
+    assert parse_value("none", DEFINITIONS["controller.grasp_force"]) == "none"
+
+
+def test_everything_behind_the_first_equals_sign_is_the_value():
+    assert parse_assignments(["title=a = b"], DEFINITIONS) == {"title": "a = b"}
+
+
+def test_the_last_of_several_values_holds():
+    assert parse_assignments(["object.mass=1", "object.mass=2"], DEFINITIONS) == {"object.mass": 2}
+
+
+@pytest.mark.parametrize("text", ["object.mass", "=1", ""])
+def test_what_is_no_assignment_is_refused(text):
+    with pytest.raises(CommandError, match="--set needs KEY=VALUE"):
+        parse_assignments([text], DEFINITIONS)

@@ -1,0 +1,103 @@
+"""What a session makes of its user's intents, without a viewer."""
+
+from __future__ import annotations
+
+import pytest
+
+from core.exceptions import ScenarioError
+from web.intents import (
+    ChoosePreset,
+    Mailbox,
+    ResetScenario,
+    Seek,
+    SetParameter,
+    Step,
+    TogglePlay,
+    coalesce,
+)
+from web.preview_worker import is_outdated
+from web.session import frame_wait, is_save_due
+from web.view import Draft, RunStage
+
+
+def test_only_the_last_value_of_a_dragged_knob_counts() -> None:
+    drag = [SetParameter("object.mass", 0.1 * i) for i in range(20)]
+    other = SetParameter("fingers.0.friction", 0.4)
+    assert coalesce([*drag[:10], other, *drag[10:]]) == [other, drag[-1]]
+
+
+def test_intents_that_add_up_are_all_kept_in_order() -> None:
+    intents = [Step(1), TogglePlay(), Step(1), TogglePlay(), Step(-1)]
+    assert coalesce(intents) == intents
+
+
+def test_a_reset_stays_where_it_was_among_the_edits() -> None:
+    early, late = SetParameter("object.mass", 2.0), SetParameter("object.inertia", 0.02)
+    assert coalesce([early, ResetScenario(), late]) == [early, ResetScenario(), late]
+
+
+def test_the_mailbox_gives_a_whole_batch_and_then_nothing() -> None:
+    mailbox = Mailbox()
+    for time in (0.1, 0.2, 0.3):
+        mailbox.send(Seek(time))
+    mailbox.send(ChoosePreset("paper-case-1"))
+    assert mailbox.receive(0.0) == [Seek(0.3), ChoosePreset("paper-case-1")]
+    assert mailbox.receive(0.0) == []
+
+
+@pytest.mark.parametrize(
+    ("stage", "rested", "due"),
+    [
+        (RunStage.PREVIEW, 0.49, False),
+        (RunStage.PREVIEW, 0.5, True),
+        (RunStage.SIMULATING, 9.0, False),
+        (RunStage.SAVING, 9.0, False),
+        (RunStage.SAVED, 9.0, False),
+        (RunStage.REFUSED, 9.0, False),
+        (RunStage.NOT_SAVED, 9.0, False),
+    ],
+)
+def test_a_run_is_saved_once_its_knobs_have_rested(
+    stage: RunStage, rested: float, due: bool
+) -> None:
+    assert is_save_due(stage, rested) is due
+
+
+def test_a_session_with_nothing_to_do_sleeps() -> None:
+    assert frame_wait(False, RunStage.SAVED, waiting=False, since_frame=0.0) is None
+    assert frame_wait(False, RunStage.PREVIEW, waiting=False, since_frame=0.0) is not None
+    assert frame_wait(False, RunStage.SAVED, waiting=True, since_frame=0.0) is not None
+
+
+def test_a_playing_session_draws_20_to_30_frames_a_second() -> None:
+    wait = frame_wait(True, RunStage.SAVED, waiting=False, since_frame=0.0)
+    assert wait is not None
+    assert 1 / 30 <= wait <= 1 / 20
+    assert frame_wait(True, RunStage.SAVED, waiting=False, since_frame=1.0) == 0.0
+
+
+def test_a_long_run_is_given_up_for_a_newer_one_and_a_short_one_is_not() -> None:
+    assert not is_outdated(newer_waits=True, elapsed=0.02)
+    assert is_outdated(newer_waits=True, elapsed=2.0)
+    assert not is_outdated(newer_waits=False, elapsed=2.0)
+
+
+def test_a_draft_remembers_edits_that_are_not_allowed_until_they_are_undone() -> None:
+    draft = Draft.from_preset("paper-case-1").edited("object.mass", -1.0)
+    with pytest.raises(ScenarioError, match=r"object\.mass"):
+        draft.scenario()
+    assert draft.edited("object.mass", 1.4).scenario().object.mass == 1.4
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "heavy", [1.0, 2.0]])
+def test_a_value_that_no_slider_could_send_is_refused_in_words(value: object) -> None:
+    draft = Draft.from_preset("paper-case-1").edited("object.mass", value)
+    with pytest.raises(ScenarioError, match=r"object\.mass|cannot be read"):
+        draft.scenario()
+
+
+def test_a_preset_is_chosen_by_name_never_by_path(tmp_path) -> None:
+    path = tmp_path / "secret.toml"
+    path.write_text("title = 'not a preset'")
+    with pytest.raises(ScenarioError, match="paper-case-1"):
+        Draft.from_preset(str(path))

@@ -1,0 +1,152 @@
+"""Where things are drawn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.geometry import contact_frame
+from core.result import RunResult
+from web.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, is_moved_by_hand
+from web.colours import PHASES, glow
+from web.sampling import Sample, sample_at
+from web.scene.contact_view import (
+    ContactMarks,
+    ContactPlacement,
+    FullScale,
+    MarkSizes,
+    contact_marks,
+)
+from web.scene.hand_view import joint_points
+from web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
+from web.scene.shapes import circle, extrude, lift, tapered_bar
+
+SIZES = MarkSizes(0.02, 0.02, 0.1, 0.1, 0.05, 0.005, 0.005, 0.05)
+LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
+
+
+def marks_of(result: RunResult, sample: Sample, index: int, scale: float = 1.0) -> ContactMarks:
+    frame = contact_frame(result.scenario.object, result.scenario.fingers[index])
+    x, y, angle = sample.object_pose
+    cosine, sine = math.cos(angle), math.sin(angle)
+    anchor = np.array([x, y]) + np.array([[cosine, -sine], [sine, cosine]]) @ frame.anchor
+    return contact_marks(
+        sample,
+        index,
+        frame,
+        ContactPlacement(anchor, float(angle), scale),
+        SIZES,
+        full=FullScale(30.0, 1.0),
+        believed_friction=None,
+    )
+
+
+@pytest.mark.parametrize("time", [0.0, 0.03, 0.08, 2.0, 7.0])
+@pytest.mark.parametrize("index", [0, 1])
+def test_the_fingers_end_where_the_contacts_are_drawn(
+    case_2: RunResult, time: float, index: int
+) -> None:
+    sample = sample_at(case_2.trace, time)
+    finger = case_2.scenario.fingers[index]
+    end = joint_points(finger, sample.joint_positions[index])[-1]
+    np.testing.assert_allclose(marks_of(case_2, sample, index).tip, end, atol=1e-4)
+
+
+def test_a_slipping_contact_has_its_force_on_the_edge_of_its_cone(case_2: RunResult) -> None:
+    sample = sample_at(case_2.trace, 0.05)
+    for index in (0, 1):
+        marks = marks_of(case_2, sample, index)
+        force = marks.force_end - marks.tip
+        edges = marks.cone_ends - marks.tip
+        angles = [abs(edge[0] * force[1] - edge[1] * force[0]) for edge in edges]
+        assert min(angles) < 1e-9
+
+
+def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult) -> None:
+    sample = sample_at(case_2.trace, 0.1)
+    left, right = (marks_of(case_2, sample, index) for index in (0, 1))
+    np.testing.assert_allclose(left.trail[1, 1], left.tip)
+    np.testing.assert_allclose(right.trail[0, 1], right.tip)
+    assert left.tip[1] > left.trail[1, 0, 1]
+    assert right.tip[1] > right.trail[0, 0, 1]
+
+
+def test_a_lens_magnifies_slip_and_not_forces(case_1: RunResult) -> None:
+    sample = sample_at(case_1.trace, 0.05)
+    own, magnified = marks_of(case_1, sample, 0), marks_of(case_1, sample, 0, 100.0)
+    grown = np.linalg.norm(magnified.trail[1, 1] - magnified.trail[1, 0])
+    assert grown == pytest.approx(100.0 * np.linalg.norm(own.trail[1, 1] - own.trail[1, 0]))
+    np.testing.assert_allclose(magnified.force_end - magnified.tip, own.force_end - own.tip)
+
+
+def test_two_millimetres_of_slip_fill_a_lens_like_fifty() -> None:
+    for slip in (0.0021, 0.0473):
+        shown = slip * lens_magnification(slip, 0.6)
+        assert 0.25 < shown / 0.6 <= 0.7
+
+
+def test_no_slip_gives_a_finite_magnification() -> None:
+    assert lens_magnification(0.0, 0.6) == 200.0
+
+
+@pytest.mark.parametrize("value", [0.0013, 0.7, 1.0, 9.9, 123.0])
+def test_round_numbers_enclose_a_value(value: float) -> None:
+    assert nice_at_most(value) <= value * 1.000001
+    assert nice_at_least(value) >= value * 0.999999
+    assert nice_at_least(value) / nice_at_most(value) <= 2.0
+
+
+def test_lenses_stand_side_by_side_above_the_hand(case_2: RunResult) -> None:
+    layout = lay_out(case_2)
+    left, right = layout.lens_centres
+    assert right[0] - left[0] > 2.0 * layout.lens_radius
+    assert left[1] - layout.lens_radius > 0.9
+    assert (layout.low < layout.high).all()
+
+
+@pytest.mark.parametrize("picture", [Picture(730, 900, 200), Picture(400, 700), Picture(2000, 500)])
+def test_the_camera_sees_the_whole_box_above_what_a_panel_covers(picture: Picture) -> None:
+    framing = frame_box(LOW, HIGH, picture)
+    half = framing.distance * math.tan(0.5 * FIELD_OF_VIEW)
+    per_pixel = 2.0 * half / picture.height
+    assert framing.centre[1] + half >= HIGH[1] - 1e-9
+    assert framing.centre[1] - half + picture.covered * per_pixel <= LOW[1] + 1e-9
+    assert half * picture.width / picture.height >= 1.5 - 1e-9
+
+
+def test_a_window_without_height_does_not_break_the_camera() -> None:
+    assert math.isfinite(frame_box(LOW, HIGH, Picture(0, 0, 200)).distance)
+
+
+def test_only_a_camera_that_stays_elsewhere_was_moved_by_hand() -> None:
+    framing = Framing((1.5, 1.0), 8.0)
+    assert not is_moved_by_hand(framing.position, framing, 9.0)
+    assert not is_moved_by_hand((4.0, -8.0, 1.0), framing, 0.2)
+    assert is_moved_by_hand((4.0, -8.0, 1.0), framing, 9.0)
+
+
+def test_the_model_stands_upright_in_the_viewer() -> None:
+    np.testing.assert_allclose(lift(np.array([1.0, 2.0]), 0.5), [1.0, -0.5, 2.0])
+
+
+@pytest.mark.parametrize("outline", [circle(0.3), tapered_bar(1.0, 0.05, 0.02)])
+def test_slabs_are_closed_and_face_outward(outline: np.ndarray) -> None:
+    mesh = extrude(outline, -0.1, 0.1)
+    corners = mesh.vertices[mesh.faces].astype(float)
+    volume = np.einsum("fi,fi->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    x, y = outline.T
+    area = 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+    assert volume == pytest.approx(0.2 * area, rel=1e-4)
+
+
+def test_phases_keep_colours_that_differ_for_colour_blind_people() -> None:
+    """Simulated for red and green blindness (Viénot 1999), the colours stay far apart."""
+    to_protan = np.array([[0.1124, 0.8876, 0.0], [0.1124, 0.8876, 0.0], [0.004, -0.004, 1.0]])
+    to_deutan = np.array([[0.2928, 0.7072, 0.0], [0.2928, 0.7072, 0.0], [-0.0223, 0.0223, 1.0]])
+    colours = np.array([glow(colour) for colour in PHASES.values()]) / 255.0
+    for simulation in (np.eye(3), to_protan, to_deutan):
+        seen = np.clip(colours @ simulation.T, 0.0, 1.0) ** (1 / 2.2)
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            assert np.linalg.norm(seen[i] - seen[j]) > 0.3

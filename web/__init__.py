@@ -1,0 +1,1 @@
+"""The dashboard: a viewer that shows runs and lets a user change them."""

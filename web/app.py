@@ -1,0 +1,37 @@
+"""The whole application on one port: REST interface and dashboard."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from starlette.concurrency import run_in_threadpool
+
+from server.app import create_app
+from server.settings import Settings
+from server.viewer_relay import add_viewer_routes
+from web.dashboard import Dashboard
+
+__all__ = ["create_dashboard_app"]
+
+
+def create_dashboard_app(settings: Settings) -> FastAPI:
+    """Builds the application with the dashboard at ``/`` and the API below ``/api/v1``.
+
+    Args:
+        settings: Where it keeps runs, and how much it takes on.
+    """
+    app = create_app(settings, _live)
+    add_viewer_routes(app, lambda: app.state.dashboard.port)
+    return app
+
+
+@asynccontextmanager
+async def _live(app: FastAPI) -> AsyncIterator[None]:
+    """Keeps a dashboard for as long as the application lives."""
+    app.state.dashboard = await run_in_threadpool(Dashboard, app.state.run_service)
+    try:
+        yield
+    finally:
+        await run_in_threadpool(app.state.dashboard.close)

@@ -1,0 +1,129 @@
+"""A camera that looks at the hand from the front, until the user takes it over."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+__all__ = ["FIELD_OF_VIEW", "Framing", "FrontCamera", "Picture", "frame_box", "is_moved_by_hand"]
+
+FIELD_OF_VIEW = math.radians(22.0)
+_FREE_SHARE = 0.3
+_SETTLING_TIME = 1.5
+_TOLERANCE = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Size of a viewer's picture, and the strip at its bottom that a panel covers [px]."""
+
+    width: int
+    height: int
+    covered: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Framing:
+    """Where a camera that looks along the model's depth stands, and what it looks at [m]."""
+
+    centre: tuple[float, float]
+    distance: float
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """The camera in viewer coordinates."""
+        return (self.centre[0], -self.distance, self.centre[1])
+
+    @property
+    def look_at(self) -> tuple[float, float, float]:
+        """The middle of the picture in viewer coordinates."""
+        return (self.centre[0], 0.0, self.centre[1])
+
+
+def frame_box(low: NDArray[np.float64], high: NDArray[np.float64], picture: Picture) -> Framing:
+    """The nearest camera that sees a whole box, above what a panel covers.
+
+    Args:
+        low: Lower left corner of the box in the model's plane [m].
+        high: Its upper right corner [m].
+        picture: Size of the picture.
+    """
+    height = max(picture.height, 1)
+    free = max(height - picture.covered, _FREE_SHARE * height)
+    half_width, half_height = 0.5 * (high - low)
+    half = max(half_height, half_width * free / max(picture.width, 1))
+    whole = half * height / free
+    centre = 0.5 * (low + high)
+    middle = (float(centre[0]), float(centre[1] - (whole - half)))
+    return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW))
+
+
+def is_moved_by_hand(
+    position: tuple[float, float, float], framing: Framing, since_framed: float
+) -> bool:
+    """Whether a reported camera is one that the user has put somewhere else.
+
+    Args:
+        position: The camera that the viewer reports [m].
+        framing: Where it was put last.
+        since_framed: How long ago that was [s]; reports from before are still on their way.
+    """
+    away = math.dist(position, framing.position)
+    return since_framed > _SETTLING_TIME and away > _TOLERANCE * framing.distance
+
+
+class FrontCamera:
+    """Keeps the hand in the picture when the picture changes its size.
+
+    Args:
+        camera: The viewer's camera.
+    """
+
+    def __init__(self, camera: viser.CameraHandle) -> None:
+        self._camera = camera
+        self._picture = Picture(camera.image_width, camera.image_height)
+        self._framing: Framing | None = None
+        self._framed_at = -math.inf
+        self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._free = True
+
+    def show(self, low: NDArray[np.float64], high: NDArray[np.float64], covered: int) -> None:
+        """Frames a box, the first time and whenever its size changes.
+
+        Args:
+            low: Its lower left corner [m].
+            high: Its upper right corner [m].
+            covered: Height of the strip at the bottom that a panel covers [px].
+        """
+        self._picture = replace(self._picture, covered=covered)
+        if self._box is None or not np.allclose((low, high), self._box):
+            self._box = (low, high)
+            self.frame()
+
+    def report(self, position: tuple[float, float, float], width: int, height: int) -> None:
+        """Takes note of the viewer's camera, and frames again if only its picture changed."""
+        if self._framing is None:
+            return
+        resized = (width, height) != (self._picture.width, self._picture.height)
+        self._picture = replace(self._picture, width=width, height=height)
+        if is_moved_by_hand(position, self._framing, time.monotonic() - self._framed_at):
+            self._free = False
+        elif resized and self._free:
+            self.frame()
+
+    def frame(self) -> None:
+        """Puts the camera in front of the hand."""
+        if self._box is None:
+            return
+        self._free = True
+        self._framing = frame_box(*self._box, self._picture)
+        self._framed_at = time.monotonic()
+        self._camera.fov = FIELD_OF_VIEW
+        self._camera.up_direction = (0.0, 0.0, 1.0)
+        self._camera.position = self._framing.position
+        self._camera.look_at = self._framing.look_at

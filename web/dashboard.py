@@ -1,0 +1,86 @@
+"""The dashboard: a viewer server, and one session per connected browser."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+
+import numpy as np
+import viser
+
+from core.types import ContactPhase
+from server.run_service import RunService
+from server.viewer_server import ViewerServer
+from web.camera import FIELD_OF_VIEW, Picture, frame_box
+from web.colours import PHASES
+from web.saved_runs import SavedRuns
+from web.session import Session
+
+__all__ = ["Dashboard"]
+
+_CLOSING_TIME = 5.0
+_FIRST_BOX = (np.array([-0.3, -0.3]), np.array([3.2, 2.4]))
+_FIRST_PICTURE = Picture(700, 900)
+
+
+class Dashboard:
+    """Serves the dashboard on a loopback port of its own, for a relay to pass on.
+
+    Args:
+        service: Simulates and saves.
+    """
+
+    def __init__(self, service: RunService) -> None:
+        # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
+        warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+        self._service = service
+        self._saved = SavedRuns(service)
+        self._sessions: dict[int, Session] = {}
+        self._lock = threading.Lock()
+        self._server = ViewerServer("slipgrasp")
+        self._server.gui.configure_theme(
+            show_logo=False, show_share_button=False, brand_color=PHASES[ContactPhase.STICK]
+        )
+        # Until the first run is there; its scene then has its own camera.
+        framing = frame_box(*_FIRST_BOX, _FIRST_PICTURE)
+        self._server.initial_camera.fov = FIELD_OF_VIEW
+        self._server.initial_camera.position = framing.position
+        self._server.initial_camera.look_at = framing.look_at
+        self._server.on_client_connect(self._open)
+        self._server.on_client_disconnect(self._close)
+
+    @property
+    def port(self) -> int:
+        """The loopback port that viewers are relayed to."""
+        return self._server.get_port()
+
+    @property
+    def num_sessions(self) -> int:
+        """How many browsers are connected."""
+        with self._lock:
+            return len(self._sessions)
+
+    def close(self) -> None:
+        """Ends every session, and then the server."""
+        with self._lock:
+            sessions = list(self._sessions.values())
+            self._sessions.clear()
+        for session in sessions:
+            session.close()
+        for session in sessions:
+            session.join(_CLOSING_TIME)
+        self._server.stop()
+
+    # Both run in the viewer server's event loop, so that a viewer that is gone at once is
+    # never closed before it is opened.
+    async def _open(self, client: viser.ClientHandle) -> None:
+        session = Session(client, self._service, self._saved)
+        with self._lock:
+            self._sessions[client.client_id] = session
+        session.start()
+
+    async def _close(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            session = self._sessions.pop(client.client_id, None)
+        if session is not None:
+            session.close()

@@ -1,0 +1,135 @@
+"""The outcome card: how the run went, in words and in a few numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+
+import viser
+
+from core.result import RunResult
+from server.schemas import API_PATH
+from web.colours import AMBER, FINGERS, css
+from web.view import RunStage, RunStatus, Shown, ViewState
+from web.words import Verdict, describe_outcome, finger_names, milliseconds
+
+__all__ = ["OutcomePanel", "outcome_html", "status_html"]
+
+_TONES = {"good": css((0, 120, 85)), "warning": css(AMBER), "bad": css((190, 40, 40))}
+_SMALL = "font-size:0.8em;opacity:0.8"
+
+
+class OutcomePanel:
+    """Shows the outcome card, and a bar while something is computed.
+
+    Args:
+        gui: Where it goes.
+    """
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._card = gui.add_html("")
+        self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
+        self._shown: tuple[RunStatus, int] | None = None
+
+    def update(self, view: ViewState) -> None:
+        """Shows how the latest run went, and what became of the latest request."""
+        ticket = view.shown.ticket if view.shown else 0
+        if self._shown == (view.status, ticket):
+            return
+        self._shown = (view.status, ticket)
+        self._busy.visible = view.status.stage in (RunStage.COMPILING, RunStage.SIMULATING)
+        self._card.content = outcome_html(view.status, view.shown)
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        self._card.remove()
+        self._busy.remove()
+
+
+def outcome_html(status: RunStatus, shown: Shown | None) -> str:
+    """The whole card as HTML; everything that could come from outside is escaped."""
+    verdict = ""
+    if shown is not None:
+        verdict = _verdict_html(describe_outcome(shown.result)) + _metrics_html(shown.result)
+        if status.stage is RunStage.REFUSED:
+            verdict = f"<div style='opacity:0.55'>{verdict}</div>"
+    note = status_html(status, shown)
+    parts = [note, verdict] if status.stage is RunStage.REFUSED else [verdict, note]
+    return f"<div style='padding:0.5em 0.75em;line-height:1.4'>{''.join(parts)}</div>"
+
+
+def status_html(status: RunStatus, shown: Shown | None) -> str:
+    """What became of the latest request, as HTML."""
+    if status.stage is RunStage.COMPILING:
+        return _paragraph(
+            "<b>Preparing the simulation.</b> The kernel is compiled for this machine, once; "
+            "later starts find it ready."
+        )
+    if status.stage is RunStage.SIMULATING:
+        return _paragraph("Simulating …", _SMALL)
+    if status.stage is RunStage.REFUSED:
+        kept = " The picture still shows the last run that worked." if shown else ""
+        return _box("Not simulated", [*map(escape, status.messages), kept])
+    if status.stage is RunStage.NOT_SAVED:
+        return _box("Not saved", map(escape, status.messages))
+    speed = f"Computed in {milliseconds(shown.elapsed)}. " if shown else ""
+    if status.stage is RunStage.SAVED:
+        return _paragraph(speed + _saved_html(status.run_id), _SMALL)
+    return _paragraph(f"{speed}A preview; it is saved once the knobs rest.", _SMALL)
+
+
+def _saved_html(run_id: str) -> str:
+    run = f"{API_PATH}/runs/{escape(run_id)}"
+    return (
+        f"Saved as <b>{escape(run_id)}</b>: <a href='{run}/recording' download>MCAP</a>, "
+        f"<a href='{run}/signals.csv' download>CSV</a>"
+    )
+
+
+def _verdict_html(verdict: Verdict) -> str:
+    head = (
+        f"<div style='font-weight:700;font-size:1.15em;color:{_TONES[verdict.tone]}'>"
+        f"{escape(verdict.headline)}</div>"
+    )
+    return head + "".join(_paragraph(escape(sentence)) for sentence in verdict.sentences)
+
+
+def _metrics_html(result: RunResult) -> str:
+    """One row per finger, and the tracking error of the object."""
+    head = "".join(
+        f"<th style='text-align:right;font-weight:500'>{title}</th>"
+        for title in ("slip path", "peak Fₙ", "least margin")
+    )
+    rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
+    _, rms, _ = result.metrics.rms_tracking_error
+    _, final, _ = result.metrics.final_tracking_error
+    tracking = f"Height error: {1e3 * rms:.1f} mm rms, {1e3 * final:+.1f} mm at the end."
+    table = f"<table style='width:100%;border-spacing:0'><tr><th></th>{head}</tr>{rows}</table>"
+    return f"<div style='{_SMALL};margin-top:0.4em'>{table}{tracking}</div>"
+
+
+def _finger_rows(result: RunResult) -> Iterator[str]:
+    metrics = result.metrics
+    for i, name in enumerate(finger_names(result.scenario)):
+        margin = metrics.minimum_friction_margin[i]
+        values = (
+            f"{1e3 * metrics.slip_path[i]:.2f} mm",
+            f"{metrics.peak_normal_force[i]:.1f} N",
+            "–" if margin is None else f"{margin:.2f} N",
+        )
+        cells = "".join(f"<td style='text-align:right'>{value}</td>" for value in values)
+        swatch = f"<span style='color:{css(FINGERS[i % len(FINGERS)])}'>●</span>"
+        yield f"<td>{swatch} {escape(name)}</td>{cells}"
+
+
+def _paragraph(text: str, style: str = "") -> str:
+    return f"<p style='margin:0.25em 0 0 0;{style}'>{text}</p>"
+
+
+def _box(title: str, sentences: Iterator[str] | list[str]) -> str:
+    red = _TONES["bad"]
+    body = "".join(_paragraph(sentence) for sentence in sentences if sentence)
+    return (
+        f"<div style='border-left:4px solid {red};padding-left:0.6em;margin-bottom:0.5em'>"
+        f"<b style='color:{red}'>{title}</b>{body}</div>"
+    )

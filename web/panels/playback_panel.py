@@ -1,0 +1,189 @@
+"""Play, pause, step, speed and scrub, below a strip that shows every contact's phases."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from html import escape
+
+import numpy as np
+import viser
+
+from core.result import RunResult
+from core.types import ContactPhase
+from web.colours import BELIEVED_CONE, CONE, GHOST, MARK, PHASES, css
+from web.intents import ChooseWindow, FrameHand, Intent, Seek, Send, SetSpeed, Step, TogglePlay
+from web.playback import SPEEDS, Playback, TimeWindow, WindowChoice
+from web.view import ViewState
+from web.words import finger_names
+
+__all__ = ["PlaybackPanel", "phase_runs", "strip_html"]
+
+_INTERVAL = 0.08
+_CELLS = 320
+_PLAY, _PAUSE = "▶ Play", "❚❚ Pause"
+_BACK, _FORTH = "◂ step", "step ▸"
+_CHOICES: dict[str, WindowChoice] = {choice.value: choice for choice in WindowChoice}
+_LEGEND = {
+    ContactPhase.STICK: "sticks",
+    ContactPhase.SLIP_FORWARD: "slips forward",
+    ContactPhase.SLIP_BACKWARD: "slips backward",
+}
+
+
+class PlaybackPanel:
+    """Moves the play head.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._send = send
+        self._strip = gui.add_html("")
+        self._time = gui.add_slider(
+            "time [s]", 0.0, 1.0, 0.001, 0.0, hint="Where the play head is."
+        )
+        self._buttons = gui.add_button_group("play", (_BACK, _PAUSE, _FORTH))
+        self._speed = gui.add_dropdown(
+            "speed", tuple(SPEEDS), initial_value="1", hint="Simulated seconds per second."
+        )
+        self._window = gui.add_button_group("show", tuple(_CHOICES))
+        self._commands = [
+            gui.add_command("Play or pause", hotkey="P", icon=viser.Icon.PLAYER_PLAY),
+            gui.add_command("Step forward", hotkey="N", icon=viser.Icon.PLAYER_SKIP_FORWARD),
+            gui.add_command("Step back", hotkey="B", icon=viser.Icon.PLAYER_SKIP_BACK),
+            gui.add_command("Look at the whole hand", hotkey="H", icon=viser.Icon.FOCUS_CENTERED),
+        ]
+        self._connect()
+        self._drawn: tuple[int, TimeWindow] | None = None
+        self._drawn_at = 0.0
+
+    def update(self, view: ViewState) -> None:
+        """Shows where the play head stands."""
+        if view.shown is None or view.playback is None:
+            return
+        playback, now = view.playback, time.monotonic()
+        drawing = (view.shown.ticket, playback.window)
+        if drawing == self._drawn and playback.playing and now - self._drawn_at < _INTERVAL:
+            return
+        if drawing != self._drawn:
+            self._set_window(playback.window)
+        self._drawn, self._drawn_at = drawing, now
+        self._time.value = playback.window.clamp(playback.time)
+        self._buttons.options = (_BACK, _PAUSE if playback.playing else _PLAY, _FORTH)
+        self._speed.value = next(n for n, speed in SPEEDS.items() if speed == playback.speed)
+        self._strip.content = strip_html(view.shown.result, playback)
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        for element in (self._strip, self._time, self._buttons, self._speed, self._window):
+            element.remove()
+        for command in self._commands:
+            command.remove()
+
+    def _connect(self) -> None:
+        self._time.on_update(lambda event: self._pass(event, Seek(float(self._time.value))))
+        self._speed.on_update(lambda event: self._pass(event, SetSpeed(self._speed.value)))
+        self._window.on_click(
+            lambda event: self._pass(
+                event, ChooseWindow(_CHOICES.get(self._window.value, WindowChoice.SLIP))
+            )
+        )
+        moves = {_BACK: Step(-1), _FORTH: Step(1)}
+        self._buttons.on_click(
+            lambda event: self._pass(event, moves.get(self._buttons.value, TogglePlay()))
+        )
+        for command, intent in zip(
+            self._commands, (TogglePlay(), Step(1), Step(-1), FrameHand()), strict=True
+        ):
+            command.on_trigger(lambda _, intent=intent: self._send(intent))
+
+    def _pass(self, event: viser.GuiEvent, intent: Intent) -> None:
+        # Values that the program sets come without a client; they must not come back.
+        if event.client_id is not None:
+            self._send(intent)
+
+    def _set_window(self, window: TimeWindow) -> None:
+        """Lets the slider span a window; its value must never be outside."""
+        self._time.min = min(self._time.min, window.start)
+        self._time.max = max(self._time.max, window.end)
+        self._time.value = window.clamp(self._time.value)
+        self._time.min, self._time.max = window.start, window.end
+        self._time.step = max(window.length / 1000.0, 1e-6)
+
+
+def phase_runs(
+    result: RunResult, contact: int, window: TimeWindow, cells: int = _CELLS
+) -> Iterator[tuple[float, float, ContactPhase]]:
+    """Stretches of one phase, as shares of a window: start, end, phase.
+
+    Args:
+        result: The run.
+        contact: Which contact.
+        window: What the strip shows.
+        cells: How finely; many short phases become stripes of this width.
+    """
+    middles = window.start + (np.arange(cells) + 0.5) / cells * window.length
+    rows = np.searchsorted(result.trace.times, middles, side="right") - 1
+    phases = result.trace.phase[np.maximum(rows, 0), contact]
+    starts = np.flatnonzero(np.diff(phases, prepend=2) != 0)
+    for start, end in zip(starts, [*starts[1:], cells], strict=True):
+        yield start / cells, end / cells, ContactPhase(int(phases[start]))
+
+
+def strip_html(result: RunResult, playback: Playback) -> str:
+    """One bar per contact in the colours of its phases, the play head across, and a legend."""
+    window = playback.window
+    bars = "".join(
+        _bar_html(name, phase_runs(result, i, window))
+        for i, name in enumerate(finger_names(result.scenario))
+    )
+    share = (playback.time - window.start) / max(window.length, 1e-12)
+    head = (
+        f"<div style='position:absolute;top:-3px;bottom:-3px;left:calc(3.2em + (100% - 3.2em)*"
+        f"{share:.4f} - 1px);width:2px;background:{css(MARK)}'></div>"
+    )
+    legend = "".join(
+        "<span style='margin-right:1em;white-space:nowrap'>"
+        f"<span style='color:{css(PHASES[phase])}'>■</span> {word}</span> "
+        for phase, word in _LEGEND.items()
+    )
+    return (
+        "<div style='padding:0.3em 0.75em 0.4em;font-size:0.8em'>"
+        f"<div style='position:relative'>{bars}{head}</div>"
+        f"<div style='margin-top:0.35em'>{legend}<span style='float:right'>"
+        f"<b>{_clock(playback.time)}</b></span></div>"
+        f"<div>{_marks_legend()}</div></div>"
+    )
+
+
+def _clock(seconds: float) -> str:
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.3f} s"
+
+
+def _marks_legend() -> str:
+    """What the lines of the scene mean."""
+    return "".join(
+        f"<span style='margin-right:1em;white-space:nowrap'><span style='color:{css(colour)};"
+        f"font-weight:700'>{sign}</span> {word}</span> "
+        for sign, colour, word in (
+            ("━", CONE, "friction cone"),
+            ("┅", BELIEVED_CONE, "as the controller believes"),
+            ("┅", GHOST, "desired pose"),
+        )
+    )
+
+
+def _bar_html(name: str, runs: Iterator[tuple[float, float, ContactPhase]]) -> str:
+    pieces = "".join(
+        f"<div style='position:absolute;left:{100 * start:.2f}%;width:{100 * (end - start):.2f}%;"
+        f"top:0;bottom:0;background:{css(PHASES[phase])}'></div>"
+        for start, end, phase in runs
+    )
+    return (
+        "<div style='display:flex;height:1em;margin-bottom:2px;line-height:1'>"
+        f"<span style='width:3.2em;flex:none'>{escape(name)}</span>"
+        f"<div style='position:relative;flex:1'>{pieces}</div></div>"
+    )

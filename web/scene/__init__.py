@@ -1,0 +1,1 @@
+"""The picture of the hand, its object and its contacts."""

@@ -1,0 +1,93 @@
+"""Where the hand, the lenses above it and the camera go; plain geometry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.result import RunResult
+from web.sampling import sample_at
+from web.scene.hand_view import joint_points
+
+__all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
+
+_MARGIN_LOW = np.array([0.3, 0.28])
+_MARGIN_HIGH = np.array([0.3, 0.1])
+_LARGEST_LENS = 0.6
+_LENS_SHARE = 0.7
+_LARGEST_MAGNIFICATION = 200.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneLayout:
+    """Places in the model's plane [m].
+
+    Attributes:
+        lens_centres: Middle of the lens of each contact, shape ``(contacts, 2)``.
+        lens_radius: Radius of every lens.
+        magnification: How much larger than life the lenses show the contacts.
+        low: Lower left corner of everything drawn.
+        high: Upper right corner of everything drawn.
+    """
+
+    lens_centres: NDArray[np.float64]
+    lens_radius: float
+    magnification: float
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def lay_out(result: RunResult) -> SceneLayout:
+    """Room for the hand below and one lens per contact above it.
+
+    Args:
+        result: The run whose first pose and largest slip decide places and magnification.
+    """
+    fingers = result.scenario.fingers
+    start = sample_at(result.trace, 0.0)
+    joints = np.concatenate(
+        [joint_points(f, q) for f, q in zip(fingers, start.joint_positions, strict=True)]
+    )
+    low = joints.min(axis=0) - _MARGIN_LOW
+    high = joints.max(axis=0) + _MARGIN_HIGH
+    width = high[0] - low[0]
+    radius = min(0.43 * width / len(fingers), _LARGEST_LENS)
+    middle = low[0] + width * (np.arange(len(fingers)) + 0.5) / len(fingers)
+    height = high[1] + 0.08 + radius
+    slip = float(np.abs(result.trace.slip).max())
+    return SceneLayout(
+        lens_centres=np.stack([middle, np.full(len(fingers), height)], axis=1),
+        lens_radius=radius,
+        magnification=lens_magnification(slip, radius),
+        low=low,
+        high=np.array([high[0], height + radius + 0.24]),
+    )
+
+
+def lens_magnification(largest_slip: float, radius: float) -> float:
+    """The round magnification at which the largest slip fills most of the lens's half.
+
+    Args:
+        largest_slip: Largest displacement along a face in the run [m].
+        radius: Radius of the lens [m].
+    """
+    wanted = _LENS_SHARE * radius / max(largest_slip, 1e-9)
+    return min(max(nice_at_most(wanted), 1.0), _LARGEST_MAGNIFICATION)
+
+
+def nice_at_most(value: float) -> float:
+    """The largest round number that is not above a positive value."""
+    return max(number for number in _round_numbers(value) if number <= value * (1.0 + 1e-9))
+
+
+def nice_at_least(value: float) -> float:
+    """The smallest round number that is not below a positive value."""
+    return min(number for number in _round_numbers(value) if number >= value * (1.0 - 1e-9))
+
+
+def _round_numbers(value: float) -> list[float]:
+    power = 10.0 ** math.floor(math.log10(value))
+    return [step * power for step in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0)]
