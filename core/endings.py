@@ -20,6 +20,7 @@ from core.types import Outcome, Reason
 __all__ = ["describe_end"]
 
 _SINGULAR_ESTIMATE = 1e6
+_NO_FORCE = 1e-6
 
 
 def describe_end(
@@ -107,8 +108,7 @@ def _explain(
     """Message, offending value and its limit."""
     simulation = scenario.simulation
     if status == SEPARATED:
-        force = float(last.normal_force[0, contact]) if contact >= 0 else None
-        return f"contact {contact} separated from the object: its normal force fell to zero", force, 0.0
+        return _explain_separation(contact, last)
     if status == LEFT_FACE:
         slip = float(last.slip[0, contact])
         return f"fingertip {contact} slid off the end of its face", slip, abs(slip)
@@ -126,7 +126,7 @@ def _explain(
         return "no combination of stick and slip is consistent with the torque", None, None
     if status == PAINLEVE:
         return (
-            "the reduced inertia is no longer regular: friction is too high for this pose (Painleve)",
+            "the reduced inertia is singular: friction is too high for this pose (Painleve)",
             None,
             0.0,
         )
@@ -140,3 +140,13 @@ def _explain(
             float(simulation.max_steps),
         )
     return "no step of the integration is small enough: the closed loop diverges", None, None
+
+
+def _explain_separation(contact: int, last: Trace) -> tuple[str, float | None, float | None]:
+    """A normal force that falls to zero, or one that would have to pull after a torque jump."""
+    force = float(last.normal_force[0, contact]) if contact >= 0 else 0.0
+    if force > _NO_FORCE:
+        message = f"contact {contact} separated from the object: the new torque would have it pull"
+        return message, None, 0.0
+    message = f"contact {contact} separated from the object: its normal force fell to zero"
+    return message, force, 0.0

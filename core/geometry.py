@@ -1,4 +1,4 @@
-"""Contact geometry at the start: where each fingertip touches the object (docs/model.md, Contact)."""
+"""Where each fingertip touches the object at the start (docs/model.md, Contact)."""
 
 from __future__ import annotations
 

@@ -63,11 +63,26 @@ def load_scenario(source: str | Path) -> Scenario:
     path = Path(source)
     if not path.suffix and not path.exists():
         known = ", ".join(preset_names())
-        raise _single("scenario", name, known, f"no preset or file '{name}'{_nearest(name, preset_names())}; presets: {known}")
+        raise _single(
+            "scenario",
+            name,
+            known,
+            f"no preset or file '{name}'{_nearest(name, preset_names())}; presets: {known}",
+        )
     if not path.is_file():
-        raise _single("scenario", name, None, f"no scenario file '{name}'; presets: {', '.join(preset_names())}")
+        raise _single(
+            "scenario",
+            name,
+            None,
+            f"no scenario file '{name}'; presets: {', '.join(preset_names())}",
+        )
     if path.stat().st_size > _MAX_FILE_BYTES:
-        raise _single("scenario", name, "1 MB", f"'{name}' is larger than 1 MB; a scenario is a small TOML file")
+        raise _single(
+            "scenario",
+            name,
+            "1 MB",
+            f"'{name}' is larger than 1 MB; a scenario is a small TOML file",
+        )
     try:
         mapping = tomllib.loads(path.read_bytes().decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -87,7 +102,9 @@ def scenario_from_mapping(mapping: Any) -> Scenario:
     except pydantic.ValidationError as error:
         raise ScenarioError(_field_errors(error)) from error
     except (ValueError, RecursionError, TypeError) as error:
-        raise _single("", None, None, f"the scenario cannot be read: {type(error).__name__}") from error
+        raise _single(
+            "", None, None, f"the scenario cannot be read: {type(error).__name__}"
+        ) from error
     check_scenario(scenario)
     _check_changes(scenario)
     return scenario
@@ -119,7 +136,15 @@ def scenario_to_toml(scenario: Scenario) -> str:
     """The scenario as a TOML file that loads back to an equal scenario."""
     mapping = scenario.to_mapping()
     lines = [f"title = {_toml(mapping['title'])}"]
-    for name in ("object", "fingers", "trajectory", "controller", "estimates", "simulation", "changes"):
+    for name in (
+        "object",
+        "fingers",
+        "trajectory",
+        "controller",
+        "estimates",
+        "simulation",
+        "changes",
+    ):
         tables = mapping[name]
         header = f"[{name}]" if isinstance(tables, dict) else f"[[{name}]]"
         for table in [tables] if isinstance(tables, dict) else tables:
@@ -145,15 +170,18 @@ def _assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -
     *parents, last = key.split(".")
     node: Any = mapping
     for part in parents:
-        node = _child(node, part, growable=node is mapping.get("changes") or node is mapping.get("estimates"))
+        node = _child(
+            node, part, growable=node is mapping.get("changes") or node is mapping.get("estimates")
+        )
         if node is None:
             return _unknown_key(scenario, key)
-    if isinstance(node, list) and last.isdigit() and int(last) < len(node):
+    if isinstance(node, list) and _is_index(last, len(node)):
         node[int(last)] = value
     elif isinstance(node, dict) and (last in node or _template_key(key) in _template_keys()):
-        node[last] = value
-        if value is None:
-            del node[last]
+        if value is None and _is_optional(parents, last):
+            node.pop(last, None)
+        else:
+            node[last] = value
     else:
         return _unknown_key(scenario, key)
     return None
@@ -164,8 +192,16 @@ def _child(node: Any, part: str, growable: bool) -> Any:
     if isinstance(node, list):
         if growable and part == str(len(node)):
             node.append({})
-        return node[int(part)] if part.isdigit() and int(part) < len(node) else None
+        return node[int(part)] if _is_index(part, len(node)) else None
     return node.get(part) if isinstance(node, dict) else None
+
+
+def _is_index(part: str, length: int) -> bool:
+    return part.isascii() and part.isdigit() and len(part) < 5 and int(part) < length
+
+
+def _is_optional(parents: list[str], last: str) -> bool:
+    return parents[:1] == ["estimates"] and last in ("minimum", "maximum")
 
 
 def _unknown_key(scenario: Scenario, key: str) -> FieldError:
@@ -188,9 +224,26 @@ def _check_changes(scenario: Scenario) -> None:
         parameter = definitions.get(change.parameter)
         if parameter is None and not _is_list_gain(change.parameter, definitions):
             near = _nearest(change.parameter, definitions)
-            errors.append(FieldError(field=key, value=_short(change.parameter), limit=None, message=f"{key}: unknown parameter '{_short(change.parameter)}'{near}"))
+            errors.append(
+                FieldError(
+                    field=key,
+                    value=_short(change.parameter),
+                    limit=None,
+                    message=f"{key}: unknown parameter '{_short(change.parameter)}'{near}",
+                )
+            )
         elif parameter is not None and not parameter.changeable:
-            errors.append(FieldError(field=key, value=change.parameter, limit="a parameter that can change during a run", message=f"{key}: '{change.parameter}' cannot change during a run; set it for the whole run instead"))
+            errors.append(
+                FieldError(
+                    field=key,
+                    value=change.parameter,
+                    limit="a parameter that can change during a run",
+                    message=(
+                        f"{key}: '{change.parameter}' cannot change during a run; set it for the "
+                        "whole run instead"
+                    ),
+                )
+            )
         else:
             errors += _check_changed_value(scenario, i, change)
     if errors:
@@ -207,7 +260,12 @@ def _check_changed_value(scenario: Scenario, index: int, change: Change) -> list
     try:
         with_values(replace(scenario, changes=()), {change.parameter: value})
     except ScenarioError as error:
-        return [replace(e, field=f"changes.{index}.value", message=f"changes.{index}.value: {e.message}") for e in error.errors]
+        return [
+            replace(
+                e, field=f"changes.{index}.value", message=f"changes.{index}.value: {e.message}"
+            )
+            for e in error.errors
+        ]
     return []
 
 
@@ -219,27 +277,49 @@ def _field_errors(error: pydantic.ValidationError) -> list[FieldError]:
         key = ".".join(path)
         if key not in found:
             found[key] = _field_error(key, item)
-    return list(found.values())
+    # A wrong entry makes its list look too short as well; only the entry is worth telling.
+    parents = {key[:i] for key in found for i, letter in enumerate(key) if letter == "."}
+    return [error for key, error in found.items() if key not in parents]
 
 
 def _is_type_label(part: str) -> bool:
-    return part in ("float", "str", "int") or part.startswith(("tuple[", "constrained", "function-"))
+    return part in ("float", "str", "int") or part.startswith(
+        ("tuple[", "constrained", "function-")
+    )
 
 
 def _field_error(key: str, item: Any) -> FieldError:
     kind, value = item["type"], item["input"]
     if kind == "unexpected_keyword_argument":
-        siblings = [k.rpartition(".")[2] for k in _template_keys() if k.rpartition(".")[0] == _template_key(key).rpartition(".")[0]]
+        siblings = [
+            k.rpartition(".")[2]
+            for k in _template_keys()
+            if k.rpartition(".")[0] == _template_key(key).rpartition(".")[0]
+        ]
         near = _nearest(key.rpartition(".")[2], siblings or _template_keys())
-        return FieldError(field=_short(key), value=None, limit=None, message=f"unknown parameter '{_short(key)}'{near}")
+        return FieldError(
+            field=_short(key),
+            value=None,
+            limit=None,
+            message=f"unknown parameter '{_short(key)}'{near}",
+        )
     parameter = _template_keys().get(_template_key(key))
     limit = parameter.limit if parameter else None
     shown = _echo(value)
     if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
         return FieldError(field=key, value=None, limit=limit, message=f"{key} is missing")
-    told = "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
+    told = (
+        "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
+    )
     allowed = f"; allowed: {limit}" if limit else ""
-    return FieldError(field=key, value=shown, limit=limit, message=f"{key or 'the scenario'}{told}: {item['msg'][:1].lower()}{item['msg'][1:]}{allowed}")
+    return FieldError(
+        field=key,
+        value=shown,
+        limit=limit,
+        message=(
+            f"{key or 'the scenario'}{told}: {item['msg'][:1].lower()}{item['msg'][1:]}{allowed}"
+        ),
+    )
 
 
 @cache
@@ -272,4 +352,6 @@ def _short(text: str) -> str:
 
 
 def _single(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
-    return ScenarioError([FieldError(field=field, value=_echo(value), limit=limit, message=message)])
+    return ScenarioError(
+        [FieldError(field=field, value=_echo(value), limit=limit, message=message)]
+    )

@@ -141,9 +141,7 @@ def _is_tuple(base: Any) -> bool:
     return typing.get_origin(base) is tuple
 
 
-def _parameter(
-    key: str, base: Any, value: Any, quantity: Quantity, extras: list[Any]
-) -> Parameter:
+def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list[Any]) -> Parameter:
     alternatives = _alternatives(base)
     optional = type(None) in alternatives
     kinds = [a for a in alternatives if a is not type(None)]
@@ -158,7 +156,9 @@ def _parameter(
         maximum=high,
         exclusive_minimum=exclusive,
         typical=quantity.typical,
-        choices=tuple(c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k)),
+        choices=tuple(
+            c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k)
+        ),
         optional=optional,
         changeable=quantity.changeable,
     )

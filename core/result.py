@@ -22,7 +22,7 @@ class Metrics:
         last_slip_time: When the last slip ended, None if nothing slipped [s].
         slip_path: Way each fingertip slid on its face [m].
         peak_normal_force: Largest normal force of each contact [N].
-        minimum_friction_margin: Least margin of each contact while it sticks, None if it never does [N].
+        minimum_friction_margin: Least margin of each contact in stick, None if never [N].
         rms_tracking_error: Over time, x, y, theta [m, m, rad].
         final_tracking_error: At the end, x, y, theta [m, m, rad].
         torque_effort: Integral of the squared torques [N^2 m^2 s].
@@ -62,7 +62,9 @@ class RunResult:
     def estimates(self) -> dict[str, float]:
         """Final estimates by dotted key of the unknown."""
         final = self.trace.estimates[-1]
-        return {key: float(value) for key, value in zip(self.trace.shape.unknowns, final, strict=True)}
+        return {
+            key: float(value) for key, value in zip(self.trace.shape.unknowns, final, strict=True)
+        }
 
     def summary(self) -> dict[str, Any]:
         """The run without its trace, as plain values for JSON (the ``run --json`` object)."""

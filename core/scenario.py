@@ -71,7 +71,9 @@ class ObjectParameters:
         float,
         Ge(1e-3),
         Le(10.0),
-        Quantity("Half the length of the left and right face; a fingertip beyond it has left.", "m"),
+        Quantity(
+            "Half the length of the left and right face; a fingertip beyond it has left.", "m"
+        ),
     ] = 0.1458
 
 
@@ -109,11 +111,15 @@ class FingerParameters:
         float,
         Ge(-10.0),
         Le(10.0),
-        Quantity("Where along the face's tangent the tip starts, from the middle of the face.", "m"),
+        Quantity(
+            "Where along the face's tangent the tip starts, from the middle of the face.", "m"
+        ),
     ] = 0.0
     elbow: Annotated[
         Literal["up", "down"],
-        Quantity("Branch of the inverse kinematics: sign of the second joint angle, up = negative."),
+        Quantity(
+            "Branch of the inverse kinematics: sign of the second joint angle, up = negative."
+        ),
     ] = "up"
     link_centre_fractions: Annotated[
         tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
@@ -122,7 +128,7 @@ class FingerParameters:
     link_inertia_fractions: Annotated[
         tuple[Annotated[float, Gt(0.0), Le(1.0)], Annotated[float, Gt(0.0), Le(1.0)]],
         Quantity(
-            "Moment of inertia of a link about its centre of mass, divided by mass times length squared.",
+            "Inertia of a link about its centre of mass, divided by mass times length squared.",
             "1",
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
@@ -310,10 +316,10 @@ class SimulationParameters:
         Ge(5),
         Le(10_000),
         Quantity("Phase changes within the chatter window that end a run as chattering.", "1"),
-    ] = 50
+    ] = 100
     chatter_window: Annotated[
         float, Ge(1e-6), Le(10.0), Quantity("Length of the chatter window.", "s")
-    ] = 0.01
+    ] = 0.15
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=_CONFIG)

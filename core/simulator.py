@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,12 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from core.endings import describe_end
-from core.kernel import advance as kernel
-from core.kernel.compiler import cache_folder
+from core.kernel import entry as kernel
 from core.kernel.jump import REACHED, RUNNING
 from core.kernel.model import pack_model
 from core.kernel.records import Record
-from core.kernel.run import make_output, make_progress
+from core.kernel.run import make_outlet, make_progress
 from core.loading import with_values
 from core.metrics import compute_metrics
 from core.result import RunResult
@@ -27,13 +26,22 @@ from core.validation import check_scenario
 __all__ = ["Simulation", "kernel_is_cached", "prepare_kernel", "simulate"]
 
 _STEPS_PER_PIECE = 1000
-_PREPARATION_LOCK = threading.Lock()
 
 _WARNINGS = (
-    ("multiple_phases", "several combinations of phases were consistent; the one with most sticking was taken"),
-    ("recognition_hold", "no phase was consistent under its own torque; the controller kept its belief for the recognition time"),
-    ("adaptation_unphysical", "an estimate reached its bound and was projected onto it"),
-)  # fmt: skip
+    (
+        "multiple_phases",
+        "several combinations of phases were consistent; the one with most sticking was taken",
+    ),
+    (
+        "recognition_hold",
+        "no phase was consistent under its own torque; "
+        "the controller kept its belief for the recognition time",
+    ),
+    (
+        "adaptation_unphysical",
+        "an estimate reached its bound and was projected onto it",
+    ),
+)
 
 
 class Simulation:
@@ -58,8 +66,11 @@ class Simulation:
             len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
         )
         self._run = _initial_run(scenario)
-        self._output = make_output(
-            self._shape.num_columns, scenario.simulation.chatter_changes
+        simulation = scenario.simulation
+        self._outlet = make_outlet(
+            self._shape.num_columns,
+            math.ceil(simulation.max_step * simulation.output_rate) + 1,
+            simulation.chatter_changes,
         )
         self._pending = sorted(scenario.changes, key=lambda change: change.time)
         self._present = replace(scenario, changes=())
@@ -92,7 +103,7 @@ class Simulation:
         status = kernel.advance(
             self._model,
             self._run,
-            self._output,
+            self._outlet,
             stop,
             self._first,
             self._same_ticks,
@@ -127,10 +138,10 @@ class Simulation:
 
     def _collect(self) -> None:
         """Takes rows and phase changes out of the kernel's buffers."""
-        run, output = self._run, self._output
+        run, outlet = self._run, self._outlet
         if run.num_rows:
-            self._rows.append(output.rows[: run.num_rows].copy())
-        for t, contact, before, after in output.changes[: run.num_changes]:
+            self._rows.append(outlet.rows[: run.num_rows].copy())
+        for t, contact, before, after in outlet.changes[: run.num_changes]:
             self._changes.append(
                 PhaseChange(
                     time=float(t),
@@ -213,16 +224,12 @@ def simulate(
 
 def prepare_kernel() -> None:
     """Loads the compiled kernel, compiling it the first time; safe to call from any thread."""
-    from core.loading import load_scenario, preset_names
-
-    with _PREPARATION_LOCK:
-        if not kernel.advance.signatures:
-            Simulation(load_scenario(preset_names()[0])).advance()
+    kernel.prepare()
 
 
 def kernel_is_cached() -> bool:
-    """Whether the kernel is loaded or lies compiled on disk; otherwise it takes seconds."""
-    return bool(kernel.advance.signatures) or any(cache_folder.rglob("advance.advance*.nbc"))
+    """Whether the kernel is loaded or lies compiled on disk; otherwise compiling takes a while."""
+    return kernel.is_cached()
 
 
 def _initial_run(scenario: Scenario) -> Record:
@@ -259,7 +266,7 @@ def _grasp_warning(rows: list[np.ndarray], shape: TraceShape) -> tuple[RunWarnin
     return (
         RunWarning(
             code="grasp_outside_cones",
-            message="no squeeze satisfied all estimated friction cones; the least violation was taken",
+            message=("no squeeze met all estimated friction cones; the least violation was taken"),
             count=len(violated),
             first_time=float(trace.times[violated[0]]),
         ),

@@ -40,7 +40,9 @@ SIGNALS = (
     Signal("times", "time", "", "s", "Simulation time; an event gives two rows at one time."),
     Signal("object_pose", "object", "coordinate", "m, m, rad", "Pose x, y, theta."),
     Signal("object_velocity", "object", "coordinate", "m/s, m/s, rad/s", "Its first derivative."),
-    Signal("object_acceleration", "object", "coordinate", "m/s^2, rad/s^2", "Its second derivative."),
+    Signal(
+        "object_acceleration", "object", "coordinate", "m/s^2, rad/s^2", "Its second derivative."
+    ),
     Signal("tracking_error", "object", "coordinate", "m, m, rad", "Desired minus actual pose."),
     Signal("slip", "contacts", "contact", "m", "Displacement of the fingertip along the face."),
     Signal("slip_velocity", "contacts", "contact", "m/s", "Its first derivative."),
@@ -49,7 +51,9 @@ SIGNALS = (
     Signal("believed_phase", "contacts", "contact", "", "The phase the controller acts on."),
     Signal("tangential_force", "contacts", "contact", "N", "F_x of the fingertip on the object."),
     Signal("normal_force", "contacts", "contact", "N", "F_n, positive pushes."),
-    Signal("friction_margin", "contacts", "contact", "N", "mu F_n - |F_x|, positive inside the cone."),
+    Signal(
+        "friction_margin", "contacts", "contact", "N", "mu F_n - |F_x|, positive inside the cone."
+    ),
     Signal("friction_coefficient", "contacts", "contact", "1", "True friction at that time."),
     Signal("joint_position", "joints", "joint", "rad", "Joint angles, second relative to first."),
     Signal("joint_velocity", "joints", "joint", "rad/s", "Their first derivative."),
@@ -57,12 +61,22 @@ SIGNALS = (
     Signal("estimates", "controller", "unknown", "", "Estimates of the unknown parameters."),
     Signal("true_parameters", "controller", "unknown", "", "Their true values at that time."),
     Signal("lyapunov_value", "controller", "", "1", "V of Eq. 44."),
-    Signal("grasp_violation", "controller", "", "N", "How far the commanded force leaves the estimated cones."),
-    Signal("inertia_condition", "controller", "", "1", "Condition (1-norm) of the reduced inertia."),
+    Signal(
+        "grasp_violation",
+        "controller",
+        "",
+        "N",
+        "How far the commanded force leaves the estimated cones.",
+    ),
+    Signal(
+        "inertia_condition", "controller", "", "1", "Condition (1-norm) of the reduced inertia."
+    ),
     Signal("estimated_inertia_condition", "controller", "", "1", "The same of its estimate."),
     Signal("kinetic_energy", "energy", "", "J", "Kinetic energy of object and fingers."),
     Signal("potential_energy", "energy", "", "J", "Potential energy of object and fingers."),
-    Signal("supplied_energy", "energy", "", "J", "Work of the torques and of timed changes so far."),
+    Signal(
+        "supplied_energy", "energy", "", "J", "Work of the torques and of timed changes so far."
+    ),
     Signal("dissipated_energy", "energy", "", "J", "Energy lost to friction so far."),
 )
 

@@ -43,7 +43,10 @@ def _check_start_pose(scenario: Scenario) -> Iterator[FieldError]:
                 field=f"fingers.{i}.contact_offset",
                 value=finger.contact_offset,
                 limit=f"-{half:g} … {half:g} m",
-                message=f"fingers.{i}.contact_offset is {finger.contact_offset:g} m, beyond the end of the face at {half:g} m",
+                message=(
+                    f"fingers.{i}.contact_offset is {finger.contact_offset:g} m, beyond the end of"
+                    f" the face at {half:g} m"
+                ),
             )
         yield from _check_reach(i, finger, tip_distance(scenario, i))
 
@@ -57,14 +60,21 @@ def _check_reach(i: int, finger: FingerParameters, distance: float) -> Iterator[
             field=f"fingers.{i}.base",
             value=distance,
             limit=f"{near:g} … {far:g} m",
-            message=f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the finger reaches {near:g} … {far:g} m; move the base, the start pose or lengthen the links",
+            message=(
+                f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
+                f"finger reaches {near:g} … {far:g} m; move the base, the start pose or lengthen "
+                "the links"
+            ),
         )
     elif math.sqrt(1.0 - cosine**2) < MIN_SINE_OF_SECOND_JOINT:
         yield FieldError(
             field=f"fingers.{i}.base",
             value=distance,
             limit=f"inside {near:g} … {far:g} m",
-            message=f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} m from the base; move the base or the start pose",
+            message=(
+                f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} "
+                "m from the base; move the base or the start pose"
+            ),
         )
 
 
@@ -79,7 +89,11 @@ def _check_estimates(scenario: Scenario) -> Iterator[FieldError]:
                 field=f"{key}.parameter",
                 value=estimate.parameter[:80],
                 limit="object.mass, object.inertia, fingers.N.friction, fingers.N.link_masses.K",
-                message=f"{key}.parameter '{estimate.parameter[:80]}' cannot be estimated; object.mass, object.inertia, fingers.N.friction and fingers.N.link_masses.K can",
+                message=(
+                    f"{key}.parameter '{estimate.parameter[:80]}' cannot be estimated; "
+                    "object.mass, object.inertia, fingers.N.friction and fingers.N.link_masses.K "
+                    "can"
+                ),
             )
             continue
         if estimate.parameter in seen:
@@ -98,14 +112,20 @@ def _check_estimates(scenario: Scenario) -> Iterator[FieldError]:
                 field=f"{key}.initial",
                 value=estimate.initial,
                 limit=f"{low:g} … {high:g}",
-                message=f"{key}.initial is {estimate.initial:g}, outside its own bounds {low:g} … {high:g}",
+                message=(
+                    f"{key}.initial is {estimate.initial:g}, outside its own bounds {low:g} … "
+                    f"{high:g}"
+                ),
             )
     if {"link_mass", "friction"} <= kinds:
         yield FieldError(
             field="estimates",
             value=None,
             limit="link masses or friction, not both",
-            message="estimates: link masses and friction cannot be unknown at once, their product makes the regression bilinear; estimate one kind and give the other",
+            message=(
+                "estimates: link masses and friction cannot be unknown at once, their product "
+                "makes the regression bilinear; estimate one kind and give the other"
+            ),
         )
 
 
@@ -134,14 +154,19 @@ def _check_control(scenario: Scenario) -> Iterator[FieldError]:
             field="controller.control_period",
             value=period,
             limit=f"0 or at least {MIN_CONTROL_PERIOD:g} s",
-            message=f"controller.control_period is {period:g} s; 0 means continuous control, otherwise at least {MIN_CONTROL_PERIOD:g} s",
+            message=(
+                f"controller.control_period is {period:g} s; 0 means continuous control, otherwise"
+                f" at least {MIN_CONTROL_PERIOD:g} s"
+            ),
         )
     if len(scenario.fingers) > 2 and scenario.controller.grasp_force == "minimum":
         yield FieldError(
             field="controller.grasp_force",
             value="minimum",
             limit="none for more than two fingers",
-            message="controller.grasp_force 'minimum' is available for two fingers; use 'none' for more",
+            message=(
+                "controller.grasp_force 'minimum' is available for two fingers; use 'none' for more"
+            ),
         )
 
 
@@ -153,7 +178,10 @@ def _check_times(scenario: Scenario) -> Iterator[FieldError]:
             field="simulation.output_rate",
             value=simulation.output_rate,
             limit=f"{MAX_ROWS} samples",
-            message=f"simulation.duration times output_rate asks for {rows:.3g} samples, at most {MAX_ROWS}; lower one of them",
+            message=(
+                f"simulation.duration times output_rate asks for {rows:.3g} samples, at most "
+                f"{MAX_ROWS}; lower one of them"
+            ),
         )
     for i, change in enumerate(scenario.changes):
         if change.time >= simulation.duration:
@@ -161,5 +189,8 @@ def _check_times(scenario: Scenario) -> Iterator[FieldError]:
                 field=f"changes.{i}.time",
                 value=change.time,
                 limit=f"before the end at {simulation.duration:g} s",
-                message=f"changes.{i}.time is {change.time:g} s, not before the end of the run at {simulation.duration:g} s",
+                message=(
+                    f"changes.{i}.time is {change.time:g} s, not before the end of the run at "
+                    f"{simulation.duration:g} s"
+                ),
             )

@@ -145,11 +145,7 @@ class McapContainer:
         chunk_offset = self._offset
         self._write(_to_bytes(chunk))
         index_offset = self._offset
-        index_offsets: dict[int, int] = {}
-        for block in blocks:
-            index_offsets[block.channel] = self._offset
-            self._write(block.to_bytes())
-            self._counts[block.channel] += len(block.log_times)
+        index_offsets = {block.channel: self._write_index(block) for block in blocks}
         index = ChunkIndex(
             chunk_start_offset=chunk_offset,
             chunk_length=index_offset - chunk_offset,
@@ -164,6 +160,13 @@ class McapContainer:
         self._chunk_indexes.append(index)
         earlier = self._time_range or (start, end)
         self._time_range = (min(start, earlier[0]), max(end, earlier[1]))
+
+    def _write_index(self, block: ChannelBlock) -> int:
+        """Writes where a chunk's messages of one channel lie; returns the index's offset."""
+        offset = self._offset
+        self._write(block.to_bytes())
+        self._counts[block.channel] += len(block.log_times)
+        return offset
 
     def finish(self) -> None:
         """Writes the index and the end of the file; leaves the stream open."""

@@ -117,7 +117,7 @@ class _Reading:
         if not isinstance(header, Header):
             raise self._damaged("it does not start with a header")
         if header.profile != PROFILE:
-            finding = f"it is an MCAP file of another program ('{header.library[:40]}')"
+            finding = f"it is an MCAP file of another program ({header.library[:40]!r})"
             raise ForeignRecordingError(self._name, finding)
 
     def _take_start(self, start: Mapping[str, str]) -> None:

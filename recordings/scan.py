@@ -196,7 +196,7 @@ class RecordScanner:
         if chunk.compression == "":
             return chunk.data
         if chunk.compression != "zstd":
-            raise self._damaged(f"its compression '{chunk.compression[:20]}' is not known")
+            raise self._damaged(f"its compression {chunk.compression[:20]!r} is not known")
         decompressor = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK_BYTES)
         try:
             data = decompressor.stream_reader(chunk.data).read(size + 1)

@@ -41,7 +41,7 @@ from core.kernel.run import (
     CHANGE_CAPACITY,
     OUTPUT_ROUNDING,
     ROOM_TO_SPARE,
-    ROW_CAPACITY,
+    ROWS_BEFORE_PAUSE,
     Outlet,
     emit,
     keep_old,
@@ -56,14 +56,20 @@ LOCATION_WIDTH = 2e-14
 
 @compiled
 def advance(
-    model: Record, run: Record, outlet: Outlet, t_stop: float, first: bool, same_ticks: bool, max_steps: int
+    model: Record,
+    run: Record,
+    outlet: Outlet,
+    t_stop: float,
+    first: bool,
+    same_ticks: bool,
+    max_steps: int,
 ) -> int:
     """Advances the run by at most ``max_steps`` steps, at most to ``t_stop``.
 
     Args:
         model: Constants up to ``t_stop``.
         run: The run.
-        outlet: The closed loop, and buffers for rows and phase changes that the caller empties.
+        outlet: Buffers for rows and phase changes that the caller empties.
         t_stop: End of the run, or the next timed change [s].
         first: Whether the run starts with this stretch.
         same_ticks: Whether sampled control keeps its ticks from the stretch before.
@@ -77,7 +83,7 @@ def advance(
         if status != RUNNING:
             return status
     for _ in range(max_steps):
-        if run.num_rows > ROW_CAPACITY - ROOM_TO_SPARE:
+        if run.num_rows > ROWS_BEFORE_PAUSE:
             return RUNNING
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
             return RUNNING
@@ -116,8 +122,7 @@ def _advance_once(model: Record, run: Record, outlet: Outlet, t_stop: float) -> 
             emit(model, run, outlet, now, run.step.start)
             return STEP_UNDERFLOW
         update_guards(model, run.discrete, run.step.end, run.work, run.guards)
-        event = find_fired(
-            model, run.discrete, run.work, run.guards, run.levels, run.fired)
+        event = find_fired(model, run.discrete, run.work, run.guards, run.levels, run.fired)
         if event:
             h = _locate(model, run, outlet, h)
             reaches = False
@@ -136,7 +141,9 @@ def _advance_once(model: Record, run: Record, outlet: Outlet, t_stop: float) -> 
 
 
 @compiled
-def _take_accepted_step(model: Record, run: Record, outlet: Outlet, until: float) -> tuple[float, bool]:
+def _take_accepted_step(
+    model: Record, run: Record, outlet: Outlet, until: float
+) -> tuple[float, bool]:
     """Takes one step within tolerance; returns its size (0 if none is small enough)."""
     numerics, now = model.numerics, run.now
     rest = until - now
@@ -144,10 +151,14 @@ def _take_accepted_step(model: Record, run: Record, outlet: Outlet, until: float
     while True:
         reaches = h >= rest * (1.0 - 1e-9)
         size = rest if reaches else h
-        take_step(outlet.flow, model, run.discrete, now, size, run.step, run.work)
+        take_step(model, run.discrete, now, size, run.step, run.work)
         run.steps += 1
         error = step_error(
-            run.step, model.num_states, size, numerics.relative_tolerance, numerics.absolute_tolerance
+            run.step,
+            model.num_states,
+            size,
+            numerics.relative_tolerance,
+            numerics.absolute_tolerance,
         )
         if error <= 1.0:
             growth = min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
@@ -170,7 +181,7 @@ def _locate(model: Record, run: Record, outlet: Outlet, h: float) -> float:
     now = run.now
     low, high = 0.0, h
     value_high = _least_fired(model, run)
-    take_step(outlet.flow, model, run.discrete, now, 0.0, run.step, run.work)
+    take_step(model, run.discrete, now, 0.0, run.step, run.work)
     update_guards(model, run.discrete, run.step.end, run.work, run.guards)
     value_low = _least_fired(model, run)
     width = LOCATION_WIDTH * max(1.0, now)
@@ -181,7 +192,7 @@ def _locate(model: Record, run: Record, outlet: Outlet, h: float) -> float:
         middle = (low * value_high - high * value_low) / (value_high - value_low)
         if not low < middle < high or trial % 8 == 7:
             middle = 0.5 * (low + high)
-        take_step(outlet.flow, model, run.discrete, now, middle, run.step, run.work)
+        take_step(model, run.discrete, now, middle, run.step, run.work)
         update_guards(model, run.discrete, run.step.end, run.work, run.guards)
         value = _least_fired(model, run)
         if value > 0.0:
@@ -194,7 +205,7 @@ def _locate(model: Record, run: Record, outlet: Outlet, h: float) -> float:
             side = -1
     if value_low <= 0.0:
         high = 0.0
-    take_step(outlet.flow, model, run.discrete, now, high, run.step, run.work)
+    take_step(model, run.discrete, now, high, run.step, run.work)
     update_guards(model, run.discrete, run.step.end, run.work, run.guards)
     _keep_first_fired(model, run)
     return high
@@ -261,9 +272,7 @@ def _change_piece(model: Record, run: Record, outlet: Outlet) -> int:
     keep_old(run)
     emit(model, run, outlet, run.now, run.step.start)
     run.discrete.piece += 1
-    while run.discrete.piece < NUM_PIECES and (
-        breaks[run.discrete.piece] <= run.now
-    ):
+    while run.discrete.piece < NUM_PIECES and (breaks[run.discrete.piece] <= run.now):
         run.discrete.piece += 1
     return finish_jump(model, run, outlet, settle(model, run, outlet, True))
 

@@ -13,7 +13,6 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.records import MAX_FINGERS, Floats, Record
 
-
 # Apparent inertia and bias force of the fingers at their contacts.
 CONTACT_DYNAMICS = np.dtype(
     [
@@ -98,9 +97,7 @@ def combine_links(truth: Record, unit: Record, total: Record) -> None:
 
 
 @compiled
-def stored_energy(
-    hand: Record, truth: Record, kin: Record, state: Floats
-) -> tuple[float, float]:
+def stored_energy(hand: Record, truth: Record, kin: Record, state: Floats) -> tuple[float, float]:
     """Kinetic and potential energy [J] of object and fingers, heights from y = 0."""
     body = truth.object_inertia
     kinetic = 0.5 * (body[0] * state[3] ** 2 + body[1] * state[4] ** 2 + body[2] * state[5] ** 2)

@@ -1,24 +1,18 @@
-"""The entry point of the kernel and the types it is compiled for, once for all scenarios.
-
-The closed loop is compiled by itself and reaches the hybrid loop as a function pointer:
-otherwise its machine code would be generated again inside every function above it.
-"""
+"""The entry point of the kernel: loaded or compiled once, then called from Python."""
 
 from __future__ import annotations
 
 import threading
 
-import numba
-from numba import types
+import numpy as np
 
 from core.kernel import advance as hybrid
 from core.kernel.compiler import cache_folder
-from core.kernel.flow import DISCRETE, WORKSPACE, flow
 from core.kernel.model import MODEL
 from core.kernel.records import Record, make_record
 from core.kernel.run import Outlet, make_outlet, make_progress
 
-__all__ = ["advance", "is_cached", "new_outlet", "prepare"]
+__all__ = ["advance", "is_cached", "prepare"]
 
 _LOCK = threading.Lock()
 
@@ -26,33 +20,15 @@ _LOCK = threading.Lock()
 def prepare() -> None:
     """Loads the compiled kernel, or compiles it the first time; safe from any thread."""
     with _LOCK:
-        if hybrid.advance.signatures:
-            return
-        model = numba.typeof(make_record(MODEL))
-        discrete = numba.typeof(make_record(DISCRETE))
-        work = numba.typeof(make_record(WORKSPACE))
-        vector = types.Array(types.float64, 1, "C")
-        signature = types.void(model, discrete, types.float64, vector, vector, work)
-        flow.compile(signature)
-        matrix = types.Array(types.float64, 2, "C")
-        outlet = types.NamedTuple(
-            (types.FunctionType(signature), matrix, matrix, vector), Outlet
-        )
-        run = numba.typeof(make_progress())
-        hybrid.advance.compile(
-            (model, run, outlet, types.float64, types.boolean, types.boolean, types.int64)
-        )
-        hybrid.advance.disable_compile()
+        if not hybrid.advance.signatures:
+            model, run, outlet = make_record(MODEL), make_progress(), make_outlet(1, 1, 1)
+            run.begun, run.now = True, np.inf
+            hybrid.advance(model, run, outlet, 0.0, False, False, 0)
 
 
 def is_cached() -> bool:
-    """Whether the kernel is loaded or lies compiled on disk; otherwise it takes seconds."""
+    """Whether the kernel is loaded or lies compiled on disk; otherwise it takes a while."""
     return bool(hybrid.advance.signatures) or any(cache_folder.rglob("advance.advance*.nbc"))
-
-
-def new_outlet(num_columns: int, chatter_changes: int) -> Outlet:
-    """Empty buffers for a run."""
-    return make_outlet(flow, num_columns, chatter_changes)
 
 
 def advance(

@@ -87,9 +87,7 @@ def update_mechanics(model: Record, state: Floats, work: Record) -> None:
 
 
 @compiled
-def update_belief(
-    model: Record, discrete: Record, t: float, state: Floats, work: Record
-) -> None:
+def update_belief(model: Record, discrete: Record, t: float, state: Floats, work: Record) -> None:
     """What the controller makes of the state: errors, demand, its model of the hand."""
     n = model.num_fingers
     estimates = state[6 + 2 * n :]
@@ -211,9 +209,7 @@ def flow(
 
 
 @compiled
-def _powers(
-    model: Record, discrete: Record, state: Floats, work: Record
-) -> tuple[float, float]:
+def _powers(model: Record, discrete: Record, state: Floats, work: Record) -> tuple[float, float]:
     """Power of the joint torques and power lost to friction [W]."""
     n = model.num_fingers
     supplied = 0.0

@@ -29,7 +29,7 @@ def num_guards(model: Record) -> int:
 
 @compiled
 def friction_margin(model: Record, work: Record, i: int) -> float:
-    """mu F_n - |F_x| of contact i [N], positive inside the cone."""
+    """Mu F_n - |F_x| of contact i [N], positive inside the cone."""
     return model.truth.friction[i] * work.forces[i, 1] - abs(work.forces[i, 0])
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.dynamics import stored_energy
 from core.kernel.flow import (
+    flow,
     update_belief,
     update_command,
     update_mechanics,
@@ -127,7 +128,7 @@ def _tick(model: Record, run: Record, outlet: Outlet, first: bool, stretch: bool
     status = settle(model, run, outlet, False)
     if status != RUNNING:
         return _end_tick(model, run, outlet, status)
-    outlet.flow(model, discrete, now, state[:], run.step.slopes[0], work)
+    flow(model, discrete, now, state, run.step.slopes[0], work)
     update_rates(model, discrete, state, work)
     for k in range(model.num_unknowns):
         run.pending_rates[k] = work.rates[k]
@@ -178,13 +179,13 @@ def settle(model: Record, run: Record, outlet: Outlet, exhaustive: bool) -> int:
     continuous = model.law.period == 0.0
     instant = continuous and run.hold_until == np.inf
     verdict = select_phases(
-        outlet.flow, model, run.discrete, now, state, instant, exhaustive, run.work, run.selection
+        model, run.discrete, now, state, instant, exhaustive, run.work, run.selection
     )
     if instant and verdict >= NONE_CONSISTENT:
         run.hold_until = now + model.law.recognition_time
         warn(run, HOLDS)
         verdict = select_phases(
-            outlet.flow, model, run.discrete, now, state, False, exhaustive, run.work, run.selection
+            model, run.discrete, now, state, False, exhaustive, run.work, run.selection
         )
     if verdict >= NONE_CONSISTENT:
         run.concerned = run.selection.pulling
@@ -218,9 +219,7 @@ def recognise(model: Record, run: Record, outlet: Outlet) -> int:
     keep_old(run)
     emit(model, run, outlet, run.now, run.step.start)
     run.discrete.beliefs[:] = run.discrete.phases
-    if is_consistent(
-        outlet.flow, model, run.discrete, run.now, run.step.start, run.work, run.selection
-    ):
+    if is_consistent(model, run.discrete, run.now, run.step.start, run.work, run.selection):
         run.hold_until = np.inf
         return finish_jump(model, run, outlet, RUNNING)
     run.hold_until = run.now + model.law.recognition_time
@@ -252,9 +251,9 @@ def finish_jump(model: Record, run: Record, outlet: Outlet, status: int) -> int:
 def restart_flow(model: Record, run: Record, outlet: Outlet) -> None:
     """After a jump no slope from before is used: new first slope, guards armed, small step."""
     state = run.step.start
-    outlet.flow(model, run.discrete, run.now, state[:], run.step.slopes[0], run.work)
+    flow(model, run.discrete, run.now, state, run.step.slopes[0], run.work)
     if model.law.period == 0.0 and _clamp_estimates(model, run):
-        outlet.flow(model, run.discrete, run.now, state[:], run.step.slopes[0], run.work)
+        flow(model, run.discrete, run.now, state, run.step.slopes[0], run.work)
     update_guards(model, run.discrete, state, run.work, run.guards)
     arm_guards(model, run.discrete, run.work, run.guards, run.levels)
     run.step_size = min(run.step_size, FIRST_STEP)

@@ -7,7 +7,7 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.records import MAX_FINGERS, Floats, Record
 
-LEAST_SINE = 1e-6
+LEAST_SINE = 1e-3
 
 
 # Positions and velocities of fingers and contacts in one state.

@@ -101,7 +101,7 @@ def desired_motion(
 def demand_acceleration(
     law: Record, motion: Record, piece: int, t: float, state: Floats, belief: Integers, room: Record
 ) -> None:
-    """v = x''_des + K_v e' + K_p e, with 0 for contacts that are believed to stick."""
+    """V = x''_des + K_v e' + K_p e, with 0 for contacts that are believed to stick."""
     n = law.num_fingers
     for k in range(3):
         position, velocity, acceleration = desired_motion(motion, piece, t, k)
@@ -250,7 +250,7 @@ def _weigh_by_torque(rows: int, n: int, kin: Record, room: Record) -> None:
 
 @compiled
 def torques_to_forces(kin: Record, n: int, torques: Floats, tip_forces: Floats) -> None:
-    """u = J_c^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
+    """U = J_c^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
     for i in range(n):
         inverse, frame = kin.inverses[i], kin.frames[i]
         wx = inverse[0, 0] * torques[i, 0] + inverse[1, 0] * torques[i, 1]
@@ -261,7 +261,7 @@ def torques_to_forces(kin: Record, n: int, torques: Floats, tip_forces: Floats) 
 
 @compiled
 def forces_to_torques(kin: Record, n: int, tip_forces: Floats, torques: Floats) -> None:
-    """tau = J_c^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
+    """Tau = J_c^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
     for i in range(n):
         jacobian, frame = kin.jacobians[i], kin.frames[i]
         wx = frame[0, 0] * tip_forces[i, 0] + frame[0, 1] * tip_forces[i, 1]
@@ -272,7 +272,7 @@ def forces_to_torques(kin: Record, n: int, tip_forces: Floats, torques: Floats) 
 
 @compiled
 def weigh_error(law: Record, factors: Floats, pivots: Integers, room: Record) -> None:
-    """r = M~^-T E^T P xi of Eq. 46, from the factors of the estimated M~."""
+    """R = M~^-T E^T P xi of Eq. 46, from the factors of the estimated M~."""
     size = 3 + law.num_fingers
     for k in range(size):
         room.weighted_error[k] = (

@@ -6,7 +6,6 @@ and to compile. Its arrays have room for the largest hand; the counts say how mu
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -21,7 +20,6 @@ __all__ = [
     "MAX_STATE",
     "MAX_UNKNOWNS",
     "Floats",
-    "Flow",
     "Integers",
     "Record",
     "make_record",
@@ -30,7 +28,6 @@ __all__ = [
 Record: TypeAlias = np.record
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
-Flow: TypeAlias = Callable[[Record, Record, float, Floats, Floats, Record], None]
 
 MAX_COORDINATES = 3 + MAX_FINGERS
 MAX_STATE = 8 + 2 * MAX_FINGERS + MAX_UNKNOWNS

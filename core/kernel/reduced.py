@@ -55,7 +55,12 @@ def assemble_inertia(
         matrix[k, k] = truth.object_inertia[k]
     for i in range(n):
         d0, d1 = friction_row(phases[i], truth.friction[i])
-        inertia, frame, arm, tangent = dynamics.inertia[i], kin.frames[i], kin.arms[i], kin.tangents[i]
+        inertia, frame, arm, tangent = (
+            dynamics.inertia[i],
+            kin.frames[i],
+            kin.arms[i],
+            kin.tangents[i],
+        )
         row = 3 + i
         for column in range(4):
             if column < 2:

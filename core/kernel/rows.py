@@ -7,6 +7,7 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.dynamics import stored_energy
 from core.kernel.flow import (
+    flow,
     update_belief,
     update_command,
     update_mechanics,
@@ -14,12 +15,11 @@ from core.kernel.flow import (
 from core.kernel.guards import friction_margin
 from core.kernel.law import forces_to_torques, lyapunov_value, true_value
 from core.kernel.linear import condition
-from core.kernel.records import Floats, Flow, Record
+from core.kernel.records import Floats, Record
 
 
 @compiled
 def write_row(
-    flow: Flow,
     model: Record,
     discrete: Record,
     t: float,
@@ -38,9 +38,9 @@ def write_row(
         for i in range(n):
             for joint in range(2):
                 torques[i, joint] = discrete.torques[i, joint]
-        flow(model, discrete, t, state[:], derivative[:], work)
+        flow(model, discrete, t, state, derivative, work)
     else:
-        flow(model, discrete, t, state[:], derivative[:], work)
+        flow(model, discrete, t, state, derivative, work)
         forces_to_torques(work.kin, n, work.tip_forces, torques)
     row[0] = t
     at = _put(row, 1, state[0:6])
@@ -75,9 +75,7 @@ def _put(row: Floats, at: int, values: Floats) -> int:
 
 
 @compiled
-def _put_contacts(
-    model: Record, discrete: Record, work: Record, row: Floats, at: int
-) -> int:
+def _put_contacts(model: Record, discrete: Record, work: Record, row: Floats, at: int) -> int:
     n = model.num_fingers
     for i in range(n):
         row[at + i] = discrete.phases[i]
@@ -101,9 +99,7 @@ def _put_controller(
     at += p
     row[at] = lyapunov_value(model.law, model.truth, model.unknowns, estimates, work.room)
     row[at + 1] = work.room.violation
-    row[at + 2] = condition(
-        work.inertia, work.inertia_factors, work.pivots, 3 + n, work.column
-    )
+    row[at + 2] = condition(work.inertia, work.inertia_factors, work.pivots, 3 + n, work.column)
     row[at + 3] = condition(
         work.estimated_inertia, work.estimated_factors, work.estimated_pivots, 3 + n, work.column
     )

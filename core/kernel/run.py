@@ -14,7 +14,6 @@ from core.kernel.records import (
     MAX_STATE,
     MAX_UNKNOWNS,
     Floats,
-    Flow,
     Record,
     make_record,
 )
@@ -25,7 +24,7 @@ from core.kernel.stepper import STEP
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED = range(3)
 
-ROW_CAPACITY = 512
+ROWS_BEFORE_PAUSE = 512
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
 OUTPUT_ROUNDING = 1e-12
@@ -73,10 +72,9 @@ PROGRESS = np.dtype(
 
 
 class Outlet(NamedTuple):
-    """The closed loop to follow, and what a run writes for the caller to take away."""
+    """What a run writes for the caller to take away."""
 
-    flow: Flow
-    rows: Floats  # (ROW_CAPACITY, columns) of the trace
+    rows: Floats  # (capacity, columns) of the trace
     changes: Floats  # (CHANGE_CAPACITY, 4) time, contact, from, to
     history: Floats  # times of the latest phase changes, for the chatter window
 
@@ -91,11 +89,17 @@ def make_progress() -> Record:
     return progress
 
 
-def make_outlet(flow: Flow, num_columns: int, chatter_changes: int) -> Outlet:
-    """Empty buffers for a closed loop."""
+def make_outlet(num_columns: int, rows_per_step: int, chatter_changes: int) -> Outlet:
+    """Empty buffers.
+
+    Args:
+        num_columns: Of a row.
+        rows_per_step: How many output times one step can pass at most.
+        chatter_changes: Length of the history of phase changes.
+    """
+    capacity = ROWS_BEFORE_PAUSE + rows_per_step + ROOM_TO_SPARE
     return Outlet(
-        flow=flow,
-        rows=np.zeros((ROW_CAPACITY, num_columns)),
+        rows=np.zeros((capacity, num_columns)),
         changes=np.zeros((CHANGE_CAPACITY, 4)),
         history=np.full(chatter_changes, -np.inf),
     )
@@ -113,8 +117,7 @@ def warn(run: Record, code: int) -> None:
 def emit(model: Record, run: Record, outlet: Outlet, t: float, state: Floats) -> None:
     """Appends a row for ``state``; a row that is not finite is dropped."""
     row = outlet.rows[run.num_rows]
-    if write_row(
-        outlet.flow, model, run.discrete, t, state, run.derivative, run.torques, run.work, row):
+    if write_row(model, run.discrete, t, state, run.derivative, run.torques, run.work, row):
         run.num_rows += 1
         run.last_energy = row[row.shape[0] - 4] + row[row.shape[0] - 3]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from core.kernel.compiler import compiled
+from core.kernel.flow import flow
 from core.kernel.guards import FORCE_BAND, friction_margin
-from core.kernel.records import MAX_FINGERS, MAX_STATE, Floats, Flow, Record
+from core.kernel.records import MAX_FINGERS, MAX_STATE, Floats, Record
 
 SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_PRESSES, NONE_REGULAR = range(5)
 _CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)
@@ -37,7 +38,6 @@ SELECTION_ROOM = np.dtype(
 
 @compiled
 def select_phases(
-    flow: Flow,
     model: Record,
     discrete: Record,
     t: float,
@@ -52,7 +52,6 @@ def select_phases(
     Several consistent: more sticking contacts first, then the previous direction.
 
     Args:
-        flow: The closed loop.
         model: Constants of the run.
         discrete: Phases before; the plant's are overwritten, and the belief if ``instant``.
         t: Time [s].
@@ -78,7 +77,7 @@ def select_phases(
     all_pull = True
     for code in range(combinations):
         score = _set_candidate(model, discrete, room, code, instant)
-        verdict = _judge(flow, model, discrete, t, state, work, room)
+        verdict = _judge(model, discrete, t, state, work, room)
         if verdict == _CONSISTENT:
             found += 1
             if score > best_score:
@@ -102,7 +101,6 @@ def select_phases(
 
 @compiled
 def is_consistent(
-    flow: Flow,
     model: Record,
     discrete: Record,
     t: float,
@@ -114,13 +112,11 @@ def is_consistent(
     n = model.num_fingers
     for i in range(n):
         room.free[i] = 1 if abs(state[6 + n + i]) < REST_SPEED else 0
-    return _judge(flow, model, discrete, t, state, work, room) == _CONSISTENT
+    return _judge(model, discrete, t, state, work, room) == _CONSISTENT
 
 
 @compiled
-def _set_candidate(
-    model: Record, discrete: Record, room: Record, code: int, instant: bool
-) -> int:
+def _set_candidate(model: Record, discrete: Record, room: Record, code: int, instant: bool) -> int:
     """Sets candidate number ``code`` (0 = all free contacts stick) and returns its rank."""
     score = 0
     n = model.num_fingers
@@ -141,7 +137,6 @@ def _set_candidate(
 
 @compiled
 def _judge(
-    flow: Flow,
     model: Record,
     discrete: Record,
     t: float,
@@ -151,7 +146,7 @@ def _judge(
 ) -> int:
     """Whether the candidate in ``discrete`` is consistent."""
     n = model.num_fingers
-    flow(model, discrete, t, state[:], room.derivative[:], work)
+    flow(model, discrete, t, state, room.derivative, work)
     if not work.determinant > 0.0:
         return _IRREGULAR
     for i in range(n):
@@ -170,7 +165,7 @@ def _judge(
             room.doubtful[i] = 1
             room.values[i] = value
             doubts = True
-    if doubts and not _moves_inward(flow, model, discrete, t, state, work, room):
+    if doubts and not _moves_inward(model, discrete, t, state, work, room):
         return _WRONG
     return _CONSISTENT
 
@@ -185,7 +180,6 @@ def _distance(model: Record, discrete: Record, work: Record, i: int) -> tuple[fl
 
 @compiled
 def _moves_inward(
-    flow: Flow,
     model: Record,
     discrete: Record,
     t: float,
@@ -199,7 +193,7 @@ def _moves_inward(
     """
     for j in range(model.num_states):
         room.probe[j] = state[j] + PROBE_TIME * room.derivative[j]
-    flow(model, discrete, t + PROBE_TIME, room.probe[:], room.derivative[:], work)
+    flow(model, discrete, t + PROBE_TIME, room.probe, room.derivative, work)
     for i in range(model.num_fingers):
         if room.doubtful[i] == 0:
             continue

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from core.kernel.compiler import compiled
-from core.kernel.records import MAX_STATE, Floats, Flow, Record
+from core.kernel.flow import flow
+from core.kernel.records import MAX_STATE, Floats, Record
 
 _NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 _MATRIX = np.array(
@@ -22,9 +23,7 @@ _MATRIX = np.array(
         [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ]
 )
-_ERROR = np.array(
-    [71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]
-)
+_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 _DENSE = np.array(
     [
         -12715105075 / 11282082432,
@@ -52,7 +51,7 @@ STEP = np.dtype(
 
 @compiled
 def take_step(
-    flow: Flow, model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
+    model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
     """Fills ``end`` and ``slopes`` from ``start`` and the first slope; ``work`` is left at the end."""
     size = model.num_states
@@ -63,7 +62,7 @@ def take_step(
             for k in range(stage):
                 total += _MATRIX[stage, k] * step.slopes[k, j]
             target[j] = step.start[j] + h * total
-        flow(model, discrete, t + _NODES[stage] * h, target[:], step.slopes[stage], work)
+        flow(model, discrete, t + _NODES[stage] * h, target, step.slopes[stage], work)
 
 
 @compiled

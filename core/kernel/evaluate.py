@@ -1,0 +1,182 @@
+"""One state of a hand taken apart, for tests and for a look inside; not used by runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from core.kernel.dynamics import stored_energy
+from core.kernel.flow import (
+    DISCRETE,
+    WORKSPACE,
+    solve_plant,
+    update_belief,
+    update_command,
+    update_mechanics,
+    update_rates,
+)
+from core.kernel.law import (
+    forces_to_torques,
+    lyapunov_value,
+    regressor_product,
+    torques_to_forces,
+)
+from core.kernel.model import pack_model
+from core.kernel.records import MAX_STATE, Floats, Record, make_record
+from core.kernel.reduced import apply_contact_forces, assemble_bias, tip_acceleration
+from core.scenario import Scenario
+
+__all__ = ["StateEvaluation", "evaluate_state"]
+
+
+class StateEvaluation(NamedTuple):
+    """Kinematics, reduced equations (Eq. 18), law and solution at one state, SI units."""
+
+    joint_positions: Floats  # (n, 2)
+    joint_velocities: Floats  # (n, 2)
+    finger_jacobians: Floats  # (n, 2, 2)
+    grasp_matrix: Floats  # (3, 2n)
+    contact_frames: Floats  # (n, 2, 2)
+    reduced_inertia: Floats  # (3 + n, 3 + n)
+    reduced_bias: Floats  # (3 + n,)
+    reduced_input: Floats  # (3 + n, 2n)
+    estimated_reduced_inertia: Floats  # (3 + n, 3 + n)
+    estimated_reduced_bias: Floats  # (3 + n,)
+    regressor: Floats  # (3 + n, p)
+    known: Floats  # (3 + n,), M x'' + h = U phi + known
+    torques: Floats  # (2n,)
+    acceleration: Floats  # (3 + n,)
+    joint_accelerations: Floats  # (n, 2)
+    contact_forces: Floats  # (n, 2) as (F_x, F_n)
+    estimate_rates: Floats  # (p,)
+    lyapunov_value: float
+    kinetic_energy: float
+    potential_energy: float
+
+
+def evaluate_state(
+    scenario: Scenario,
+    t: float,
+    pose: ArrayLike,
+    velocity: ArrayLike,
+    slip: ArrayLike,
+    slip_velocity: ArrayLike,
+    phase: Sequence[int],
+    estimates: ArrayLike,
+    torque: ArrayLike | None = None,
+) -> StateEvaluation:
+    """Evaluates the closed loop at one state, in the given phase of every contact.
+
+    Args:
+        scenario: The hand.
+        t: Time [s].
+        pose: ``(3,)`` object pose.
+        velocity: ``(3,)`` its derivative.
+        slip: ``(n,)`` slip [m].
+        slip_velocity: ``(n,)`` [m/s].
+        phase: ``(n,)`` -1, 0 or 1, of the plant and of the controller's belief.
+        estimates: ``(p,)``.
+        torque: ``(2n,)`` joint torques [N m]; None for what the law commands.
+    """
+    n, p = len(scenario.fingers), len(scenario.estimates)
+    model, discrete, work = pack_model(scenario), make_record(DISCRETE), make_record(WORKSPACE)
+    discrete.phases[:n] = discrete.beliefs[:n] = phase
+    discrete.piece = int(np.searchsorted(model.motion.breaks, t, side="right"))
+    state = np.zeros(MAX_STATE)
+    parts = (pose, velocity, slip, slip_velocity, estimates)
+    values = np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
+    state[: len(values)] = values
+    update_mechanics(model, state, work)
+    update_belief(model, discrete, t, state, work)
+    torques = np.zeros((n, 2))
+    if torque is None:
+        update_command(model, discrete, work)
+        forces_to_torques(work.kin, n, work.tip_forces, torques)
+    else:
+        torques[:] = np.reshape(np.asarray(torque, dtype=float), (n, 2))
+        torques_to_forces(work.kin, n, torques, work.tip_forces)
+    solve_plant(model, discrete, work)
+    update_rates(model, discrete, state, work)
+    return _collect(model, discrete, work, state, torques, n, p)
+
+
+def _collect(
+    model: Record, discrete: Record, work: Record, state: Floats, torques: Floats, n: int, p: int
+) -> StateEvaluation:
+    size = 3 + n
+    kin, law, estimates = work.kin, model.law, state[6 + 2 * n :]
+    estimated_bias = np.zeros(size)
+    believed, gravity = work.believed, model.hand.gravity
+    assemble_bias(kin, work.believed_dynamics, believed, gravity, discrete.beliefs, estimated_bias)
+    acceleration = work.acceleration[:size].copy()
+    estimated_inertia = work.estimated_inertia[:size, :size].copy()
+    regressor = _regressor(model, discrete, work, size, p)
+    value = lyapunov_value(law, model.truth, model.unknowns, estimates, work.room)
+    kinetic, potential = stored_energy(model.hand, model.truth, kin, state)
+    return StateEvaluation(
+        joint_positions=kin.joint_positions[:n].copy(),
+        joint_velocities=kin.joint_velocities[:n].copy(),
+        finger_jacobians=kin.jacobians[:n].copy(),
+        grasp_matrix=_grasp_matrix(kin, n),
+        contact_frames=kin.frames[:n].copy(),
+        reduced_inertia=work.inertia[:size, :size].copy(),
+        reduced_bias=work.bias[:size].copy(),
+        reduced_input=_reduced_input(model, discrete, kin, n),
+        estimated_reduced_inertia=estimated_inertia,
+        estimated_reduced_bias=estimated_bias,
+        regressor=regressor,
+        known=estimated_inertia @ acceleration + estimated_bias - regressor @ estimates[:p],
+        torques=torques.ravel(),
+        acceleration=acceleration,
+        joint_accelerations=_joint_accelerations(kin, acceleration, n),
+        contact_forces=work.forces[:n].copy(),
+        estimate_rates=work.rates[:p].copy(),
+        lyapunov_value=value,
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+    )
+
+
+def _grasp_matrix(kin: Record, n: int) -> Floats:
+    blocks = [np.vstack([kin.frames[i], kin.moments[i]]) for i in range(n)]
+    return np.hstack(blocks)
+
+
+def _reduced_input(model: Record, discrete: Record, kin: Record, n: int) -> Floats:
+    """B~ of Eq. 18, one joint at a time."""
+    columns = []
+    for j in range(2 * n):
+        torques, forces, column = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(3 + n)
+        torques[j // 2, j % 2] = 1.0
+        torques_to_forces(kin, n, torques, forces)
+        apply_contact_forces(kin, model.truth, discrete.phases, forces, column)
+        columns.append(column)
+    return np.stack(columns, axis=1)
+
+
+def _regressor(model: Record, discrete: Record, work: Record, size: int, p: int) -> Floats:
+    """U of Eq. 21 at the present acceleration, entry by entry."""
+    regressor = np.zeros((size, p))
+    for row, weights in enumerate(np.eye(size)):
+        for k in range(p):
+            regressor[row, k] = regressor_product(
+                work.kin,
+                work.unit,
+                work.believed_dynamics,
+                work.believed,
+                model.unknowns,
+                model.hand.gravity,
+                discrete.beliefs,
+                work.acceleration,
+                weights,
+                k,
+            )
+    return regressor
+
+
+def _joint_accelerations(kin: Record, acceleration: Floats, n: int) -> Floats:
+    tips = [np.array(tip_acceleration(kin, i, acceleration)) + kin.bias[i] for i in range(n)]
+    return np.stack([kin.inverses[i] @ tips[i] for i in range(n)])
