@@ -53,9 +53,13 @@ def main() -> None:
         path = Path(folder) / "run.mcap"
         seconds = median_cpu(lambda: write_recording(result, path, overwrite=True))
         size, rows = path.stat().st_size, len(result.trace)
-        print(f"\nwriting its recording: {1e3 * seconds:.1f} ms, {1e6 * seconds / rows:.1f} us a row")
+        print(
+            f"\nwriting its recording: {1e3 * seconds:.1f} ms, {1e6 * seconds / rows:.1f} us a row"
+        )
         print(f"reading it back:       {1e3 * median_cpu(lambda: read_recording(path)):.1f} ms")
-        print(f"size:                  {size / 1e3:.0f} kB, {size / 7e3:.0f} kB per simulated second")
+        print(
+            f"size:                  {size / 1e3:.0f} kB, {size / 7e3:.0f} kB per simulated second"
+        )
     edited = with_values(case, {"object.mass": 1.1})
     change = median_cpu(lambda: simulate(with_values(edited, {"object.mass": 1.2})))
     print(f"\nslider change, validated and simulated: {1e3 * change:.1f} ms")

@@ -110,9 +110,7 @@ def _estimate_charts(result: RunResult) -> Iterator[Chart]:
         labels = [key_words(trace.shape.unknowns[i], names) for i in members]
         quantity = {"1": "Friction", "kg": "Mass", "kg m^2": "Inertia"}.get(unit, "Parameter")
         estimates = _per_finger(labels, trace.estimates[:, members])
-        truth = _per_finger(
-            [f"{label}, true" for label in labels], trace.true_parameters[:, members], dashed=True
-        )
+        truth = _per_finger(["true"] * len(members), trace.true_parameters[:, members], dashed=True)
         yield Chart(
             f"{quantity} estimates against the truth",
             unit_words(unit).strip(" []") or "1",

@@ -15,6 +15,7 @@ from typing import Any
 
 import numba
 import platformdirs
+from numba.core import config
 
 __all__ = ["cache_folder", "compiled"]
 
@@ -43,9 +44,9 @@ cache_folder = _writable_folder()
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compiles a kernel function on first use, without the GIL, into the cache folder."""
-    previous = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder)
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(cache_folder)
     try:
         return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     finally:
-        numba.config.CACHE_DIR = previous
+        config.CACHE_DIR = previous

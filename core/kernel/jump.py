@@ -62,6 +62,7 @@ def begin_stretch(model: Record, run: Record, outlet: Outlet, first: bool, same_
     Args:
         model: Constants from now on.
         run: The run; at a later stretch the row before the change is already written.
+        outlet: Buffers for rows and phase changes.
         first: Whether the run starts here.
         same_ticks: Whether sampled control keeps its ticks (its period did not change).
     """

@@ -1,4 +1,4 @@
-"""Which phases of the contacts are consistent with the torque that acts (docs/model.md, Phase selection)."""
+"""Which phases agree with the torque that acts (docs/model.md, Phase selection)."""
 
 from __future__ import annotations
 

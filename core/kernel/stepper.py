@@ -53,7 +53,7 @@ STEP = np.dtype(
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
-    """Fills ``end`` and ``slopes`` from ``start`` and the first slope; ``work`` is left at the end."""
+    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
     size = model.num_states
     for stage in range(1, 7):
         target = step.stage if stage < 6 else step.end

@@ -55,7 +55,7 @@ def test_estimates_are_charted_by_unit_beside_the_truth(case_2: RunResult) -> No
         "Inertia estimates against the truth",
     ]
     mass = charts[2]
-    assert [line.label for line in mass.lines] == ["object mass", "object mass, true"]
+    assert [line.label for line in mass.lines] == ["object mass", "true"]
     assert set(mass.lines[1].values) == {1.0}
 
 

@@ -167,6 +167,19 @@ def test_play_and_pause_by_key(open_dashboard: OpenDashboard) -> None:
     page.get_by_role("button", name="Play").wait_for()
 
 
+def test_a_play_head_that_is_caught_while_it_moves_stays_where_it_was_put(
+    open_dashboard: OpenDashboard,
+) -> None:
+    page = open_dashboard()
+    for seconds in ("0.03", "0.07", "0.05"):
+        set_number(page, "time [s]", seconds)
+        page.get_by_role("button", name="Play").wait_for()
+        page.wait_for_timeout(500)
+        assert float(number_field(page, "time [s]").input_value()) == float(seconds)
+        page.get_by_role("button", name="Play").click()
+        page.get_by_role("button", name="Pause").wait_for()
+
+
 def test_one_users_slider_does_not_move_anothers(open_dashboard: OpenDashboard) -> None:
     mine, theirs = open_dashboard(), open_dashboard()
     slip_before = slip_at_end(mine)

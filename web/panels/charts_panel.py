@@ -196,7 +196,7 @@ def _axes(chart: Chart) -> tuple[uplot.Axis, ...]:
     unit = "" if chart.unit == "1" else chart.unit
     return (
         uplot.Axis(size=28, gap=2, label="time [s]", labelSize=14, labelGap=-2),
-        uplot.Axis(size=46, label=unit, labelSize=16),
+        uplot.Axis(size=46, space=22, label=unit, labelSize=16),
     )
 
 
@@ -209,6 +209,7 @@ def _series(chart: Chart) -> tuple[uplot.Series, ...]:
             width=1.5 if line.dashed else 2.25,
             dash=(5, 4) if line.dashed else (),
             points=hidden,
+            pxAlign=0,
         )
         for line in chart.lines
     ]

@@ -59,6 +59,7 @@ class PlaybackPanel:
         self._connect()
         self._drawn: tuple[int, TimeWindow] | None = None
         self._drawn_at = 0.0
+        self._was_playing = False
 
     def update(self, view: ViewState) -> None:
         """Shows where the play head stands."""
@@ -71,7 +72,7 @@ class PlaybackPanel:
         if drawing != self._drawn:
             self._set_window(playback.window)
         self._drawn, self._drawn_at = drawing, now
-        self._time.value = playback.window.clamp(playback.time)
+        self._show_time(playback)
         self._buttons.options = (_BACK, _PAUSE if playback.playing else _PLAY, _FORTH)
         self._speed.value = next(n for n, speed in SPEEDS.items() if speed == playback.speed)
         self._strip.content = strip_html(view.shown.result, playback)
@@ -104,6 +105,17 @@ class PlaybackPanel:
         # Values that the program sets come without a client; they must not come back.
         if event.client_id is not None:
             self._send(intent)
+
+    def _show_time(self, playback: Playback) -> None:
+        """Moves the slider.
+
+        A user who takes hold of it while it moves may be overtaken by values that are still
+        on their way; the slider is then told once more where it stands.
+        """
+        if self._was_playing and not playback.playing:
+            self._time.value = playback.window.start + playback.window.end - playback.time
+        self._was_playing = playback.playing
+        self._time.value = playback.window.clamp(playback.time)
 
     def _set_window(self, window: TimeWindow) -> None:
         """Lets the slider span a window; its value must never be outside."""
