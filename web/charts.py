@@ -135,7 +135,8 @@ def rows_to_draw(
     """The rows of a window that a chart needs: all of them while they are few.
 
     Where there are more than a chart has room for, each bucket of rows keeps the lowest and
-    the highest value of every line, and every row at an event stays.
+    the highest value of every line, and every row at an event stays: but for a run that
+    chatters, whose thousands of events no chart could tell apart.
 
     Args:
         trace: The run.
@@ -150,7 +151,10 @@ def rows_to_draw(
         return rows
     size = -(-len(rows) // buckets)
     padded = np.minimum(np.arange(start, start + size * buckets), stop - 1).reshape(buckets, size)
-    kept = [padded[:, 0], event_rows(trace), np.array([stop - 1])]
+    kept = [padded[:, 0], np.array([stop - 1])]
+    events = event_rows(trace)
+    if len(events) <= 4 * buckets:
+        kept.append(events)
     for line in lines:
         values = line.values[padded]
         for extreme in (values.argmin(axis=1), values.argmax(axis=1)):

@@ -77,6 +77,16 @@ def test_a_long_run_keeps_every_event_and_every_extreme() -> None:
     assert {24_999, 25_000} <= set(rows)
 
 
+def test_a_run_that_chatters_is_drawn_by_its_extremes() -> None:
+    trace = long_trace(50_001)
+    trace.times[1::2] = trace.times[:-1:2]
+    spike = np.zeros(len(trace))
+    spike[[12_345, 40_000]] = (7.0, -3.0)
+    rows = rows_to_draw(trace, TimeWindow(0.0, 1.0), [Line("spike", (0, 0, 0), spike)])
+    assert len(rows) < 1000
+    assert {12_345, 40_000} <= set(rows)
+
+
 def test_a_chart_spans_its_window_exactly(case_2: RunResult) -> None:
     chart = contact_charts(case_2)[0]
     window = TimeWindow(0.0123, 0.0789)

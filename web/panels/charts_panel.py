@@ -18,6 +18,7 @@ from web.charts import (
     chart_data,
     contact_charts,
     control_charts,
+    event_rows,
     rows_to_draw,
 )
 from web.colours import MARK, SHADE, css
@@ -106,13 +107,16 @@ class ChartsPanel:
         self._tell_what_is_drawn(result, playback.window)
 
     def _tell_what_is_drawn(self, result: RunResult, window: TimeWindow) -> None:
+        """Says so where a chart does not draw every sample."""
         times = result.trace.times
-        inside = int(((times >= window.start) & (times <= window.end)).sum())
-        fewest = min(plot.num_rows for plot in self._visible_plots())
-        self._note.visible = fewest < inside
+        inside = np.flatnonzero((times >= window.start) & (times <= window.end))
+        fewest = min((plot.rows for plot in self._visible_plots()), key=len)
+        events = np.intersect1d(event_rows(result.trace), inside)
+        what = "every extreme and every event" if np.isin(events, fewest).all() else "every extreme"
+        self._note.visible = len(fewest) < len(inside)
         self._note.content = (
             "<div style='font-size:0.75em;opacity:0.7;padding:0 0.75em'>Charts show at least "
-            f"{fewest} of {inside} samples: every extreme and every event.</div>"
+            f"{len(fewest)} of {len(inside)} samples: {what}.</div>"
         )
 
 
@@ -160,9 +164,9 @@ class _Plot:
         )
 
     @property
-    def num_rows(self) -> int:
-        """How many rows of the trace are drawn."""
-        return len(self._data.rows)
+    def rows(self) -> NDArray[np.intp]:
+        """The rows of the trace that are drawn."""
+        return self._data.rows
 
     def take(self, data: _Data | None) -> None:
         """Takes a chart of another run or window; without one it hides."""

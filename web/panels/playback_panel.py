@@ -113,7 +113,8 @@ class PlaybackPanel:
         on their way; the slider is then told once more where it stands.
         """
         if self._was_playing and not playback.playing:
-            self._time.value = playback.window.start + playback.window.end - playback.time
+            at_start = playback.time == playback.window.start
+            self._time.value = playback.window.end if at_start else playback.window.start
         self._was_playing = playback.playing
         self._time.value = playback.window.clamp(playback.time)
 
