@@ -11,7 +11,7 @@ from typing import Self
 __all__ = ["COMPILING", "Progress"]
 
 COMPILING = (
-    "compiling the simulation for this processor; only the first run waits for it, one to three minutes"
+    "compiling the simulation for this processor; only the first run waits, one to three minutes"
 )
 
 PATIENCE = 1.0
