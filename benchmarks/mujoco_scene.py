@@ -19,20 +19,19 @@ STIFFNESS, DAMPING = 2000.0, 120.0
 
 
 def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The scenario at its start, held by PD laws around the torque that keeps it at rest."""
-    first = simulate(scenario).trace
-    model = mujoco.MjModel.from_xml_string(_describe(scenario, step))
+    """The scenario in its start pose, held by PD laws around the torque our run ends with."""
+    trace = simulate(scenario).trace
+    angles = trace.joint_position[0]
+    model = mujoco.MjModel.from_xml_string(_describe(scenario, angles.tolist(), step))
     data = mujoco.MjData(model)
-    joints = 2 * len(scenario.fingers)
-    data.qpos[:joints] = first.joint_position[0]
-    data.ctrl[:] = first.joint_position[0] + first.joint_torque[-1] / STIFFNESS
+    data.qpos[: len(angles)] = angles
+    data.ctrl[:] = angles + trace.joint_torque[-1] / STIFFNESS
     mujoco.mj_forward(model, data)
     return model, data
 
 
-def _describe(scenario: Scenario, step: float) -> str:
+def _describe(scenario: Scenario, angles: list[float], step: float) -> str:
     body, (x, y, _) = scenario.object, scenario.trajectory.start
-    angles = simulate(scenario).trace.joint_position[0]
     fingers = "".join(_finger(scenario, i, angles) for i in range(len(scenario.fingers)))
     gain = f'gainprm="{STIFFNESS}" biastype="affine" biasprm="0 {-STIFFNESS} {-DAMPING}"'
     motors = "".join(
