@@ -1,76 +1,56 @@
-"""Figures of merit of a run, from its trace and phase changes."""
+"""Figures of merit of a run, from the sums the kernel adds up row by row."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.kernel.records import Record
 from core.result import Metrics
-from core.trace import Trace
-from core.types import ContactPhase, Outcome, PhaseChange
+from core.types import Outcome
 
 __all__ = ["compute_metrics"]
 
 _HOLD_WINDOW = 0.5
 
 
-def compute_metrics(trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome) -> Metrics:
-    """Computes all metrics of a run that has at least one row.
+def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics:
+    """Computes all metrics of a run.
 
     Args:
-        trace: What happened.
-        changes: All phase changes in order of time.
+        run: Its progress in the kernel.
+        num_contacts: Fingers of the hand.
         outcome: How it ended.
     """
-    slipping = trace.phase != ContactPhase.STICK
-    late = trace.times > trace.times[-1] - _HOLD_WINDOW
-    settled = not bool(slipping[late].any())
-    slipping_at_end = bool(slipping[-1].any())
+    tally, n = run.tally, num_contacts
+    slipping = bool(tally.slipping)
+    settled = bool(tally.last_slip <= tally.time - _HOLD_WINDOW)
     return Metrics(
-        held=outcome is Outcome.COMPLETED and settled and not slipping_at_end,
-        slipping_at_end=slipping_at_end,
-        last_slip_time=_last_slip_time(trace, changes, slipping_at_end),
-        slip_path=tuple(np.abs(np.diff(trace.slip, axis=0)).sum(axis=0).tolist()),
-        peak_normal_force=tuple(trace.normal_force.max(axis=0).tolist()),
-        minimum_friction_margin=_least_margins(trace, slipping),
-        rms_tracking_error=_root_mean_square(trace.times, trace.tracking_error),
-        final_tracking_error=_triple(trace.tracking_error[-1]),
-        torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), trace.times)),
-        phase_change_count=len(changes),
+        held=outcome is Outcome.COMPLETED and settled and not slipping,
+        slipping_at_end=slipping,
+        last_slip_time=float(tally.time) if slipping else _finite(run.last_stick),
+        slip_path=tuple(tally.slip_path[:n].tolist()),
+        peak_normal_force=tuple(tally.peak_normal_force[:n].tolist()),
+        minimum_friction_margin=tuple(_finite(m) for m in tally.least_margin[:n].tolist()),
+        rms_tracking_error=_root_mean_square(tally),
+        final_tracking_error=_triple(tally.error),
+        torque_effort=float(tally.effort),
+        phase_change_count=int(run.all_changes),
     )
 
 
-def _last_slip_time(
-    trace: Trace, changes: Sequence[PhaseChange], slipping_at_end: bool
-) -> float | None:
-    if slipping_at_end:
-        return float(trace.times[-1])
-    ends = [change.time for change in changes if change.to_phase is ContactPhase.STICK]
-    return max(ends, default=None)
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
-def _least_margins(trace: Trace, slipping: NDArray[np.bool_]) -> tuple[float | None, ...]:
-    """Over sticking rows; not the row that only assumes stick before the first selection."""
-    assumed = np.zeros(len(trace), dtype=bool)
-    assumed[0] = len(trace) > 1 and trace.times[1] == trace.times[0]
-    least: list[float | None] = []
-    for contact in range(trace.shape.num_contacts):
-        margins = trace.friction_margin[~slipping[:, contact] & ~assumed, contact]
-        least.append(float(margins.min()) if len(margins) else None)
-    return tuple(least)
-
-
-def _root_mean_square(
-    times: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[float, float, float]:
-    span = times[-1] - times[0]
+def _root_mean_square(tally: Record) -> tuple[float, float, float]:
+    span = tally.time - tally.start
     if span == 0.0:
-        return _triple(np.abs(values[-1]))
-    return _triple(np.sqrt(np.trapezoid(values**2, times, axis=0) / span))
+        return _triple(np.abs(tally.error))
+    return _triple(np.sqrt(tally.squared_error / span))
 
 
-def _triple(values: NDArray[np.float64]) -> tuple[float, float, float]:
+def _triple(values: np.ndarray) -> tuple[float, float, float]:
     x, y, theta = values.tolist()
     return x, y, theta

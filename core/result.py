@@ -9,7 +9,7 @@ from core.scenario import Scenario
 from core.trace import Trace
 from core.types import Outcome, PhaseChange, Reason, RunWarning
 
-__all__ = ["Metrics", "RunResult"]
+__all__ = ["Metrics", "RunResult", "RunSummary"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +39,29 @@ class Metrics:
     final_tracking_error: tuple[float, float, float]
     torque_effort: float
     phase_change_count: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSummary:
+    """A finished run without its trace.
+
+    Attributes:
+        scenario: What was simulated.
+        outcome: How it ended.
+        reason: Why, where it ended early.
+        end_time: Simulation time reached [s].
+        estimates: Final estimates by dotted key of the unknown.
+        metrics: Figures of merit.
+        warnings: What is worth knowing but did not end the run.
+    """
+
+    scenario: Scenario
+    outcome: Outcome
+    reason: Reason | None
+    end_time: float
+    estimates: dict[str, float]
+    metrics: Metrics
+    warnings: tuple[RunWarning, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -30,6 +30,7 @@ __all__ = [
 
 MAX_FINGERS = 6
 MAX_UNKNOWNS = 32
+MAX_CHATTER_CHANGES = 10_000
 
 _CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -314,7 +315,7 @@ class SimulationParameters:
     chatter_changes: Annotated[
         int,
         Ge(5),
-        Le(10_000),
+        Le(MAX_CHATTER_CHANGES),
         Quantity("Phase changes within the chatter window that end a run as chattering.", "1"),
     ] = 100
     chatter_window: Annotated[

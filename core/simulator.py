@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,34 +13,19 @@ from core.kernel import entry as kernel
 from core.kernel.jump import REACHED, RUNNING
 from core.kernel.model import pack_model
 from core.kernel.records import Record
-from core.kernel.run import make_outlet, make_progress
+from core.kernel.run import last_row, make_outlet, make_progress, take_rows
 from core.loading import with_values
 from core.metrics import compute_metrics
-from core.result import RunResult
+from core.result import RunResult, RunSummary
+from core.run_warnings import describe_warnings
 from core.scenario import Change, Scenario
 from core.trace import Trace, TraceShape
-from core.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+from core.types import ContactPhase, Outcome, PhaseChange, Reason
 from core.validation import check_scenario
 
 __all__ = ["Simulation", "kernel_is_cached", "prepare_kernel", "simulate"]
 
 _STEPS_PER_PIECE = 1000
-
-_WARNINGS = (
-    (
-        "multiple_phases",
-        "several combinations of phases were consistent; the one with most sticking was taken",
-    ),
-    (
-        "recognition_hold",
-        "no phase was consistent under its own torque; "
-        "the controller kept its belief for the recognition time",
-    ),
-    (
-        "adaptation_unphysical",
-        "an estimate reached its bound and was projected onto it",
-    ),
-)
 
 
 class Simulation:
@@ -52,8 +36,12 @@ class Simulation:
         outcome: How it ended, None while it goes on.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, *, keep_trace: bool = True) -> None:
         """Prepares the run.
+
+        Args:
+            scenario: What to simulate.
+            keep_trace: Whether to store the trace; without it only `summary` can be had.
 
         Raises:
             ScenarioError: If the scenario cannot be simulated.
@@ -66,12 +54,8 @@ class Simulation:
             len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
         )
         self._run = _initial_run(scenario)
-        simulation = scenario.simulation
-        self._outlet = make_outlet(
-            self._shape.num_columns,
-            math.ceil(simulation.max_step * simulation.output_rate) + 1,
-            simulation.chatter_changes,
-        )
+        self._keeps_trace = keep_trace
+        self._outlet = make_outlet(keeps_rows=keep_trace)
         self._pending = sorted(scenario.changes, key=lambda change: change.time)
         self._present = replace(scenario, changes=())
         self._model = pack_model(self._present)
@@ -105,9 +89,9 @@ class Simulation:
             self._run,
             self._outlet,
             stop,
-            self._first,
-            self._same_ticks,
-            _STEPS_PER_PIECE,
+            first=self._first,
+            same_ticks=self._same_ticks,
+            max_steps=_STEPS_PER_PIECE,
         )
         self._collect()
         if status == REACHED and self._pending:
@@ -122,35 +106,50 @@ class Simulation:
 
     def result(self) -> RunResult:
         """What there is so far; ``stopped`` if the run has not ended."""
+        assert self._keeps_trace, "a run that keeps no trace has only a summary"
         rows = np.concatenate(self._rows) if self._rows else _empty_rows(self._shape)
-        trace = Trace.from_rows(self._shape, rows)
         outcome = self.outcome or Outcome.STOPPED
-        changes = tuple(self._changes)
         return RunResult(
             scenario=self.scenario,
-            trace=trace,
-            phase_changes=changes,
+            trace=Trace.from_rows(self._shape, rows),
+            phase_changes=tuple(self._changes),
             outcome=outcome,
             reason=self._reason,
-            warnings=self._warnings(),
-            metrics=compute_metrics(trace, changes, outcome),
+            warnings=describe_warnings(self._run),
+            metrics=compute_metrics(self._run, self._shape.num_contacts, outcome),
+        )
+
+    def summary(self) -> RunSummary:
+        """The same without trace."""
+        outcome = self.outcome or Outcome.STOPPED
+        first = 6 + 2 * self._shape.num_contacts
+        estimates = self._run.step.start.x[first : first + len(self._shape.unknowns)]
+        return RunSummary(
+            scenario=self.scenario,
+            outcome=outcome,
+            reason=self._reason,
+            end_time=float(self._run.tally.time),
+            estimates=dict(zip(self._shape.unknowns, estimates.tolist(), strict=True)),
+            metrics=compute_metrics(self._run, self._shape.num_contacts, outcome),
+            warnings=describe_warnings(self._run),
         )
 
     def _collect(self) -> None:
         """Takes rows and phase changes out of the kernel's buffers."""
         run, outlet = self._run, self._outlet
-        if run.num_rows:
-            self._rows.append(outlet.rows[: run.num_rows].copy())
-        for t, contact, before, after in outlet.changes[: run.num_changes]:
-            self._changes.append(
-                PhaseChange(
-                    time=float(t),
-                    contact=int(contact),
-                    from_phase=ContactPhase(int(before)),
-                    to_phase=ContactPhase(int(after)),
+        if outlet.num_rows:
+            self._rows.append(take_rows(outlet, self._shape.num_columns))
+        if self._keeps_trace:
+            for t, contact, before, after in outlet.changes[: run.num_changes].tolist():
+                self._changes.append(
+                    PhaseChange(
+                        time=t,
+                        contact=int(contact),
+                        from_phase=ContactPhase(int(before)),
+                        to_phase=ContactPhase(int(after)),
+                    )
                 )
-            )
-        run.num_rows = run.num_changes = 0
+        run.num_changes = 0
 
     def _change_parameters(self, t: float) -> None:
         """Goes over to the parameters that hold from ``t`` on."""
@@ -165,25 +164,22 @@ class Simulation:
             _reset_estimate(self._run, self._present, change)
         self._same_ticks = before.law.period == self._model.law.period
         self._first = False
-        self._run.begun = False
+        self._run.begun = 0
 
     def _finish(self, status: int) -> None:
         if status == REACHED:
             self.outcome = Outcome.COMPLETED
             return
         contact = int(self._run.concerned)
-        last = self._rows[-1][-1:] if self._rows else _empty_rows(self._shape)
-        trace = Trace.from_rows(self._shape, last)
+        trace = Trace.from_rows(self._shape, self._last_row())
         self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
 
-    def _warnings(self) -> tuple[RunWarning, ...]:
-        counted = zip(_WARNINGS, self._run.warning_counts, self._run.warning_times, strict=True)
-        found = [
-            RunWarning(code=code, message=message, count=int(count), first_time=float(first))
-            for (code, message), count, first in counted
-            if count
-        ]
-        return (*found, *_grasp_warning(self._rows, self._shape))
+    def _last_row(self) -> np.ndarray:
+        if self._run.tally.rows == 0:
+            return _empty_rows(self._shape)
+        if self._keeps_trace:
+            return self._rows[-1][-1:]
+        return last_row(self._model, self._run)
 
 
 def simulate(
@@ -222,9 +218,13 @@ def simulate(
     return simulation.result()
 
 
-def prepare_kernel() -> None:
-    """Loads the compiled kernel, compiling it the first time; safe to call from any thread."""
-    kernel.prepare()
+def prepare_kernel(progress: Callable[[float], None] | None = None) -> None:
+    """Loads the compiled kernel, compiling it the first time; safe to call from any thread.
+
+    Args:
+        progress: Called with the share of the kernel that is ready, 0 to 1.
+    """
+    kernel.prepare(progress)
 
 
 def kernel_is_cached() -> bool:
@@ -235,8 +235,8 @@ def kernel_is_cached() -> bool:
 def _initial_run(scenario: Scenario) -> Record:
     run = make_progress()
     offset = 6 + 2 * len(scenario.fingers)
-    run.step.start[:3] = scenario.trajectory.start
-    run.step.start[offset : offset + len(scenario.estimates)] = [
+    run.step.start.x[:3] = scenario.trajectory.start
+    run.step.start.x[offset : offset + len(scenario.estimates)] = [
         estimate.initial for estimate in scenario.estimates
     ]
     return run
@@ -252,25 +252,7 @@ def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
     index, _, field = tail.partition(".")
     if head == "estimates" and field == "initial":
         offset = 6 + 2 * len(scenario.fingers)
-        run.step.start[offset + int(index)] = scenario.estimates[int(index)].initial
-
-
-def _grasp_warning(rows: list[np.ndarray], shape: TraceShape) -> tuple[RunWarning, ...]:
-    """The commanded grasp force that leaves the estimated cones, from the stored rows."""
-    if not rows:
-        return ()
-    trace = Trace.from_rows(shape, np.concatenate(rows))
-    violated = np.flatnonzero(trace.grasp_violation > 0.0)
-    if not len(violated):
-        return ()
-    return (
-        RunWarning(
-            code="grasp_outside_cones",
-            message=("no squeeze met all estimated friction cones; the least violation was taken"),
-            count=len(violated),
-            first_time=float(trace.times[violated[0]]),
-        ),
-    )
+        run.step.start.x[offset + int(index)] = scenario.estimates[int(index)].initial
 
 
 def _empty_rows(shape: TraceShape) -> np.ndarray:

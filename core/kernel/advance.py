@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from core.kernel.compiler import compiled
+from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.guards import (
     FACE,
     NORMAL_FORCE,
@@ -12,9 +13,9 @@ from core.kernel.guards import (
     PHASE,
     SINGULAR,
     find_fired,
-    num_guards,
+    keep_first_fired,
+    least_fired,
     rearm_guards,
-    update_guards,
 )
 from core.kernel.jump import (
     CHATTERING,
@@ -26,27 +27,29 @@ from core.kernel.jump import (
     SEPARATED,
     STEP_UNDERFLOW,
     begin_stretch,
-    change_phases,
     control_tick,
-    finish_jump,
     next_tick,
     recognise,
     restart_flow,
-    settle,
+    select_again,
 )
 from core.kernel.jump import SINGULAR as FINGER_SINGULAR
-from core.kernel.model import NUM_PIECES
+from core.kernel.model import MODEL, NUM_PIECES
 from core.kernel.records import Record
 from core.kernel.run import (
     CHANGE_CAPACITY,
+    OUTLET,
     OUTPUT_ROUNDING,
+    PROGRESS,
     ROOM_TO_SPARE,
     ROWS_BEFORE_PAUSE,
-    Outlet,
+    ROWS_PER_STEP,
     emit,
+    evaluate_at,
     keep_old,
+    store_row,
 )
-from core.kernel.stepper import interpolate, step_error, take_step
+from core.kernel.stepper import interpolate, prepare_interpolant, take_step
 
 LEAST_STEP = 1e-13
 STALLED = 1e-9
@@ -54,49 +57,168 @@ MAX_STALLS = 20
 LOCATION_WIDTH = 2e-14
 
 
-@compiled
-def advance(
-    model: Record,
-    run: Record,
-    outlet: Outlet,
-    t_stop: float,
-    first: bool,
-    same_ticks: bool,
-    max_steps: int,
-) -> int:
-    """Advances the run by at most ``max_steps`` steps, at most to ``t_stop``.
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def take_accepted_step(model: Record, run: Record, until: float) -> float:
+    """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
+    numerics, now = model.numerics, run.now
+    rest = until - now
+    h = min(run.step_size, numerics.max_step, ROWS_PER_STEP / numerics.output_rate)
+    exponent = model.method.exponent
+    while True:
+        size = rest if h >= rest * (1.0 - 1e-9) else h
+        error = take_step(model, run.discrete, now, size, run.step, run.work)
+        run.steps += 1
+        if error <= 1.0:
+            growth = min(5.0, 0.9 * max(error, 1e-10) ** -exponent)
+            if size < rest or growth < 1.0 or size * growth > h:
+                run.step_size = size * growth
+            return size
+        shrink = max(0.2, 0.9 * error**-exponent) if error < np.inf else 0.1
+        h = size * shrink
+        if h < LEAST_STEP * max(1.0, now) and h < rest:
+            return 0.0
 
-    Args:
-        model: Constants up to ``t_stop``.
-        run: The run.
-        outlet: Buffers for rows and phase changes that the caller empties.
-        t_stop: End of the run, or the next timed change [s].
-        first: Whether the run starts with this stretch.
-        same_ticks: Whether sampled control keeps its ticks from the stretch before.
-        max_steps: Budget, so that a call stays short.
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def locate(model: Record, run: Record, h: float) -> float:
+    """Size of the step at whose end the first of the fired guards is at its level.
+
+    The step is taken again at every trial, so that the root is that of the method itself
+    and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
+    """
+    now, discrete, step, work, guards = run.now, run.discrete, run.step, run.work, run.guards
+    low, high = 0.0, h
+    value_high = least_fired(model, discrete, step.end, work, guards)
+    take_step(model, discrete, now, low, step, work)
+    value_low = least_fired(model, discrete, step.end, work, guards)
+    width = LOCATION_WIDTH * max(1.0, now)
+    side = 0
+    for trial in range(100):
+        if value_low <= 0.0 or high - low <= width:
+            break
+        middle = (low * value_high - high * value_low) / (value_high - value_low)
+        if not low < middle < high or trial % 8 == 7:
+            middle = 0.5 * (low + high)
+        take_step(model, discrete, now, middle, step, work)
+        value = least_fired(model, discrete, step.end, work, guards)
+        if value > 0.0:
+            low, value_low = middle, value
+            value_high *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            high, value_high = middle, value
+            value_low *= 0.5 if side == -1 else 1.0
+            side = -1
+    if value_low <= 0.0:
+        high = 0.0
+    take_step(model, discrete, now, high, step, work)
+    keep_first_fired(guards, least_fired(model, discrete, step.end, work, guards))
+    return high
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, OUTLET, types.float64)
+def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
+    """Rows at the output times from the start of the step to before its end.
 
     Returns:
-        RUNNING to be called again, REACHED at ``t_stop``, else why the run ended.
+        How much of the step agrees with its phases: ``h``, or where a row shows a guard that
+        has fired although it is quiet again at the end, the way to that row, not written.
     """
-    if not run.begun:
-        status = begin_stretch(model, run, outlet, first, same_ticks)
+    now, end, prepared = run.now, run.now + h, False
+    while True:
+        t = run.outputs / model.numerics.output_rate
+        if t >= end - OUTPUT_ROUNDING:
+            return h
+        if t <= now or h == 0.0:
+            emit(model, run, outlet, t, run.step.start)
+        else:
+            if not prepared:
+                prepare_interpolant(model, run.discrete, now, h, run.step, run.work)
+                prepared = True
+            interpolate(model, run.step, (t - now) / h, run.step.stage)
+            if evaluate_at(model, run, t, run.step.stage) == 1:
+                if find_fired(model, run.discrete, run.row.state, run.work, run.guards) == 1:
+                    return t - now
+                store_row(model, run, outlet)
+        run.outputs += 1
+
+
+@compiled
+def _find_end(model: Record, run: Record) -> int:
+    """Whether a fired guard ends the run, and which contact or finger is concerned."""
+    n, fired = model.num_fingers, run.guards.fired
+    for i in range(n):
+        base = PER_CONTACT * i
+        status = RUNNING
+        if fired[base + NORMAL_FORCE] == 1:
+            status = SEPARATED
+        elif fired[base + FACE] == 1:
+            status = LEFT_FACE
+        elif fired[base + SINGULAR] == 1:
+            status = FINGER_SINGULAR
         if status != RUNNING:
+            run.concerned = i
             return status
-    for _ in range(max_steps):
-        if run.num_rows > ROWS_BEFORE_PAUSE:
-            return RUNNING
-        if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
-            return RUNNING
-        if run.now >= t_stop:
-            emit(model, run, outlet, t_stop, run.step.start)
-            return REACHED
-        if run.steps >= model.numerics.max_steps:
-            emit(model, run, outlet, run.now, run.step.start)
-            return MAX_STEPS
-        status = _advance_once(model, run, outlet, t_stop)
-        if status != RUNNING:
-            return status
+    if fired[PER_CONTACT * n] == 1:
+        return PAINLEVE
     return RUNNING
+
+
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
+def pass_event(model: Record, run: Record, outlet: Record) -> int:
+    """What the guards that fired mean: the end of the run, another phase, or a bound reached."""
+    run.stalls = run.stalls + 1 if run.now - run.last_event < STALLED else 0
+    run.last_event = run.now
+    status = _find_end(model, run)
+    if status == RUNNING and run.stalls > MAX_STALLS:
+        status = CHATTERING
+    if status != RUNNING:
+        emit(model, run, outlet, run.now, run.step.start)
+        return status
+    n = model.num_fingers
+    changes = False
+    for i in range(n):
+        if run.guards.fired[PER_CONTACT * i + PHASE] == 1 and not changes:
+            changes = True
+            run.concerned = i
+            if run.discrete.phases[i] != 0:
+                run.step.start.x[6 + n + i] = 0.0
+    if not changes:
+        restart_flow(model, run)
+        return RUNNING
+    keep_old(model, run)
+    emit(model, run, outlet, run.now, run.step.start)
+    return select_again(model, run, outlet)
+
+
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
+def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
+    """The jump at an instant known beforehand; one kind at a time, the rest follow at once."""
+    if run.now >= t_stop:
+        return RUNNING
+    piece = run.discrete.piece
+    if piece < NUM_PIECES and model.motion.breaks[piece] <= run.now:
+        return _change_piece(model, run, outlet)
+    if model.law.period > 0.0 and next_tick(model, run) <= run.now:
+        return control_tick(model, run, outlet, 0, 0)
+    if run.hold_until <= run.now:
+        return recognise(model, run, outlet)
+    return RUNNING
+
+
+@compiled
+def _change_piece(model: Record, run: Record, outlet: Record) -> int:
+    """The desired acceleration jumps; under sampled control it is seen at the next tick."""
+    breaks = model.motion.breaks
+    if model.law.period > 0.0:
+        run.discrete.piece += 1
+        return RUNNING
+    keep_old(model, run)
+    emit(model, run, outlet, run.now, run.step.start)
+    run.discrete.piece += 1
+    while run.discrete.piece < NUM_PIECES and breaks[run.discrete.piece] <= run.now:
+        run.discrete.piece += 1
+    return select_again(model, run, outlet)
 
 
 @compiled
@@ -111,211 +233,87 @@ def _next_break(model: Record, run: Record, t_stop: float) -> float:
     return until
 
 
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def cut_at_event(model: Record, run: Record, h: float) -> float:
+    """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
+    if find_fired(model, run.discrete, run.step.end, run.work, run.guards) == 1:
+        run.fired = 1
+        return locate(model, run, h)
+    run.fired = 0
+    rearm_guards(model, run.discrete, run.work, run.guards)
+    return h
+
+
 @compiled
-def _advance_once(model: Record, run: Record, outlet: Outlet, t_stop: float) -> int:
+def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
     """One step, cut at the first event in it, and the jump at its end if there is one."""
-    now = run.now
+    now, step = run.now, run.step
     until = _next_break(model, run, t_stop)
     if until > now:
-        h, reaches = _take_accepted_step(model, run, outlet, until)
-        if h == 0.0:
-            emit(model, run, outlet, now, run.step.start)
+        taken = take_accepted_step(model, run, until)
+        if taken == 0.0:
+            emit(model, run, outlet, now, step.start)
             return STEP_UNDERFLOW
-        update_guards(model, run.discrete, run.step.end, run.work, run.guards)
-        event = find_fired(model, run.discrete, run.work, run.guards, run.levels, run.fired)
-        if event:
-            h = _locate(model, run, outlet, h)
-            reaches = False
-        else:
-            rearm_guards(model, run.discrete, run.work, run.guards, run.levels)
-        end = until if reaches else now + h
-        _emit_inside(model, run, outlet, h, end)
-        run.step.start[:] = run.step.end
-        run.step.slopes[0, :] = run.step.slopes[6]
-        run.now = end
-        if event:
-            return _pass_event(model, run, outlet)
+        h = cut_at_event(model, run, taken)
+        quiet = emit_inside(model, run, outlet, h)
+        while quiet < h:
+            take_step(model, run.discrete, now, quiet, step, run.work)
+            h = cut_at_event(model, run, quiet)
+            quiet = emit_inside(model, run, outlet, h)
+        for k in range(model.num_states):
+            step.start.x[k] = step.end.x[k]
+            step.slopes[0].x[k] = step.slopes[model.method.last].x[k]
+        reaches = h == until - now and run.fired == 0
+        run.now = until if reaches else now + h
+        if run.fired == 1:
+            return pass_event(model, run, outlet)
         if not reaches:
             return RUNNING
-    return _pass_break(model, run, outlet, t_stop)
+    return pass_break(model, run, outlet, t_stop)
 
 
-@compiled
-def _take_accepted_step(
-    model: Record, run: Record, outlet: Outlet, until: float
-) -> tuple[float, bool]:
-    """Takes one step within tolerance; returns its size (0 if none is small enough)."""
-    numerics, now = model.numerics, run.now
-    rest = until - now
-    h = min(run.step_size, numerics.max_step)
-    while True:
-        reaches = h >= rest * (1.0 - 1e-9)
-        size = rest if reaches else h
-        take_step(model, run.discrete, now, size, run.step, run.work)
-        run.steps += 1
-        error = step_error(
-            run.step,
-            model.num_states,
-            size,
-            numerics.relative_tolerance,
-            numerics.absolute_tolerance,
-        )
-        if error <= 1.0:
-            growth = min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
-            if not reaches or growth < 1.0 or size * growth > h:
-                run.step_size = size * growth
-            return size, reaches
-        shrink = max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.1
-        h = size * shrink
-        if h < LEAST_STEP * max(1.0, now) and h < rest:
-            return 0.0, False
+@compiled_apart(
+    types.int64, MODEL, PROGRESS, OUTLET, types.float64, types.int64, types.int64, types.int64
+)
+def advance(
+    model: Record,
+    run: Record,
+    outlet: Record,
+    t_stop: float,
+    first: int,
+    same_ticks: int,
+    max_steps: int,
+) -> int:
+    """Advances the run by at most ``max_steps`` steps, at most to ``t_stop``.
 
+    Args:
+        model: Constants up to ``t_stop``.
+        run: The run.
+        outlet: Buffers for rows and phase changes that the caller empties.
+        t_stop: End of the run, or the next timed change [s].
+        first: 1 where the run starts with this stretch.
+        same_ticks: 1 where sampled control keeps its ticks from the stretch before.
+        max_steps: Budget, so that a call stays short.
 
-@compiled
-def _locate(model: Record, run: Record, outlet: Outlet, h: float) -> float:
-    """Size of the step at whose end the first of the fired guards is at its level.
-
-    The step is taken again at every trial, so that the root is that of the method itself
-    and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
+    Returns:
+        RUNNING to be called again, REACHED at ``t_stop``, else why the run ended.
     """
-    now = run.now
-    low, high = 0.0, h
-    value_high = _least_fired(model, run)
-    take_step(model, run.discrete, now, 0.0, run.step, run.work)
-    update_guards(model, run.discrete, run.step.end, run.work, run.guards)
-    value_low = _least_fired(model, run)
-    width = LOCATION_WIDTH * max(1.0, now)
-    side = 0
-    for trial in range(100):
-        if value_low <= 0.0 or high - low <= width:
-            break
-        middle = (low * value_high - high * value_low) / (value_high - value_low)
-        if not low < middle < high or trial % 8 == 7:
-            middle = 0.5 * (low + high)
-        take_step(model, run.discrete, now, middle, run.step, run.work)
-        update_guards(model, run.discrete, run.step.end, run.work, run.guards)
-        value = _least_fired(model, run)
-        if value > 0.0:
-            low, value_low = middle, value
-            value_high *= 0.5 if side == 1 else 1.0
-            side = 1
-        else:
-            high, value_high = middle, value
-            value_low *= 0.5 if side == -1 else 1.0
-            side = -1
-    if value_low <= 0.0:
-        high = 0.0
-    take_step(model, run.discrete, now, high, run.step, run.work)
-    update_guards(model, run.discrete, run.step.end, run.work, run.guards)
-    _keep_first_fired(model, run)
-    return high
-
-
-@compiled
-def _least_fired(model: Record, run: Record) -> float:
-    """The least distance to its level among the guards that fired in this step."""
-    least = np.inf
-    for j in range(num_guards(model)):
-        if run.fired[j] == 1:
-            least = min(least, run.guards[j] - run.levels[j])
-    return least
-
-
-@compiled
-def _keep_first_fired(model: Record, run: Record) -> None:
-    """Of the fired guards keeps those at their level here; the others would come later."""
-    least = _least_fired(model, run)
-    for j in range(num_guards(model)):
-        if run.guards[j] - run.levels[j] > max(0.0, least):
-            run.fired[j] = 0
-
-
-@compiled
-def _emit_inside(model: Record, run: Record, outlet: Outlet, h: float, end: float) -> None:
-    """Rows at the output times from the start of the step to before its end."""
-    now = run.now
-    while True:
-        t = run.outputs / model.numerics.output_rate
-        if t >= end - OUTPUT_ROUNDING:
-            return
-        if t <= now or h == 0.0:
-            run.scratch[:] = run.step.start
-        else:
-            interpolate(run.step, model.num_states, h, (t - now) / h, run.scratch)
-        emit(model, run, outlet, t, run.scratch)
-        run.outputs += 1
-
-
-@compiled
-def _pass_break(model: Record, run: Record, outlet: Outlet, t_stop: float) -> int:
-    """The jump at an instant known beforehand; one kind at a time, the rest follow at once."""
-    now = run.now
-    if now >= t_stop:
-        return RUNNING
-    piece = run.discrete.piece
-    if piece < NUM_PIECES and model.motion.breaks[piece] <= now:
-        return _change_piece(model, run, outlet)
-    if model.law.period > 0.0 and next_tick(model, run) <= now:
-        return control_tick(model, run, outlet)
-    if run.hold_until <= now:
-        return recognise(model, run, outlet)
-    return RUNNING
-
-
-@compiled
-def _change_piece(model: Record, run: Record, outlet: Outlet) -> int:
-    """The desired acceleration jumps; under sampled control it is seen at the next tick."""
-    breaks = model.motion.breaks
-    if model.law.period > 0.0:
-        run.discrete.piece += 1
-        return RUNNING
-    keep_old(run)
-    emit(model, run, outlet, run.now, run.step.start)
-    run.discrete.piece += 1
-    while run.discrete.piece < NUM_PIECES and (breaks[run.discrete.piece] <= run.now):
-        run.discrete.piece += 1
-    return finish_jump(model, run, outlet, settle(model, run, outlet, True))
-
-
-@compiled
-def _pass_event(model: Record, run: Record, outlet: Outlet) -> int:
-    """What the guards that fired mean: the end of the run, another phase, or a bound reached."""
-    now = run.now
-    run.stalls = run.stalls + 1 if now - run.last_event < STALLED else 0
-    run.last_event = now
-    status = _find_end(model, run)
-    if status == RUNNING and run.stalls > MAX_STALLS:
-        status = CHATTERING
-    if status != RUNNING:
-        emit(model, run, outlet, now, run.step.start)
-        return status
-    n = model.num_fingers
-    for i in range(n):
-        if run.fired[PER_CONTACT * i + PHASE] == 1:
-            if run.discrete.phases[i] != 0:
-                run.step.start[6 + n + i] = 0.0
-            run.concerned = i
-            return change_phases(model, run, outlet)
-    restart_flow(model, run, outlet)
-    return RUNNING
-
-
-@compiled
-def _find_end(model: Record, run: Record) -> int:
-    """Whether a fired guard ends the run, and which contact or finger is concerned."""
-    n = model.num_fingers
-    for i in range(n):
-        base = PER_CONTACT * i
-        status = RUNNING
-        if run.fired[base + NORMAL_FORCE] == 1:
-            status = SEPARATED
-        elif run.fired[base + FACE] == 1:
-            status = LEFT_FACE
-        elif run.fired[base + SINGULAR] == 1:
-            status = FINGER_SINGULAR
+    if run.begun == 0:
+        status = begin_stretch(model, run, outlet, first, same_ticks)
         if status != RUNNING:
-            run.concerned = i
             return status
-    if run.fired[PER_CONTACT * n] == 1:
-        return PAINLEVE
+    for _ in range(max_steps):
+        if outlet.num_rows > ROWS_BEFORE_PAUSE:
+            return RUNNING
+        if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
+            return RUNNING
+        if run.now >= t_stop:
+            emit(model, run, outlet, t_stop, run.step.start)
+            return REACHED
+        if run.steps >= model.numerics.max_steps:
+            emit(model, run, outlet, run.now, run.step.start)
+            return MAX_STEPS
+        status = _advance_once(model, run, outlet, t_stop)
+        if status != RUNNING:
+            return status
     return RUNNING

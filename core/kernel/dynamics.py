@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.kernel.compiler import compiled
-from core.kernel.records import MAX_FINGERS, Floats, Record
+from core.kernel.records import MAX_FINGERS, Record
 
 # Apparent inertia and bias force of the fingers at their contacts.
 CONTACT_DYNAMICS = np.dtype(
@@ -37,25 +37,22 @@ def joint_space_unit(
     hand: Record, kin: Record, i: int, link: int
 ) -> tuple[float, float, float, float, float]:
     """Inertia M_11, M_12, M_22 and bias h_1, h_2 of one link with a mass of 1 kg."""
-    q1, q2 = kin.joint_positions[i, 0], kin.joint_positions[i, 1]
-    centre = hand.link_centres[i, link]
-    gyration = hand.link_gyrations[i, link]
+    centre, own = hand.link_centres[i, link], hand.link_moments[i, link]
+    weight = hand.gravity * centre * kin.links[i, link, 0]
     if link == 0:
-        weight = hand.gravity * centre * np.cos(q1)
-        return centre**2 + gyration, 0.0, 0.0, weight, 0.0
+        return own, 0.0, 0.0, weight, 0.0
     first = hand.link_lengths[i, 0]
     rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
-    coupling = first * centre * np.cos(q2)
-    own = centre**2 + gyration
-    centrifugal = first * centre * np.sin(q2)
-    weight2 = hand.gravity * centre * np.cos(q1 + q2)
-    weight1 = hand.gravity * first * np.cos(q1) + weight2
+    coupling = first * centre * kin.bends[i, 0]
+    centrifugal = first * centre * kin.bends[i, 1]
     return (
-        first**2 + own + 2.0 * coupling,
+        first * first + own + 2.0 * coupling,
         own + coupling,
         own,
-        -centrifugal * (2.0 * rate1 * rate2 + rate2**2) + weight1,
-        centrifugal * rate1**2 + weight2,
+        hand.gravity * first * kin.links[i, 0, 0]
+        + weight
+        - centrifugal * (2.0 * rate1 + rate2) * rate2,
+        weight + centrifugal * rate1 * rate1,
     )
 
 
@@ -63,24 +60,30 @@ def joint_space_unit(
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
     """Fills ``unit`` for the present positions and velocities."""
     for i in range(hand.num_fingers):
-        inverse, frame = kin.inverses[i], kin.frames[i]
+        c00, c01 = kin.frames[i, 0, 0], kin.frames[i, 0, 1]
+        c10, c11 = kin.frames[i, 1, 0], kin.frames[i, 1, 1]
+        i00, i01 = kin.inverses[i, 0, 0], kin.inverses[i, 0, 1]
+        i10, i11 = kin.inverses[i, 1, 0], kin.inverses[i, 1, 1]
         # K = J_c^-T = C^T J^-T takes joint torques to contact forces.
-        k00 = frame[0, 0] * inverse[0, 0] + frame[1, 0] * inverse[0, 1]
-        k01 = frame[0, 0] * inverse[1, 0] + frame[1, 0] * inverse[1, 1]
-        k10 = frame[0, 1] * inverse[0, 0] + frame[1, 1] * inverse[0, 1]
-        k11 = frame[0, 1] * inverse[1, 0] + frame[1, 1] * inverse[1, 1]
+        k00, k01 = c00 * i00 + c10 * i01, c00 * i10 + c10 * i11
+        k10, k11 = c01 * i00 + c11 * i01, c01 * i10 + c11 * i11
+        bx, by = kin.bias[i, 0], kin.bias[i, 1]
         for link in range(2):
             m11, m12, m22, h1, h2 = joint_space_unit(hand, kin, i, link)
-            for axis in range(2):
-                j1 = m11 * inverse[0, axis] + m12 * inverse[1, axis]
-                j2 = m12 * inverse[0, axis] + m22 * inverse[1, axis]
-                unit.inertia[i, link, 0, axis] = k00 * j1 + k01 * j2
-                unit.inertia[i, link, 1, axis] = k10 * j1 + k11 * j2
-            b0, b1 = kin.bias[i, 0], kin.bias[i, 1]
-            for axis in range(2):
-                force = k00 * h1 + k01 * h2 if axis == 0 else k10 * h1 + k11 * h2
-                inertial = unit.inertia[i, link, axis, 0] * b0 + unit.inertia[i, link, axis, 1] * b1
-                unit.bias[i, link, axis] = force + inertial
+            # M J^-1, the joint torques per tip acceleration.
+            x1, x2 = m11 * i00 + m12 * i10, m12 * i00 + m22 * i10
+            y1, y2 = m11 * i01 + m12 * i11, m12 * i01 + m22 * i11
+            unit.inertia[i, link, 0, 0], unit.inertia[i, link, 0, 1] = (
+                k00 * x1 + k01 * x2,
+                k00 * y1 + k01 * y2,
+            )
+            unit.inertia[i, link, 1, 0], unit.inertia[i, link, 1, 1] = (
+                k10 * x1 + k11 * x2,
+                k10 * y1 + k11 * y2,
+            )
+            t1, t2 = h1 + x1 * bx + y1 * by, h2 + x2 * bx + y2 * by
+            unit.bias[i, link, 0] = k00 * t1 + k01 * t2
+            unit.bias[i, link, 1] = k10 * t1 + k11 * t2
 
 
 @compiled
@@ -97,23 +100,20 @@ def combine_links(truth: Record, unit: Record, total: Record) -> None:
 
 
 @compiled
-def stored_energy(hand: Record, truth: Record, kin: Record, state: Floats) -> tuple[float, float]:
+def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tuple[float, float]:
     """Kinetic and potential energy [J] of object and fingers, heights from y = 0."""
-    body = truth.object_inertia
-    kinetic = 0.5 * (body[0] * state[3] ** 2 + body[1] * state[4] ** 2 + body[2] * state[5] ** 2)
-    potential = hand.gravity * body[0] * state[1]
+    kinetic, potential = 0.0, hand.gravity * truth.object_inertia[0] * state.x[1]
+    for k in range(3):
+        kinetic += 0.5 * truth.object_inertia[k] * state.x[3 + k] ** 2
     for i in range(hand.num_fingers):
-        q1 = kin.joint_positions[i, 0]
-        q12 = q1 + kin.joint_positions[i, 1]
         rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
-        base = hand.bases[i, 1]
-        heights = (
-            base + hand.link_centres[i, 0] * np.sin(q1),
-            base + hand.link_lengths[i, 0] * np.sin(q1) + hand.link_centres[i, 1] * np.sin(q12),
-        )
+        joint_height = hand.bases[i, 1]
         for link in range(2):
+            mass = truth.link_masses[i, link]
             m11, m12, m22, _, _ = joint_space_unit(hand, kin, i, link)
-            square = m11 * rate1**2 + 2.0 * m12 * rate1 * rate2 + m22 * rate2**2
-            kinetic += 0.5 * truth.link_masses[i, link] * square
-            potential += hand.gravity * truth.link_masses[i, link] * heights[link]
+            square = m11 * rate1 * rate1 + 2.0 * m12 * rate1 * rate2 + m22 * rate2 * rate2
+            height = joint_height + hand.link_centres[i, link] * kin.links[i, link, 1]
+            kinetic += 0.5 * mass * square
+            potential += hand.gravity * mass * height
+            joint_height += hand.link_lengths[i, link] * kin.links[i, link, 1]
     return kinetic, potential

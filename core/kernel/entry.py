@@ -2,45 +2,37 @@
 
 from __future__ import annotations
 
-import threading
-
-import numpy as np
+from collections.abc import Callable
 
 from core.kernel import advance as hybrid
-from core.kernel.compiler import cache_folder
-from core.kernel.model import MODEL
-from core.kernel.records import Record, make_record
-from core.kernel.run import Outlet, make_outlet, make_progress
+from core.kernel.compiler import call, is_cached, prepare_units
+from core.kernel.records import Record
 
 __all__ = ["advance", "is_cached", "prepare"]
 
-_LOCK = threading.Lock()
 
+def prepare(progress: Callable[[float], None] | None = None) -> None:
+    """Loads the compiled kernel, or compiles it the first time; safe from any thread.
 
-def prepare() -> None:
-    """Loads the compiled kernel, or compiles it the first time; safe from any thread."""
-    with _LOCK:
-        if not hybrid.advance.signatures:
-            model, run, outlet = make_record(MODEL), make_progress(), make_outlet(1, 1, 1)
-            run.begun, run.now = True, np.inf
-            hybrid.advance(model, run, outlet, 0.0, False, False, 0)
-
-
-def is_cached() -> bool:
-    """Whether the kernel is loaded or lies compiled on disk; otherwise it takes a while."""
-    return bool(hybrid.advance.signatures) or any(cache_folder.rglob("advance.advance*.nbc"))
+    Args:
+        progress: Called with the share of the kernel that is ready, 0 to 1.
+    """
+    for done, count in prepare_units():
+        if progress is not None:
+            progress(done / count)
 
 
 def advance(
     model: Record,
     run: Record,
-    outlet: Outlet,
+    outlet: Record,
     t_stop: float,
+    *,
     first: bool,
     same_ticks: bool,
     max_steps: int,
 ) -> int:
-    """Advances a run in compiled code; see `core.kernel.advance.advance`."""
-    prepare()
-    status: int = hybrid.advance(model, run, outlet, t_stop, first, same_ticks, max_steps)
+    """Advances a run in compiled code, without the GIL; see `core.kernel.advance.advance`."""
+    flags = int(first), int(same_ticks)
+    status: int = call(hybrid.advance, model, run, outlet, t_stop, *flags, max_steps)
     return status

@@ -8,28 +8,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from core.kernel.dynamics import stored_energy
-from core.kernel.flow import (
-    DISCRETE,
-    WORKSPACE,
-    solve_plant,
-    update_belief,
-    update_command,
-    update_mechanics,
-    update_rates,
-)
-from core.kernel.law import (
-    forces_to_torques,
-    lyapunov_value,
-    regressor_product,
-    torques_to_forces,
-)
+from core.kernel import dynamics, kinematics, law, reduced
+from core.kernel.compiler import call, from_python
+from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
 from core.kernel.model import pack_model
-from core.kernel.records import MAX_STATE, Floats, Record, make_record
-from core.kernel.reduced import apply_contact_forces, assemble_bias, tip_acceleration
+from core.kernel.records import STATE, Floats, Record, make_record
+from core.kernel.workspace import DISCRETE, WORKSPACE
 from core.scenario import Scenario
 
 __all__ = ["StateEvaluation", "evaluate_state"]
+
+
+_apply_contact_forces = from_python(reduced.apply_contact_forces)
+_assemble_bias = from_python(reduced.assemble_bias)
+_forces_to_torques = from_python(reduced.forces_to_torques)
+_joint_angle = from_python(kinematics.joint_angle)
+_lyapunov_value = from_python(law.lyapunov_value)
+_regressor_product = from_python(law.regressor_product)
+_stored_energy = from_python(dynamics.stored_energy)
+_tip_acceleration = from_python(reduced.tip_acceleration)
+_torques_to_forces = from_python(reduced.torques_to_forces)
 
 
 class StateEvaluation(NamedTuple):
@@ -85,39 +83,39 @@ def evaluate_state(
     model, discrete, work = pack_model(scenario), make_record(DISCRETE), make_record(WORKSPACE)
     discrete.phases[:n] = discrete.beliefs[:n] = phase
     discrete.piece = int(np.searchsorted(model.motion.breaks, t, side="right"))
-    state = np.zeros(MAX_STATE)
+    state = make_record(STATE)
     parts = (pose, velocity, slip, slip_velocity, estimates)
     values = np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
-    state[: len(values)] = values
-    update_mechanics(model, state, work)
-    update_belief(model, discrete, t, state, work)
+    state.x[: len(values)] = values
+    call(update_mechanics, model, state, work)
+    call(update_command, model, discrete, t, state, work)
     torques = np.zeros((n, 2))
     if torque is None:
-        update_command(model, discrete, work)
-        forces_to_torques(work.kin, n, work.tip_forces, torques)
+        _forces_to_torques(work.kin, n, work.tip_forces, torques)
     else:
         torques[:] = np.reshape(np.asarray(torque, dtype=float), (n, 2))
-        torques_to_forces(work.kin, n, torques, work.tip_forces)
-    solve_plant(model, discrete, work)
-    update_rates(model, discrete, state, work)
+        _torques_to_forces(work.kin, n, torques, work.tip_forces)
+    call(solve_plant, model, discrete, work)
+    call(update_rates, model, discrete, state, work)
     return _collect(model, discrete, work, state, torques, n, p)
 
 
 def _collect(
-    model: Record, discrete: Record, work: Record, state: Floats, torques: Floats, n: int, p: int
+    model: Record, discrete: Record, work: Record, state: Record, torques: Floats, n: int, p: int
 ) -> StateEvaluation:
     size = 3 + n
-    kin, law, estimates = work.kin, model.law, state[6 + 2 * n :]
+    kin = work.kin
+    estimates = state.x[6 + 2 * n : 6 + 2 * n + p]
     estimated_bias = np.zeros(size)
     believed, gravity = work.believed, model.hand.gravity
-    assemble_bias(kin, work.believed_dynamics, believed, gravity, discrete.beliefs, estimated_bias)
+    _assemble_bias(kin, work.believed_dynamics, believed, gravity, discrete.beliefs, estimated_bias)
     acceleration = work.acceleration[:size].copy()
     estimated_inertia = work.estimated_inertia[:size, :size].copy()
     regressor = _regressor(model, discrete, work, size, p)
-    value = lyapunov_value(law, model.truth, model.unknowns, estimates, work.room)
-    kinetic, potential = stored_energy(model.hand, model.truth, kin, state)
+    value = _lyapunov_value(model.law, model.truth, model.unknowns, state, work.room)
+    kinetic, potential = _stored_energy(model.hand, model.truth, kin, state)
     return StateEvaluation(
-        joint_positions=kin.joint_positions[:n].copy(),
+        joint_positions=_joint_positions(kin, n),
         joint_velocities=kin.joint_velocities[:n].copy(),
         finger_jacobians=kin.jacobians[:n].copy(),
         grasp_matrix=_grasp_matrix(kin, n),
@@ -128,7 +126,7 @@ def _collect(
         estimated_reduced_inertia=estimated_inertia,
         estimated_reduced_bias=estimated_bias,
         regressor=regressor,
-        known=estimated_inertia @ acceleration + estimated_bias - regressor @ estimates[:p],
+        known=estimated_inertia @ acceleration + estimated_bias - regressor @ estimates,
         torques=torques.ravel(),
         acceleration=acceleration,
         joint_accelerations=_joint_accelerations(kin, acceleration, n),
@@ -138,6 +136,10 @@ def _collect(
         kinetic_energy=kinetic,
         potential_energy=potential,
     )
+
+
+def _joint_positions(kin: Record, n: int) -> Floats:
+    return np.array([[_joint_angle(kin, i, joint) for joint in range(2)] for i in range(n)])
 
 
 def _grasp_matrix(kin: Record, n: int) -> Floats:
@@ -151,8 +153,8 @@ def _reduced_input(model: Record, discrete: Record, kin: Record, n: int) -> Floa
     for j in range(2 * n):
         torques, forces, column = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(3 + n)
         torques[j // 2, j % 2] = 1.0
-        torques_to_forces(kin, n, torques, forces)
-        apply_contact_forces(kin, model.truth, discrete.phases, forces, column)
+        _torques_to_forces(kin, n, torques, forces)
+        _apply_contact_forces(kin, model.truth, discrete.phases, forces, column)
         columns.append(column)
     return np.stack(columns, axis=1)
 
@@ -162,7 +164,7 @@ def _regressor(model: Record, discrete: Record, work: Record, size: int, p: int)
     regressor = np.zeros((size, p))
     for row, weights in enumerate(np.eye(size)):
         for k in range(p):
-            regressor[row, k] = regressor_product(
+            regressor[row, k] = _regressor_product(
                 work.kin,
                 work.unit,
                 work.believed_dynamics,
@@ -178,5 +180,5 @@ def _regressor(model: Record, discrete: Record, work: Record, size: int, p: int)
 
 
 def _joint_accelerations(kin: Record, acceleration: Floats, n: int) -> Floats:
-    tips = [np.array(tip_acceleration(kin, i, acceleration)) + kin.bias[i] for i in range(n)]
+    tips = [np.array(_tip_acceleration(kin, i, acceleration)) + kin.bias[i] for i in range(n)]
     return np.stack([kin.inverses[i] @ tips[i] for i in range(n)])

@@ -7,24 +7,33 @@ and per unknown its distance to a bound, or the rate that holds it there.
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, Floats, Integers, Record
+import numpy as np
+from numba import types
+
+from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.model import MODEL
+from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Record
+from core.kernel.workspace import DISCRETE, WORKSPACE
 
 PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
 PER_CONTACT = 4
+MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS
 
 FORCE_BAND = 1e-9
 VELOCITY_BAND = 1e-9
 FORCE_NOISE = 1e-11
+VELOCITY_NOISE = 1e-13
 
-
-MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS
-
-
-@compiled
-def num_guards(model: Record) -> int:
-    """How many guards a hand has."""
-    return PER_CONTACT * model.num_fingers + 1 + model.num_unknowns
+# Values of all guards and what is known of them.
+GUARDS = np.dtype(
+    [
+        ("count", np.int64),
+        ("values", np.float64, (MAX_GUARDS,)),
+        ("levels", np.float64, (MAX_GUARDS,)),
+        ("fired", np.int64, (MAX_GUARDS,)),
+    ],
+    align=True,
+)
 
 
 @compiled
@@ -34,85 +43,102 @@ def friction_margin(model: Record, work: Record, i: int) -> float:
 
 
 @compiled
-def update_guards(
-    model: Record, discrete: Record, state: Floats, work: Record, values: Floats
+def _update_values(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
 ) -> None:
     """Values of all guards at the state that ``work`` holds."""
     n = model.num_fingers
+    guards.count = PER_CONTACT * n + 1 + model.num_unknowns
     for i in range(n):
         base = PER_CONTACT * i
         if discrete.phases[i] == 0:
-            values[base + PHASE] = friction_margin(model, work, i)
+            guards.values[base + PHASE] = friction_margin(model, work, i)
         else:
-            values[base + PHASE] = discrete.phases[i] * state[6 + n + i]
-        slip = state[6 + i]
-        values[base + NORMAL_FORCE] = work.forces[i, 1]
-        values[base + FACE] = min(
+            guards.values[base + PHASE] = discrete.phases[i] * state.x[6 + n + i]
+        slip = state.x[6 + i]
+        guards.values[base + NORMAL_FORCE] = work.forces[i, 1]
+        guards.values[base + FACE] = min(
             model.hand.slip_maximum[i] - slip, slip - model.hand.slip_minimum[i]
         )
-        values[base + SINGULAR] = work.kin.extension[i]
-    values[PER_CONTACT * n] = work.determinant
+        guards.values[base + SINGULAR] = work.kin.extension[i]
+    base = PER_CONTACT * n
+    guards.values[base] = work.factors.determinant
     for k in range(model.num_unknowns):
-        value = state[6 + 2 * n + k]
-        low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
+        value = state.x[6 + 2 * n + k]
         if discrete.clamps[k] == 0:
-            values[PER_CONTACT * n + 1 + k] = min(value - low, high - value)
+            low, high = value - model.unknowns.minimum[k], model.unknowns.maximum[k] - value
+            guards.values[base + 1 + k] = min(low, high)
         else:
-            values[PER_CONTACT * n + 1 + k] = discrete.clamps[k] * work.rates[k]
+            guards.values[base + 1 + k] = discrete.clamps[k] * work.rates[k]
 
 
 @compiled
-def tolerance(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
+def _band(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
     """Noise and band of guard j: within its band a value does not tell its sign."""
-    n = model.num_fingers
-    if j < PER_CONTACT * n and j % PER_CONTACT == PHASE:
+    if j < PER_CONTACT * model.num_fingers and j % PER_CONTACT == PHASE:
         i = j // PER_CONTACT
         if discrete.phases[i] != 0:
-            return 1e-13, VELOCITY_BAND
+            return VELOCITY_NOISE, VELOCITY_BAND
         scale = 1.0 + abs(work.forces[i, 1])
         return FORCE_NOISE * scale, FORCE_BAND * scale
     return 0.0, 0.0
 
 
-@compiled
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
 def arm_guards(
-    model: Record, discrete: Record, work: Record, values: Floats, levels: Floats
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
 ) -> None:
     """After a jump: a guard that starts inside its band may sink to twice the band before it fires.
 
     Without this, a contact that starts to slip, or rests exactly on its cone, fires again
     at the same instant by rounding.
     """
-    for j in range(num_guards(model)):
-        _, band = tolerance(model, discrete, work, j)
-        levels[j] = 0.0 if values[j] > band else min(-2.0 * band, values[j] - band)
+    _update_values(model, discrete, state, work, guards)
+    for j in range(guards.count):
+        _, band = _band(model, discrete, work, j)
+        value = guards.values[j]
+        guards.levels[j] = 0.0 if value > band else min(-2.0 * band, value - band)
 
 
-@compiled
-def rearm_guards(
-    model: Record, discrete: Record, work: Record, values: Floats, levels: Floats
-) -> None:
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
+    """Marks the guards that are below their level by more than noise; 1 if any is."""
+    _update_values(model, discrete, state, work, guards)
+    found = 0
+    for j in range(guards.count):
+        noise, _ = _band(model, discrete, work, j)
+        fired = 1 if guards.values[j] < guards.levels[j] - noise else 0
+        guards.fired[j] = fired
+        found += fired
+    return min(found, 1)
+
+
+@compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def least_fired(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> float:
+    """The least distance to its level, at this state, among the guards that fired in this step."""
+    _update_values(model, discrete, state, work, guards)
+    least = np.inf
+    for j in range(guards.count):
+        if guards.fired[j] == 1:
+            least = min(least, guards.values[j] - guards.levels[j])
+    return least
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE, GUARDS)
+def rearm_guards(model: Record, discrete: Record, work: Record, guards: Record) -> None:
     """Back to level 0 for guards that have left their band."""
-    for j in range(num_guards(model)):
-        if levels[j] < 0.0:
-            _, band = tolerance(model, discrete, work, j)
-            if values[j] > band:
-                levels[j] = 0.0
+    for j in range(guards.count):
+        if guards.levels[j] < 0.0:
+            _, band = _band(model, discrete, work, j)
+            if guards.values[j] > band:
+                guards.levels[j] = 0.0
 
 
 @compiled
-def find_fired(
-    model: Record,
-    discrete: Record,
-    work: Record,
-    values: Floats,
-    levels: Floats,
-    fired: Integers,
-) -> bool:
-    """Marks the guards that are below their level by more than noise; True if any is."""
-    found = False
-    for j in range(num_guards(model)):
-        noise, _ = tolerance(model, discrete, work, j)
-        fired[j] = 1 if values[j] < levels[j] - noise else 0
-        found = found or fired[j] == 1
-    return found
+def keep_first_fired(guards: Record, least: float) -> None:
+    """Of the fired guards keeps those at their level here; the others would come later."""
+    for j in range(guards.count):
+        if guards.values[j] - guards.levels[j] > max(0.0, least):
+            guards.fired[j] = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.kernel.compiler import compiled
-from core.kernel.records import MAX_FINGERS, Floats, Record
+from core.kernel.records import MAX_FINGERS, Record
 
 LEAST_SINE = 1e-3
 
@@ -13,7 +13,8 @@ LEAST_SINE = 1e-3
 # Positions and velocities of fingers and contacts in one state.
 KINEMATICS = np.dtype(
     [
-        ("joint_positions", np.float64, (MAX_FINGERS, 2)),  # q [rad]
+        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
+        ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2
         ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s]
         ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip, inertial frame
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # J^-1
@@ -30,17 +31,17 @@ KINEMATICS = np.dtype(
 
 
 @compiled
-def update_kinematics(hand: Record, state: Floats, kin: Record) -> None:
+def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
     """Fills ``kin`` from pose, slip and their velocities (Eq. 13-16).
 
-    Joint angles follow from inverse kinematics on a fixed elbow branch, so the position
+    The fingers follow from inverse kinematics on a fixed elbow branch, so the position
     constraint holds to rounding at all times.
     """
     n = hand.num_fingers
-    cosine, sine = np.cos(state[2]), np.sin(state[2])
-    omega = state[5]
+    cosine, sine = np.cos(state.x[2]), np.sin(state.x[2])
+    omega = state.x[5]
     for i in range(n):
-        slip, slip_velocity = state[6 + i], state[6 + n + i]
+        slip, slip_velocity = state.x[6 + i], state.x[6 + n + i]
         tx = cosine * hand.tangents[i, 0] - sine * hand.tangents[i, 1]
         ty = sine * hand.tangents[i, 0] + cosine * hand.tangents[i, 1]
         px = hand.anchors[i, 0] + slip * hand.tangents[i, 0]
@@ -52,11 +53,11 @@ def update_kinematics(hand: Record, state: Floats, kin: Record) -> None:
         kin.frames[i, 0, 1], kin.frames[i, 1, 1] = ty, -tx
         kin.moments[i, 0] = -rx * ty + ry * tx
         kin.moments[i, 1] = -rx * tx - ry * ty
-        kin.tip_velocities[i, 0] = state[3] - omega * ry + slip_velocity * tx
-        kin.tip_velocities[i, 1] = state[4] + omega * rx + slip_velocity * ty
+        kin.tip_velocities[i, 0] = state.x[3] - omega * ry + slip_velocity * tx
+        kin.tip_velocities[i, 1] = state.x[4] + omega * rx + slip_velocity * ty
         kin.bias[i, 0] = -(omega**2) * rx - 2.0 * omega * slip_velocity * ty
         kin.bias[i, 1] = -(omega**2) * ry + 2.0 * omega * slip_velocity * tx
-        _solve_finger(hand, i, state[0] + rx, state[1] + ry, kin)
+        _solve_finger(hand, i, state.x[0] + rx, state.x[1] + ry, kin)
 
 
 @compiled
@@ -64,29 +65,37 @@ def _solve_finger(hand: Record, i: int, tip_x: float, tip_y: float, kin: Record)
     """Inverse kinematics of finger ``i``; completes ``bias`` with the finger's own part."""
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
     dx, dy = tip_x - hand.bases[i, 0], tip_y - hand.bases[i, 1]
-    c2 = (dx * dx + dy * dy - first**2 - second**2) / (2.0 * first * second)
+    squared = dx * dx + dy * dy
+    c2 = (squared - first * first - second * second) / (2.0 * first * second)
     square = 1.0 - c2 * c2
     kin.extension[i] = square - LEAST_SINE**2
     s2 = hand.elbows[i] * np.sqrt(max(square, 1e-300))
     # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
     along, across = first + second * c2, second * s2
-    squared = dx * dx + dy * dy
     c1, s1 = (along * dx + across * dy) / squared, (along * dy - across * dx) / squared
     c12, s12 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
-    kin.joint_positions[i, 0] = np.arctan2(s1, c1)
-    kin.joint_positions[i, 1] = np.arctan2(s2, c2)
-    j00, j01 = -first * s1 - second * s12, -second * s12
-    j10, j11 = first * c1 + second * c12, second * c12
-    kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = j00, j01
-    kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = j10, j11
-    determinant = first * second * s2
-    i00, i01 = j11 / determinant, -j01 / determinant
-    i10, i11 = -j10 / determinant, j00 / determinant
+    kin.bends[i, 0], kin.bends[i, 1] = c2, s2
+    kin.links[i, 0, 0], kin.links[i, 0, 1] = c1, s1
+    kin.links[i, 1, 0], kin.links[i, 1, 1] = c12, s12
+    # The tip relative to the second joint is l2 (c12, s12), relative to the base (dx, dy).
+    kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * s12
+    kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * c12
+    scale = 1.0 / (first * second * s2)
+    i00, i01 = scale * second * c12, scale * second * s12
+    i10, i11 = -scale * dx, -scale * dy
     kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = i00, i01
     kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = i10, i11
     vx, vy = kin.tip_velocities[i, 0], kin.tip_velocities[i, 1]
     rate1, rate2 = i00 * vx + i01 * vy, i10 * vx + i11 * vy
     kin.joint_velocities[i, 0], kin.joint_velocities[i, 1] = rate1, rate2
-    total = rate1 + rate2
-    kin.bias[i, 0] += first * c1 * rate1**2 + second * c12 * total**2
-    kin.bias[i, 1] += first * s1 * rate1**2 + second * s12 * total**2
+    own, total = first * rate1 * rate1, second * (rate1 + rate2) ** 2
+    kin.bias[i, 0] += own * c1 + total * c12
+    kin.bias[i, 1] += own * s1 + total * s12
+
+
+@compiled
+def joint_angle(kin: Record, i: int, joint: int) -> float:
+    """Angle of a joint [rad], the second relative to the first."""
+    if joint == 0:
+        return np.arctan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
+    return np.arctan2(kin.bends[i, 1], kin.bends[i, 0])

@@ -5,90 +5,134 @@ from __future__ import annotations
 import numpy as np
 
 from core.kernel.compiler import compiled
-from core.kernel.records import Floats, Integers
+from core.kernel.records import MAX_COORDINATES, Floats, Integers, Record
+
+# LU factors of the reduced inertia M~ in its moving coordinates: those of the object and of
+# the slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out.
+FACTORS = np.dtype(
+    [
+        ("size", np.int64),
+        ("coordinates", np.int64, (MAX_COORDINATES,)),  # which moves in each row
+        ("lu", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
+        ("pivots", np.int64, (MAX_COORDINATES,)),
+        ("determinant", np.float64),  # of M~; 0 where a pivot vanishes
+        ("part", np.float64, (MAX_COORDINATES,)),
+    ],
+    align=True,
+)
 
 
 @compiled
-def factor(matrix: Floats, pivots: Integers, size: int) -> float:
-    """LU factors of the leading square of a matrix in place, rows exchanged by size.
+def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
+    """Factors M~ ``(3 + n, 3 + n)`` in its moving coordinates, rows exchanged by size.
 
-    Returns:
-        The determinant; 0 where a pivot vanishes (the factors are then not usable).
+    Where a pivot vanishes ``determinant`` is 0 and the factors are not usable.
     """
+    _gather_moving(matrix, phases, n, factors)
+    size, lu = factors.size, factors.lu
     determinant = 1.0
     for k in range(size):
         best = k
         for i in range(k + 1, size):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
+            if abs(lu[i, k]) > abs(lu[best, k]):
                 best = i
-        pivots[k] = best
+        factors.pivots[k] = best
         if best != k:
             determinant = -determinant
             for j in range(size):
-                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-        pivot = matrix[k, k]
+                lu[k, j], lu[best, j] = lu[best, j], lu[k, j]
+        pivot = lu[k, k]
         determinant *= pivot
         if pivot == 0.0:
-            return 0.0
+            break
+        inverse = 1.0 / pivot
         for i in range(k + 1, size):
-            ratio = matrix[i, k] / pivot
-            matrix[i, k] = ratio
-            if ratio != 0.0:
-                for j in range(k + 1, size):
-                    matrix[i, j] -= ratio * matrix[k, j]
-    return determinant
+            ratio = lu[i, k] * inverse
+            lu[i, k] = ratio
+            for j in range(k + 1, size):
+                lu[i, j] -= ratio * lu[k, j]
+    factors.determinant = determinant
 
 
 @compiled
-def solve(factors: Floats, pivots: Integers, size: int, vector: Floats) -> None:
-    """Overwrites ``vector`` with the solution of A x = vector."""
+def _gather_moving(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
+    size = 3
+    for k in range(3):
+        factors.coordinates[k] = k
+    for i in range(n):
+        if phases[i] != 0:
+            factors.coordinates[size] = 3 + i
+            size += 1
+    factors.size = size
+    for row in range(size):
+        for column in range(size):
+            factors.lu[row, column] = matrix[factors.coordinates[row], factors.coordinates[column]]
+
+
+@compiled
+def solve(factors: Record, n: int, vector: Floats) -> None:
+    """Overwrites ``vector`` ``(3 + n,)`` with the solution of M~ x = vector, 0 in stick."""
+    size, lu, part = factors.size, factors.lu, factors.part
     for k in range(size):
-        best = pivots[k]
+        part[k] = vector[factors.coordinates[k]]
+    for k in range(size):
+        best = factors.pivots[k]
         if best != k:
-            vector[k], vector[best] = vector[best], vector[k]
+            part[k], part[best] = part[best], part[k]
     for i in range(size):
         for j in range(i):
-            vector[i] -= factors[i, j] * vector[j]
+            part[i] -= lu[i, j] * part[j]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
-            vector[i] -= factors[i, j] * vector[j]
-        vector[i] /= factors[i, i]
+            part[i] -= lu[i, j] * part[j]
+        part[i] /= lu[i, i]
+    _scatter_moving(factors, n, vector)
 
 
 @compiled
-def solve_transposed(factors: Floats, pivots: Integers, size: int, vector: Floats) -> None:
-    """Overwrites ``vector`` with the solution of A^T x = vector."""
+def solve_transposed(factors: Record, n: int, vector: Floats) -> None:
+    """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where nobody asks."""
+    size, lu, part = factors.size, factors.lu, factors.part
+    for k in range(size):
+        part[k] = vector[factors.coordinates[k]]
     for i in range(size):
         for j in range(i):
-            vector[i] -= factors[j, i] * vector[j]
-        vector[i] /= factors[i, i]
+            part[i] -= lu[j, i] * part[j]
+        part[i] /= lu[i, i]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
-            vector[i] -= factors[j, i] * vector[j]
+            part[i] -= lu[j, i] * part[j]
     for k in range(size - 1, -1, -1):
-        best = pivots[k]
+        best = factors.pivots[k]
         if best != k:
-            vector[k], vector[best] = vector[best], vector[k]
+            part[k], part[best] = part[best], part[k]
+    _scatter_moving(factors, n, vector)
 
 
 @compiled
-def condition(
-    matrix: Floats, factors: Floats, pivots: Integers, size: int, column: Floats
-) -> float:
-    """Condition number in the 1-norm of a matrix whose factors are known."""
-    norm = 0.0
-    inverse_norm = 0.0
-    for j in range(size):
+def _scatter_moving(factors: Record, n: int, vector: Floats) -> None:
+    for k in range(3 + n):
+        vector[k] = 0.0
+    for k in range(factors.size):
+        vector[factors.coordinates[k]] = factors.part[k]
+
+
+@compiled
+def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
+    """Condition number in the 1-norm of M~ in its moving coordinates."""
+    norm, inverse_norm = 0.0, 0.0
+    for j in range(factors.size):
         total = 0.0
-        for i in range(size):
-            total += abs(matrix[i, j])
-            column[i] = 0.0
+        for k in range(3 + n):
+            column[k] = 0.0
+        for i in range(factors.size):
+            total += abs(matrix[factors.coordinates[i], factors.coordinates[j]])
         norm = max(norm, total)
-        column[j] = 1.0
-        solve(factors, pivots, size, column)
+        column[factors.coordinates[j]] = 1.0
+        solve(factors, n, column)
         total = 0.0
-        for i in range(size):
-            total += abs(column[i])
+        for k in range(3 + n):
+            total += abs(column[k])
         inverse_norm = max(inverse_norm, total)
     return norm * inverse_norm
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from core.geometry import contact_frame
+from core.kernel.methods import DOP853, DOPRI5, METHOD
 from core.kernel.records import (
     MAX_COORDINATES,
     MAX_FINGERS,
     MAX_UNKNOWNS,
     Floats,
     Record,
-    make_record,
 )
 from core.scenario import ControllerParameters, Scenario
 from core.unknowns import parse_unknown
@@ -38,7 +38,7 @@ HAND = np.dtype(
         ("num_fingers", np.int64),
         ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
-        ("link_gyrations", np.float64, (MAX_FINGERS, 2)),  # central inertia per mass [m^2]
+        ("link_moments", np.float64, (MAX_FINGERS, 2)),  # inertia per mass about that joint [m^2]
         ("bases", np.float64, (MAX_FINGERS, 2)),  # [m]
         ("elbows", np.float64, (MAX_FINGERS,)),  # sign of sin q2
         ("anchors", np.float64, (MAX_FINGERS, 2)),  # object frame [m]
@@ -130,6 +130,7 @@ MODEL = np.dtype(
         ("law", LAW),
         ("motion", MOTION),
         ("numerics", NUMERICS),
+        ("method", METHOD),
     ],
     align=True,
 )
@@ -138,71 +139,77 @@ MODEL = np.dtype(
 def pack_model(scenario: Scenario) -> Record:
     """Packs a validated scenario for the kernel."""
     n, p = len(scenario.fingers), len(scenario.estimates)
-    model = make_record(MODEL)
-    model.num_fingers, model.num_unknowns, model.num_states = n, p, 8 + 2 * n + p
-    _pack_hand(scenario, n, model.hand)
-    _pack_truth(scenario, n, model.truth)
-    _pack_unknowns(scenario, p, model.unknowns)
-    _pack_law(scenario.controller, n, p, model.law)
-    _pack_motion(scenario, model.motion)
+    packed = np.zeros(1, MODEL)
+    model = packed[0]
+    model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, 8 + 2 * n + p
+    _pack_hand(scenario, n, model["hand"])
+    _pack_truth(scenario, n, model["truth"])
+    _pack_unknowns(scenario, p, model["unknowns"])
+    _pack_law(scenario.controller, n, p, model["law"])
+    _pack_motion(scenario, model["motion"])
+    simulation, numerics = scenario.simulation, model["numerics"]
     for name in NUMERICS.names or ():
-        setattr(model.numerics, name, getattr(scenario.simulation, name))
-    return model
+        numerics[name] = getattr(simulation, name)
+    model["method"] = DOPRI5 if scenario.controller.control_period > 0.0 else DOP853
+    record: Record = np.rec.array(packed)[0]
+    return record
 
 
-def _pack_hand(scenario: Scenario, n: int, hand: Record) -> None:
-    hand.num_fingers = n
-    hand.gravity = scenario.simulation.gravity
-    for i, finger in enumerate(scenario.fingers):
-        frame = contact_frame(scenario.object, finger)
-        lengths = np.array(finger.link_lengths)
-        hand.link_lengths[i] = lengths
-        hand.link_centres[i] = np.array(finger.link_centre_fractions) * lengths
-        hand.link_gyrations[i] = np.array(finger.link_inertia_fractions) * lengths**2
-        hand.bases[i] = finger.base
-        hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
-        hand.anchors[i] = frame.anchor
-        hand.tangents[i] = frame.tangent
-        hand.slip_minimum[i] = frame.slip_minimum
-        hand.slip_maximum[i] = frame.slip_maximum
+def _pack_hand(scenario: Scenario, n: int, hand: np.void) -> None:
+    fingers = scenario.fingers
+    frames = [contact_frame(scenario.object, finger) for finger in fingers]
+    lengths = np.array([finger.link_lengths for finger in fingers])
+    centres = np.array([finger.link_centre_fractions for finger in fingers])
+    inertias = np.array([finger.link_inertia_fractions for finger in fingers])
+    hand["num_fingers"] = n
+    hand["gravity"] = scenario.simulation.gravity
+    hand["link_lengths"][:n] = lengths
+    hand["link_centres"][:n] = centres * lengths
+    hand["link_moments"][:n] = (centres**2 + inertias) * lengths**2
+    hand["bases"][:n] = [finger.base for finger in fingers]
+    hand["elbows"][:n] = [-1.0 if finger.elbow == "up" else 1.0 for finger in fingers]
+    hand["anchors"][:n] = [frame.anchor for frame in frames]
+    hand["tangents"][:n] = [frame.tangent for frame in frames]
+    hand["slip_minimum"][:n] = [frame.slip_minimum for frame in frames]
+    hand["slip_maximum"][:n] = [frame.slip_maximum for frame in frames]
 
 
-def _pack_truth(scenario: Scenario, n: int, truth: Record) -> None:
+def _pack_truth(scenario: Scenario, n: int, truth: np.void) -> None:
     body = scenario.object
-    truth.num_fingers = n
-    truth.object_inertia[:] = body.mass, body.mass, body.inertia
-    for i, finger in enumerate(scenario.fingers):
-        truth.link_masses[i] = finger.link_masses
-        truth.friction[i] = finger.friction
+    truth["num_fingers"] = n
+    truth["object_inertia"] = body.mass, body.mass, body.inertia
+    truth["link_masses"][:n] = [finger.link_masses for finger in scenario.fingers]
+    truth["friction"][:n] = [finger.friction for finger in scenario.fingers]
 
 
-def _pack_unknowns(scenario: Scenario, p: int, unknowns: Record) -> None:
-    unknowns.count = p
+def _pack_unknowns(scenario: Scenario, p: int, unknowns: np.void) -> None:
+    unknowns["count"] = p
     for k, estimate in enumerate(scenario.estimates):
         unknown = parse_unknown(scenario, estimate.parameter)
         assert unknown is not None, "validated scenarios name only what can be estimated"
-        unknowns.kinds[k] = _UNKNOWN_KINDS[unknown.kind]
-        unknowns.fingers[k] = unknown.finger
-        unknowns.links[k] = unknown.link
-        unknowns.minimum[k] = -np.inf if estimate.minimum is None else estimate.minimum
-        unknowns.maximum[k] = np.inf if estimate.maximum is None else estimate.maximum
+        unknowns["kinds"][k] = _UNKNOWN_KINDS[unknown.kind]
+        unknowns["fingers"][k] = unknown.finger
+        unknowns["links"][k] = unknown.link
+        unknowns["minimum"][k] = -np.inf if estimate.minimum is None else estimate.minimum
+        unknowns["maximum"][k] = np.inf if estimate.maximum is None else estimate.maximum
 
 
-def _pack_law(controller: ControllerParameters, n: int, p: int, law: Record) -> None:
+def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) -> None:
     size = 3 + n
-    law.num_fingers = n
-    law.sigma_modification = controller.kind == "theorem-4"
-    law.period = controller.control_period
-    law.recognition_time = controller.recognition_time
-    law.position_gains[:3] = controller.position_gain
-    law.velocity_gains[:size] = controller.velocity_gain
-    law.adaptation_gains[:p] = controller.adaptation_gain
+    law["num_fingers"] = n
+    law["sigma_modification"] = controller.kind == "theorem-4"
+    law["period"] = controller.control_period
+    law["recognition_time"] = controller.recognition_time
+    law["position_gains"][:3] = controller.position_gain
+    law["velocity_gains"][:size] = controller.velocity_gain
+    law["adaptation_gains"][:p] = controller.adaptation_gain
     weights = np.broadcast_to(np.asarray(controller.lyapunov_weight, float), (size,))
-    blocks = solve_lyapunov(law.position_gains[:size], law.velocity_gains[:size], weights)
-    law.lyapunov_11[:size], law.lyapunov_12[:size], law.lyapunov_22[:size] = blocks
-    law.grasp_force = controller.grasp_force == "minimum"
-    law.grip_safety = controller.grip_safety
-    law.estimate_norm_bound = controller.estimate_norm_bound
+    blocks = solve_lyapunov(law["position_gains"][:size], law["velocity_gains"][:size], weights)
+    for name, block in zip(("lyapunov_11", "lyapunov_12", "lyapunov_22"), blocks, strict=True):
+        law[name][:size] = block
+    law["grasp_force"] = controller.grasp_force == "minimum"
+    law["grip_safety"] = controller.grip_safety
+    law["estimate_norm_bound"] = controller.estimate_norm_bound
 
 
 def solve_lyapunov(
@@ -221,9 +228,9 @@ def solve_lyapunov(
     return p11, p12, p22
 
 
-def _pack_motion(scenario: Scenario, motion: Record) -> None:
+def _pack_motion(scenario: Scenario, motion: np.void) -> None:
     trajectory = scenario.trajectory
     speeding, coasting = trajectory.acceleration_time, trajectory.coast_time
-    motion.start[:] = trajectory.start
-    motion.acceleration[:] = trajectory.acceleration
-    motion.breaks[:] = speeding, speeding + coasting, speeding + coasting + speeding
+    motion["start"] = trajectory.start
+    motion["acceleration"] = trajectory.acceleration
+    motion["breaks"] = speeding, speeding + coasting, speeding + coasting + speeding

@@ -19,6 +19,7 @@ __all__ = [
     "MAX_SIDE",
     "MAX_STATE",
     "MAX_UNKNOWNS",
+    "STATE",
     "Floats",
     "Integers",
     "Record",
@@ -32,6 +33,10 @@ Integers: TypeAlias = NDArray[np.int64]
 MAX_COORDINATES = 3 + MAX_FINGERS
 MAX_STATE = 8 + 2 * MAX_FINGERS + MAX_UNKNOWNS
 MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)
+
+# Pose (3), its velocity (3), slip (n), slip velocity (n), estimates (p), energy supplied by
+# the torques and dissipated by friction; or the derivative of all that.
+STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
 
 def make_record(layout: np.dtype) -> Record:

@@ -17,11 +17,10 @@ def friction_row(phase: int, friction: float) -> tuple[float, float]:
 @compiled
 def tip_acceleration(kin: Record, i: int, acceleration: Floats) -> tuple[float, float]:
     """Acceleration of fingertip ``i`` for reduced accelerations x'', without its bias."""
-    arm, tangent = kin.arms[i], kin.tangents[i]
-    slip = acceleration[3 + i]
+    turn, slip = acceleration[2], acceleration[3 + i]
     return (
-        acceleration[0] - acceleration[2] * arm[1] + slip * tangent[0],
-        acceleration[1] + acceleration[2] * arm[0] + slip * tangent[1],
+        acceleration[0] - turn * kin.arms[i, 1] + slip * kin.tangents[i, 0],
+        acceleration[1] + turn * kin.arms[i, 0] + slip * kin.tangents[i, 1],
     )
 
 
@@ -31,20 +30,15 @@ def inertial_force(
 ) -> tuple[float, float]:
     """What the joints of finger ``i`` must give, as a contact force, to move the finger alone."""
     ax, ay = tip_acceleration(kin, i, acceleration)
-    inertia, bias = dynamics.inertia[i], dynamics.bias[i]
     return (
-        bias[0] + inertia[0, 0] * ax + inertia[0, 1] * ay,
-        bias[1] + inertia[1, 0] * ax + inertia[1, 1] * ay,
+        dynamics.bias[i, 0] + dynamics.inertia[i, 0, 0] * ax + dynamics.inertia[i, 0, 1] * ay,
+        dynamics.bias[i, 1] + dynamics.inertia[i, 1, 0] * ax + dynamics.inertia[i, 1, 1] * ay,
     )
 
 
 @compiled
 def assemble_inertia(
-    kin: Record,
-    dynamics: Record,
-    truth: Record,
-    phases: Integers,
-    matrix: Floats,
+    kin: Record, dynamics: Record, truth: Record, phases: Integers, matrix: Floats
 ) -> None:
     """M~ of Eq. 18, ``(N, N)``; not symmetric."""
     n = truth.num_fingers
@@ -55,25 +49,21 @@ def assemble_inertia(
         matrix[k, k] = truth.object_inertia[k]
     for i in range(n):
         d0, d1 = friction_row(phases[i], truth.friction[i])
-        inertia, frame, arm, tangent = (
-            dynamics.inertia[i],
-            kin.frames[i],
-            kin.arms[i],
-            kin.tangents[i],
-        )
         row = 3 + i
         for column in range(4):
-            if column < 2:
-                f0, f1 = inertia[0, column], inertia[1, column]
+            # The direction in which a unit of this coordinate accelerates the fingertip.
+            ux, uy = 1.0, 0.0
+            if column == 1:
+                ux, uy = 0.0, 1.0
             elif column == 2:
-                f0 = inertia[0, 1] * arm[0] - inertia[0, 0] * arm[1]
-                f1 = inertia[1, 1] * arm[0] - inertia[1, 0] * arm[1]
-            else:
-                f0 = inertia[0, 0] * tangent[0] + inertia[0, 1] * tangent[1]
-                f1 = inertia[1, 0] * tangent[0] + inertia[1, 1] * tangent[1]
+                ux, uy = -kin.arms[i, 1], kin.arms[i, 0]
+            elif column == 3:
+                ux, uy = kin.tangents[i, 0], kin.tangents[i, 1]
+            f0 = dynamics.inertia[i, 0, 0] * ux + dynamics.inertia[i, 0, 1] * uy
+            f1 = dynamics.inertia[i, 1, 0] * ux + dynamics.inertia[i, 1, 1] * uy
             target = column if column < 3 else row
-            matrix[0, target] += frame[0, 0] * f0 + frame[0, 1] * f1
-            matrix[1, target] += frame[1, 0] * f0 + frame[1, 1] * f1
+            matrix[0, target] += kin.frames[i, 0, 0] * f0 + kin.frames[i, 0, 1] * f1
+            matrix[1, target] += kin.frames[i, 1, 0] * f0 + kin.frames[i, 1, 1] * f1
             matrix[2, target] += kin.moments[i, 0] * f0 + kin.moments[i, 1] * f1
             matrix[row, target] = -d0 * f0 - d1 * f1
         if phases[i] == 0:
@@ -92,9 +82,8 @@ def apply_contact_forces(
     for i in range(n):
         d0, d1 = friction_row(phases[i], truth.friction[i])
         f0, f1 = forces[i, 0], forces[i, 1]
-        frame = kin.frames[i]
-        result[0] += frame[0, 0] * f0 + frame[0, 1] * f1
-        result[1] += frame[1, 0] * f0 + frame[1, 1] * f1
+        result[0] += kin.frames[i, 0, 0] * f0 + kin.frames[i, 0, 1] * f1
+        result[1] += kin.frames[i, 1, 0] * f0 + kin.frames[i, 1, 1] * f1
         result[2] += kin.moments[i, 0] * f0 + kin.moments[i, 1] * f1
         result[3 + i] = -d0 * f0 - d1 * f1
 
@@ -111,3 +100,25 @@ def assemble_bias(
     """h~ of Eq. 18, ``(N,)``."""
     apply_contact_forces(kin, truth, phases, dynamics.bias, bias)
     bias[1] += truth.object_inertia[1] * gravity
+
+
+@compiled
+def torques_to_forces(kin: Record, n: int, torques: Floats, tip_forces: Floats) -> None:
+    """U = J_c^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
+    for i in range(n):
+        first, second = torques[i, 0], torques[i, 1]
+        wx = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
+        wy = kin.inverses[i, 0, 1] * first + kin.inverses[i, 1, 1] * second
+        tip_forces[i, 0] = kin.frames[i, 0, 0] * wx + kin.frames[i, 1, 0] * wy
+        tip_forces[i, 1] = kin.frames[i, 0, 1] * wx + kin.frames[i, 1, 1] * wy
+
+
+@compiled
+def forces_to_torques(kin: Record, n: int, tip_forces: Floats, torques: Floats) -> None:
+    """Tau = J_c^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
+    for i in range(n):
+        along, normal = tip_forces[i, 0], tip_forces[i, 1]
+        wx = kin.frames[i, 0, 0] * along + kin.frames[i, 0, 1] * normal
+        wy = kin.frames[i, 1, 0] * along + kin.frames[i, 1, 1] * normal
+        torques[i, 0] = kin.jacobians[i, 0, 0] * wx + kin.jacobians[i, 1, 0] * wy
+        torques[i, 1] = kin.jacobians[i, 0, 1] * wx + kin.jacobians[i, 1, 1] * wy

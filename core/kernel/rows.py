@@ -3,104 +3,124 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from core.kernel.compiler import compiled
+from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.dynamics import stored_energy
-from core.kernel.flow import (
-    flow,
-    update_belief,
-    update_command,
-    update_mechanics,
-)
+from core.kernel.flow import flow, update_command, update_mechanics
 from core.kernel.guards import friction_margin
-from core.kernel.law import forces_to_torques, lyapunov_value, true_value
+from core.kernel.kinematics import joint_angle
+from core.kernel.law import lyapunov_value, true_value
 from core.kernel.linear import condition
-from core.kernel.records import Floats, Record
+from core.kernel.model import MODEL
+from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
+from core.kernel.reduced import forces_to_torques
+from core.kernel.workspace import DISCRETE, WORKSPACE
+from core.trace import TraceShape
+
+MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS).num_columns
+
+# The state of one row with all that belongs to it, and the row itself.
+ROW = np.dtype(
+    [
+        ("time", np.float64),  # [s]
+        ("state", STATE),
+        ("derivative", STATE),
+        ("discrete", DISCRETE),
+        ("torques", np.float64, (MAX_FINGERS, 2)),
+        ("kinetic_energy", np.float64),  # [J]
+        ("potential_energy", np.float64),  # [J]
+        ("length", np.int64),
+        ("values", np.float64, (MAX_COLUMNS,)),
+    ],
+    align=True,
+)
 
 
-@compiled
-def write_row(
-    model: Record,
-    discrete: Record,
-    t: float,
-    state: Floats,
-    derivative: Floats,
-    torques: Floats,
-    work: Record,
-    row: Floats,
-) -> bool:
-    """Evaluates the state and fills ``row``; False if anything in it is not finite."""
-    n = model.num_fingers
+@compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
+def evaluate_row(model: Record, row: Record, work: Record) -> int:
+    """Evaluates the closed loop at the state of ``row``, with the torque that acts there.
+
+    Returns:
+        1, or 0 where anything is not finite.
+    """
+    n, discrete = model.num_fingers, row.discrete
     if model.law.period > 0.0:
-        update_mechanics(model, state, work)
-        update_belief(model, discrete, t, state, work)
-        update_command(model, discrete, work)
+        update_mechanics(model, row.state, work)
+        update_command(model, discrete, row.time, row.state, work)
         for i in range(n):
             for joint in range(2):
-                torques[i, joint] = discrete.torques[i, joint]
-        flow(model, discrete, t, state, derivative, work)
+                row.torques[i, joint] = discrete.torques[i, joint]
+        flow(model, discrete, row.time, row.state, row.derivative, work)
     else:
-        flow(model, discrete, t, state, derivative, work)
-        forces_to_torques(work.kin, n, work.tip_forces, torques)
-    row[0] = t
-    at = _put(row, 1, state[0:6])
-    at = _put(row, at, work.acceleration[0:3])
-    at = _put(row, at, work.room.error[0:3])
-    at = _put(row, at, state[6 : 6 + 2 * n])
-    at = _put(row, at, work.acceleration[3 : 3 + n])
-    at = _put_contacts(model, discrete, work, row, at)
+        flow(model, discrete, row.time, row.state, row.derivative, work)
+        forces_to_torques(work.kin, n, work.tip_forces, row.torques)
+    kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
+    row.kinetic_energy, row.potential_energy = kinetic, potential
+    total = kinetic + potential
+    for k in range(model.num_states):
+        total += abs(row.state.x[k]) + abs(row.derivative.x[k])
     for i in range(n):
-        at = _put(row, at, work.kin.joint_positions[i])
+        total += abs(row.torques[i, 0]) + abs(row.torques[i, 1])
+        total += abs(work.forces[i, 0]) + abs(work.forces[i, 1])
+    return 1 if np.isfinite(total) else 0
+
+
+@compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
+def fill_row(model: Record, row: Record, work: Record) -> int:
+    """Writes the values of an evaluated row.
+
+    Returns:
+        1, or 0 where anything is not finite.
+    """
+    n, state, values = model.num_fingers, row.state.x, row.values
+    values[0] = row.time
+    at = _put(values, 1, state, 0, 6)
+    at = _put(values, at, work.acceleration, 0, 3)
+    at = _put(values, at, work.room.error, 0, 3)
+    at = _put(values, at, state, 6, 2 * n)
+    at = _put(values, at, work.acceleration, 3, n)
     for i in range(n):
-        at = _put(row, at, work.kin.joint_velocities[i])
+        values[at + i] = row.discrete.phases[i]
+        values[at + n + i] = row.discrete.beliefs[i]
+        values[at + 2 * n + i] = work.forces[i, 0]
+        values[at + 3 * n + i] = work.forces[i, 1]
+        values[at + 4 * n + i] = friction_margin(model, work, i)
+        values[at + 5 * n + i] = model.truth.friction[i]
+    at += 6 * n
     for i in range(n):
-        at = _put(row, at, torques[i])
-    at = _put_controller(model, state, n, work, row, at)
-    kinetic, potential = stored_energy(model.hand, model.truth, work.kin, state)
-    row[at] = kinetic
-    row[at + 1] = potential
-    row[at + 2] = state[model.num_states - 2]
-    row[at + 3] = state[model.num_states - 1]
-    for value in row:
-        if not np.isfinite(value):
-            return False
-    return True
+        for joint in range(2):
+            values[at + 2 * i + joint] = joint_angle(work.kin, i, joint)
+            values[at + 2 * n + 2 * i + joint] = work.kin.joint_velocities[i, joint]
+            values[at + 4 * n + 2 * i + joint] = row.torques[i, joint]
+    at = _put_controller(model, row.state, work, values, at + 6 * n)
+    values[at] = row.kinetic_energy
+    values[at + 1] = row.potential_energy
+    values[at + 2] = state[model.num_states - 2]
+    values[at + 3] = state[model.num_states - 1]
+    row.length = at + 4
+    for k in range(row.length):
+        if not np.isfinite(values[k]):
+            return 0
+    return 1
 
 
 @compiled
-def _put(row: Floats, at: int, values: Floats) -> int:
-    for k in range(values.shape[0]):
-        row[at + k] = values[k]
-    return at + values.shape[0]
+def _put(values: Floats, at: int, source: Floats, start: int, count: int) -> int:
+    for k in range(count):
+        values[at + k] = source[start + k]
+    return at + count
 
 
 @compiled
-def _put_contacts(model: Record, discrete: Record, work: Record, row: Floats, at: int) -> int:
-    n = model.num_fingers
-    for i in range(n):
-        row[at + i] = discrete.phases[i]
-        row[at + n + i] = discrete.beliefs[i]
-        row[at + 2 * n + i] = work.forces[i, 0]
-        row[at + 3 * n + i] = work.forces[i, 1]
-        row[at + 4 * n + i] = friction_margin(model, work, i)
-        row[at + 5 * n + i] = model.truth.friction[i]
-    return at + 6 * n
-
-
-@compiled
-def _put_controller(
-    model: Record, state: Floats, n: int, work: Record, row: Floats, at: int
-) -> int:
-    p = model.num_unknowns
-    estimates = state[6 + 2 * n : 6 + 2 * n + p]
-    at = _put(row, at, estimates)
+def _put_controller(model: Record, state: Record, work: Record, values: Floats, at: int) -> int:
+    n, p = model.num_fingers, model.num_unknowns
     for k in range(p):
-        row[at + k] = true_value(model.truth, model.unknowns, k)
-    at += p
-    row[at] = lyapunov_value(model.law, model.truth, model.unknowns, estimates, work.room)
-    row[at + 1] = work.room.violation
-    row[at + 2] = condition(work.inertia, work.inertia_factors, work.pivots, 3 + n, work.column)
-    row[at + 3] = condition(
-        work.estimated_inertia, work.estimated_factors, work.estimated_pivots, 3 + n, work.column
-    )
+        values[at + k] = state.x[6 + 2 * n + k]
+        values[at + p + k] = true_value(model.truth, model.unknowns, k)
+    at += 2 * p
+    values[at] = lyapunov_value(model.law, model.truth, model.unknowns, state, work.room)
+    values[at + 1] = work.room.violation
+    values[at + 2] = condition(work.inertia, work.factors, n, work.column)
+    values[at + 3] = condition(work.estimated_inertia, work.estimated_factors, n, work.column)
     return at + 4

@@ -1,32 +1,38 @@
-"""Everything that changes during a run, in arrays, so that it can be interrupted and resumed."""
+"""Everything that changes during a run, in records, so that it can be interrupted and resumed."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
+from numba import types
 
-from core.kernel.compiler import compiled
-from core.kernel.flow import DISCRETE, WORKSPACE
-from core.kernel.guards import MAX_GUARDS
-from core.kernel.records import (
-    MAX_FINGERS,
-    MAX_STATE,
-    MAX_UNKNOWNS,
-    Floats,
-    Record,
-    make_record,
-)
-from core.kernel.rows import write_row
+from core.kernel.compiler import call, compiled, compiled_apart
+from core.kernel.guards import GUARDS
+from core.kernel.model import MODEL
+from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record, make_record
+from core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from core.kernel.selection import SELECTION_ROOM
 from core.kernel.stepper import STEP
+from core.kernel.tally import TALLY, add_to_tally, make_tally
+from core.kernel.workspace import DISCRETE, WORKSPACE
+from core.scenario import MAX_CHATTER_CHANGES
+
+__all__ = [
+    "OUTLET",
+    "PROGRESS",
+    "last_row",
+    "make_outlet",
+    "make_progress",
+    "take_rows",
+]
 
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED = range(3)
 
+ROWS_PER_STEP = 512  # at most; a step is cut to pass no more output times
 ROWS_BEFORE_PAUSE = 512
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
+ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + ROOM_TO_SPARE
 OUTPUT_ROUNDING = 1e-12
 FIRST_STEP = 1e-4
 
@@ -38,71 +44,83 @@ PROGRESS = np.dtype(
         ("discrete", DISCRETE),
         ("work", WORKSPACE),
         ("selection", SELECTION_ROOM),
-        ("guards", np.float64, (MAX_GUARDS,)),
-        ("levels", np.float64, (MAX_GUARDS,)),
-        ("fired", np.int64, (MAX_GUARDS,)),
+        ("guards", GUARDS),
+        ("row", ROW),  # the last one evaluated
+        ("last_row", ROW),  # the last one counted, where rows are not kept
+        ("tally", TALLY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
         ("hold_until", np.float64),  # end of a recognition hold, inf if none [s]
         ("tick_origin", np.float64),  # time of tick 0 of sampled control [s]
         ("last_tick", np.float64),  # [s]
-        ("last_energy", np.float64),  # of the last row written [J]
         ("last_event", np.float64),  # [s]
         ("ticks", np.int64),
-        ("outputs", np.int64),  # outlet times served
+        ("outputs", np.int64),  # output times served
         ("steps", np.int64),
         ("stalls", np.int64),  # events in a row without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
-        ("begun", np.bool_),  # whether the present stretch has begun
-        ("num_rows", np.int64),  # in the buffer
+        ("fired", np.int64),  # 1 where the present step ends at an event
+        ("begun", np.int64),  # 1 once the present stretch has begun
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
+        ("last_stick", np.float64),  # time of the last change to stick; -inf if none [s]
         ("warning_counts", np.int64, (3,)),
         ("warning_times", np.float64, (3,)),  # first of each [s]
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
         ("old_torques", np.float64, (MAX_FINGERS, 2)),  # before the present jump
         ("old_phases", np.int64, (MAX_FINGERS,)),
         ("old_beliefs", np.int64, (MAX_FINGERS,)),
-        ("scratch", np.float64, (MAX_STATE,)),
-        ("derivative", np.float64, (MAX_STATE,)),
-        ("torques", np.float64, (MAX_FINGERS, 2)),
     ],
     align=True,
 )
 
-
-class Outlet(NamedTuple):
-    """What a run writes for the caller to take away."""
-
-    rows: Floats  # (capacity, columns) of the trace
-    changes: Floats  # (CHANGE_CAPACITY, 4) time, contact, from, to
-    history: Floats  # times of the latest phase changes, for the chatter window
+# What a run writes for the caller to take away.
+OUTLET = np.dtype(
+    [
+        ("keeps_rows", np.int64),  # 0: rows only count in the tally
+        ("num_rows", np.int64),
+        ("rows", np.float64, (ROW_CAPACITY * MAX_COLUMNS,)),  # of the trace, one after another
+        ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
+        ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
+    ],
+    align=True,
+)
 
 
 def make_progress() -> Record:
     """A run that has not begun: everything zero, nothing held, no event yet."""
     progress = make_record(PROGRESS)
     progress.hold_until = np.inf
-    progress.last_event = -np.inf
+    progress.last_event = progress.last_stick = -np.inf
     progress.step_size = FIRST_STEP
     progress.concerned = -1
+    progress.tally = make_tally()
     return progress
 
 
-def make_outlet(num_columns: int, rows_per_step: int, chatter_changes: int) -> Outlet:
-    """Empty buffers.
+def make_outlet(*, keeps_rows: bool) -> Record:
+    """Empty buffers."""
+    outlet = make_record(OUTLET)
+    outlet.keeps_rows = keeps_rows
+    outlet.history[:] = -np.inf
+    return outlet
 
-    Args:
-        num_columns: Of a row.
-        rows_per_step: How many output times one step can pass at most.
-        chatter_changes: Length of the history of phase changes.
-    """
-    capacity = ROWS_BEFORE_PAUSE + rows_per_step + ROOM_TO_SPARE
-    return Outlet(
-        rows=np.zeros((capacity, num_columns)),
-        changes=np.zeros((CHANGE_CAPACITY, 4)),
-        history=np.full(chatter_changes, -np.inf),
-    )
+
+def take_rows(outlet: Record, num_columns: int) -> Floats:
+    """Takes the rows out of the buffer, ``(rows, num_columns)``."""
+    count = int(outlet.num_rows)
+    outlet.num_rows = 0
+    rows: Floats = outlet.rows[: count * num_columns].reshape(count, num_columns).copy()
+    return rows
+
+
+def last_row(model: Record, run: Record) -> Floats:
+    """The last row of a run that keeps none, ``(1, num_columns)``."""
+    row = run.last_row
+    call(evaluate_row, model, row, run.work)
+    call(fill_row, model, row, run.work)
+    values: Floats = row.values[None, : row.length].copy()
+    return values
 
 
 @compiled
@@ -113,29 +131,67 @@ def warn(run: Record, code: int) -> None:
     run.warning_counts[code] += 1
 
 
+@compiled_apart(types.int64, MODEL, PROGRESS, types.float64, STATE)
+def evaluate_at(model: Record, run: Record, t: float, state: Record) -> int:
+    """Evaluates ``state`` in the present phases into ``run.row``; 0 if not all is finite."""
+    _set_row(model, t, state, run.discrete, run.row)
+    return evaluate_row(model, run.row, run.work)
+
+
 @compiled
-def emit(model: Record, run: Record, outlet: Outlet, t: float, state: Floats) -> None:
+def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Record) -> None:
+    row.time = t
+    for k in range(model.num_states):
+        row.state.x[k] = state.x[k]
+    for i in range(model.num_fingers):
+        row.discrete.phases[i] = discrete.phases[i]
+        row.discrete.beliefs[i] = discrete.beliefs[i]
+        row.discrete.torques[i, 0] = discrete.torques[i, 0]
+        row.discrete.torques[i, 1] = discrete.torques[i, 1]
+    for k in range(model.num_unknowns):
+        row.discrete.clamps[k] = discrete.clamps[k]
+    row.discrete.piece = discrete.piece
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET)
+def store_row(model: Record, run: Record, outlet: Record) -> None:
+    """Appends the row just evaluated and counts it in the tally; not if it is not finite."""
+    row = run.row
+    if outlet.keeps_rows == 1:
+        if fill_row(model, row, run.work) == 0:
+            return
+        start = outlet.num_rows * row.length
+        for k in range(row.length):
+            outlet.rows[start + k] = row.values[k]
+        outlet.num_rows += 1
+    else:
+        _set_row(model, row.time, row.state, row.discrete, run.last_row)
+    add_to_tally(model, row, run.work, run.tally)
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64, STATE)
+def emit(model: Record, run: Record, outlet: Record, t: float, state: Record) -> None:
     """Appends a row for ``state``; a row that is not finite is dropped."""
-    row = outlet.rows[run.num_rows]
-    if write_row(model, run.discrete, t, state, run.derivative, run.torques, run.work, row):
-        run.num_rows += 1
-        run.last_energy = row[row.shape[0] - 4] + row[row.shape[0] - 3]
+    if evaluate_at(model, run, t, state) == 1:
+        store_row(model, run, outlet)
 
 
 @compiled
 def pass_output_times(model: Record, run: Record) -> None:
-    """Marks outlet times up to now as served, where an event has written its own rows."""
+    """Marks output times up to now as served, where an event has written its own rows."""
     now = run.now + OUTPUT_ROUNDING
     while run.outputs / model.numerics.output_rate <= now:
         run.outputs += 1
 
 
 @compiled
-def keep_old(run: Record) -> None:
+def keep_old(model: Record, run: Record) -> None:
     """Remembers phases, belief and torques before a jump, for the row before it."""
-    run.old_phases[:] = run.discrete.phases
-    run.old_beliefs[:] = run.discrete.beliefs
-    run.old_torques[:, :] = run.discrete.torques
+    for i in range(model.num_fingers):
+        run.old_phases[i] = run.discrete.phases[i]
+        run.old_beliefs[i] = run.discrete.beliefs[i]
+        for joint in range(2):
+            run.old_torques[i, joint] = run.discrete.torques[i, joint]
 
 
 @compiled
@@ -154,7 +210,7 @@ def exchange_old(model: Record, run: Record) -> None:
 
 
 @compiled
-def log_changes(model: Record, run: Record, outlet: Outlet) -> bool:
+def log_changes(model: Record, run: Record, outlet: Record) -> bool:
     """Logs every contact whose phase differs from the remembered one.
 
     Returns:
@@ -163,16 +219,19 @@ def log_changes(model: Record, run: Record, outlet: Outlet) -> bool:
     now = run.now
     chatters = False
     for i in range(model.num_fingers):
-        if run.discrete.phases[i] == run.old_phases[i]:
+        before, after = run.old_phases[i], run.discrete.phases[i]
+        if before == after:
             continue
-        entry = outlet.changes[run.num_changes]
-        entry[0], entry[1] = now, i
-        entry[2], entry[3] = run.old_phases[i], run.discrete.phases[i]
+        entry = run.num_changes
+        outlet.changes[entry, 0], outlet.changes[entry, 1] = now, i
+        outlet.changes[entry, 2], outlet.changes[entry, 3] = before, after
         run.num_changes += 1
-        slot = run.all_changes % outlet.history.shape[0]
+        slot = run.all_changes % model.numerics.chatter_changes
         chatters = chatters or now - outlet.history[slot] < model.numerics.chatter_window
         outlet.history[slot] = now
         run.all_changes += 1
+        if after == 0:
+            run.last_stick = now
     return chatters
 
 

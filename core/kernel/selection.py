@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from core.kernel.compiler import compiled
+from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.flow import flow
 from core.kernel.guards import FORCE_BAND, friction_margin
-from core.kernel.records import MAX_FINGERS, MAX_STATE, Floats, Record
+from core.kernel.model import MODEL
+from core.kernel.records import MAX_FINGERS, STATE, Integers, Record
+from core.kernel.workspace import DISCRETE, WORKSPACE
 
 SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_PRESSES, NONE_REGULAR = range(5)
 _CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)
@@ -27,8 +30,8 @@ SELECTION_ROOM = np.dtype(
         ("best", np.int64, (MAX_FINGERS,)),
         ("free", np.int64, (MAX_FINGERS,)),  # 1 where the slip velocity is zero
         ("pulling", np.int64),  # contact that would pull, -1 if none
-        ("derivative", np.float64, (MAX_STATE,)),
-        ("probe", np.float64, (MAX_STATE,)),
+        ("derivative", STATE),
+        ("probe", STATE),
         ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 where the value alone does not decide
         ("values", np.float64, (MAX_FINGERS,)),  # margin or slip acceleration of those
     ],
@@ -37,117 +40,50 @@ SELECTION_ROOM = np.dtype(
 
 
 @compiled
-def select_phases(
-    model: Record,
-    discrete: Record,
-    t: float,
-    state: Floats,
-    instant: bool,
-    exhaustive: bool,
-    work: Record,
-    room: Record,
-) -> int:
-    """Finds the consistent phases and sets ``discrete.phases`` to them.
-
-    Several consistent: more sticking contacts first, then the previous direction.
-
-    Args:
-        model: Constants of the run.
-        discrete: Phases before; the plant's are overwritten, and the belief if ``instant``.
-        t: Time [s].
-        state: State; slip velocities of contacts at rest count as zero.
-        instant: Whether the controller recognises each candidate phase at once, so that
-            each is tested under its own torque. Otherwise all under the present torque.
-        exhaustive: Whether to look on after all free contacts may stick, to count ambiguity.
-        work: Record, left at the last candidate tested.
-        room: Intermediate values.
-
-    Returns:
-        SELECTED or AMBIGUOUS, else why there is none: then phases and belief are unchanged.
-    """
-    n = model.num_fingers
-    combinations = 1
-    for i in range(n):
-        room.previous[i] = discrete.phases[i]
-        room.free[i] = 1 if abs(state[6 + n + i]) < REST_SPEED else 0
-        combinations *= 3 if room.free[i] == 1 else 1
-    room.beliefs[:] = discrete.beliefs
-    found, best_score, verdict_found = 0, -1, NONE_CONSISTENT
-    room.pulling = -1
-    all_pull = True
-    for code in range(combinations):
-        score = _set_candidate(model, discrete, room, code, instant)
-        verdict = _judge(model, discrete, t, state, work, room)
-        if verdict == _CONSISTENT:
-            found += 1
-            if score > best_score:
-                best_score = score
-                room.best[:] = discrete.phases
-            if code == 0 and not exhaustive:
-                break
-        elif verdict == _IRREGULAR:
-            verdict_found = NONE_REGULAR
-        all_pull = all_pull and verdict == _PULLS
-    if found == 0:
-        discrete.phases[:] = room.previous
-        discrete.beliefs[:] = room.beliefs
-        if all_pull and verdict_found != NONE_REGULAR:
-            return NONE_PRESSES
-        return verdict_found
-    discrete.phases[:] = room.best
-    discrete.beliefs[:] = room.best if instant else room.beliefs
-    return SELECTED if found == 1 else AMBIGUOUS
+def _distance(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
+    """How far contact i is inside its candidate phase, and the band in which this says nothing."""
+    if discrete.phases[i] == 0:
+        return friction_margin(model, work, i), FORCE_BAND * (1.0 + work.forces[i, 1])
+    return discrete.phases[i] * work.acceleration[3 + i], ACCELERATION_BAND
 
 
 @compiled
-def is_consistent(
+def _moves_inward(
     model: Record,
     discrete: Record,
     t: float,
-    state: Floats,
+    state: Record,
     work: Record,
     room: Record,
 ) -> bool:
-    """Whether the present phases are consistent under the torque of the present belief."""
-    n = model.num_fingers
-    for i in range(n):
-        room.free[i] = 1 if abs(state[6 + n + i]) < REST_SPEED else 0
-    return _judge(model, discrete, t, state, work, room) == _CONSISTENT
+    """Decides doubtful contacts by the time derivative along the candidate's own flow.
 
-
-@compiled
-def _set_candidate(model: Record, discrete: Record, room: Record, code: int, instant: bool) -> int:
-    """Sets candidate number ``code`` (0 = all free contacts stick) and returns its rank."""
-    score = 0
-    n = model.num_fingers
-    for i in range(n):
-        if room.free[i] == 0:
+    Sticking may stay on its cone but not leave it; slip must gain speed.
+    """
+    for j in range(model.num_states):
+        room.probe.x[j] = state.x[j] + PROBE_TIME * room.derivative.x[j]
+    flow(model, discrete, t + PROBE_TIME, room.probe, room.derivative, work)
+    for i in range(model.num_fingers):
+        if room.doubtful[i] == 0:
             continue
-        digit = code % 3
-        code //= 3
-        discrete.phases[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
-        if digit == 0:
-            score += n + 1
-        elif discrete.phases[i] == room.previous[i]:
-            score += 1
-    if instant:
-        discrete.beliefs[:] = discrete.phases
-    return score
+        value, _ = _distance(model, discrete, work, i)
+        slope = (value - room.values[i]) / PROBE_TIME
+        if discrete.phases[i] == 0:
+            if slope < -MARGIN_SLOPE * (1.0 + work.forces[i, 1]):
+                return False
+        elif not slope > ACCELERATION_SLOPE:
+            return False
+    return True
 
 
-@compiled
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE, SELECTION_ROOM)
 def _judge(
-    model: Record,
-    discrete: Record,
-    t: float,
-    state: Floats,
-    work: Record,
-    room: Record,
+    model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
 ) -> int:
     """Whether the candidate in ``discrete`` is consistent."""
     n = model.num_fingers
     flow(model, discrete, t, state, room.derivative, work)
-    if not work.determinant > 0.0:
+    if not work.factors.determinant > 0.0:
         return _IRREGULAR
     for i in range(n):
         if not work.forces[i, 1] > 0.0:
@@ -171,37 +107,110 @@ def _judge(
 
 
 @compiled
-def _distance(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
-    """How far contact i is inside its candidate phase, and the band in which this says nothing."""
-    if discrete.phases[i] == 0:
-        return friction_margin(model, work, i), FORCE_BAND * (1.0 + work.forces[i, 1])
-    return discrete.phases[i] * work.acceleration[3 + i], ACCELERATION_BAND
+def _set_candidate(model: Record, discrete: Record, room: Record, code: int, instant: int) -> int:
+    """Sets candidate number ``code`` (0 = all free contacts stick) and returns its rank."""
+    score = 0
+    n = model.num_fingers
+    for i in range(n):
+        if room.free[i] == 0:
+            continue
+        digit = code % 3
+        code //= 3
+        discrete.phases[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+        if digit == 0:
+            score += n + 1
+        elif discrete.phases[i] == room.previous[i]:
+            score += 1
+    if instant == 1:
+        _set_phases(discrete, discrete.phases, discrete.phases, n)
+    return score
 
 
 @compiled
-def _moves_inward(
+def _set_phases(discrete: Record, phases: Integers, beliefs: Integers, n: int) -> None:
+    for i in range(n):
+        discrete.phases[i] = phases[i]
+        discrete.beliefs[i] = beliefs[i]
+
+
+@compiled_apart(
+    types.int64,
+    MODEL,
+    DISCRETE,
+    types.float64,
+    STATE,
+    types.int64,
+    types.int64,
+    WORKSPACE,
+    SELECTION_ROOM,
+)
+def select_phases(
     model: Record,
     discrete: Record,
     t: float,
-    state: Floats,
+    state: Record,
+    instant: int,
+    exhaustive: int,
     work: Record,
     room: Record,
-) -> bool:
-    """Decides doubtful contacts by the time derivative along the candidate's own flow.
+) -> int:
+    """Finds the consistent phases and sets ``discrete.phases`` to them.
 
-    Sticking may stay on its cone but not leave it; slip must gain speed.
+    Several consistent: more sticking contacts first, then the previous direction.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases before; the plant's are overwritten, and the belief if ``instant``.
+        t: Time [s].
+        state: State; slip velocities of contacts at rest count as zero.
+        instant: 1 where the controller recognises each candidate phase at once, so that
+            each is tested under its own torque; 0: all under the present torque.
+        exhaustive: 1 to look on after all free contacts may stick, to count ambiguity.
+        work: Record, left at the last candidate tested.
+        room: Intermediate values.
+
+    Returns:
+        SELECTED or AMBIGUOUS, else why there is none: then phases and belief are unchanged.
     """
-    for j in range(model.num_states):
-        room.probe[j] = state[j] + PROBE_TIME * room.derivative[j]
-    flow(model, discrete, t + PROBE_TIME, room.probe, room.derivative, work)
-    for i in range(model.num_fingers):
-        if room.doubtful[i] == 0:
-            continue
-        value, _ = _distance(model, discrete, work, i)
-        slope = (value - room.values[i]) / PROBE_TIME
-        if discrete.phases[i] == 0:
-            if slope < -MARGIN_SLOPE * (1.0 + work.forces[i, 1]):
-                return False
-        elif not slope > ACCELERATION_SLOPE:
-            return False
-    return True
+    n = model.num_fingers
+    combinations = 1
+    for i in range(n):
+        room.previous[i] = discrete.phases[i]
+        room.beliefs[i] = discrete.beliefs[i]
+        room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
+        combinations *= 3 if room.free[i] == 1 else 1
+    found, best_score, verdict_found = 0, -1, NONE_CONSISTENT
+    room.pulling = -1
+    all_pull = True
+    for code in range(combinations):
+        score = _set_candidate(model, discrete, room, code, instant)
+        verdict = _judge(model, discrete, t, state, work, room)
+        if verdict == _CONSISTENT:
+            found += 1
+            if score > best_score:
+                best_score = score
+                for i in range(n):
+                    room.best[i] = discrete.phases[i]
+            if code == 0 and exhaustive == 0:
+                break
+        elif verdict == _IRREGULAR:
+            verdict_found = NONE_REGULAR
+        all_pull = all_pull and verdict == _PULLS
+    if found == 0:
+        _set_phases(discrete, room.previous, room.beliefs, n)
+        if all_pull and verdict_found != NONE_REGULAR:
+            return NONE_PRESSES
+        return verdict_found
+    _set_phases(discrete, room.best, room.best if instant == 1 else room.beliefs, n)
+    return SELECTED if found == 1 else AMBIGUOUS
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE, SELECTION_ROOM)
+def is_consistent(
+    model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
+) -> int:
+    """1 if the present phases are consistent under the torque of the present belief, else 0."""
+    n = model.num_fingers
+    for i in range(n):
+        room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
+    return 1 if _judge(model, discrete, t, state, work, room) == _CONSISTENT else 0

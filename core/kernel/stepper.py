@@ -1,4 +1,4 @@
-"""One step of the Dormand-Prince 5(4) method, its error, and values inside the step.
+"""One step of an explicit Runge-Kutta method, its error, and values inside the step.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4-II.6.
 """
@@ -6,88 +6,97 @@ Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, I
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from core.kernel.compiler import compiled
+from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.flow import flow
-from core.kernel.records import MAX_STATE, Floats, Record
-
-_NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
-_MATRIX = np.array(
-    [
-        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0],
-        [44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0],
-        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0],
-        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0],
-        [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
-    ]
-)
-_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
-_DENSE = np.array(
-    [
-        -12715105075 / 11282082432,
-        0.0,
-        87487479700 / 32700410799,
-        -10690763975 / 1880347072,
-        701980252875 / 199316789632,
-        -1453857185 / 822651844,
-        69997945 / 29380423,
-    ]
-)
-
+from core.kernel.methods import DENSE_ROWS, MAX_SLOPES
+from core.kernel.model import MODEL
+from core.kernel.records import MAX_STATE, STATE, Record
+from core.kernel.workspace import DISCRETE, WORKSPACE
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
-        ("start", np.float64, (MAX_STATE,)),
-        ("end", np.float64, (MAX_STATE,)),
-        ("slopes", np.float64, (7, MAX_STATE)),  # the first at the start, the last at the end
-        ("stage", np.float64, (MAX_STATE,)),
+        ("start", STATE),
+        ("end", STATE),
+        ("slopes", STATE, (MAX_SLOPES,)),
+        ("stage", STATE),
+        ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
     ],
     align=True,
 )
 
 
 @compiled
+def _combine(model: Record, row: int, h: float, step: Record, target: Record) -> None:
+    """The state at which slope ``row`` is taken."""
+    size = model.num_states
+    for j in range(size):
+        target.x[j] = step.start.x[j]
+    for k in range(row):
+        weight = h * model.method.matrix[row, k]
+        if weight != 0.0:
+            for j in range(size):
+                target.x[j] += weight * step.slopes[k].x[j]
+
+
+@compiled_apart(types.float64, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
+) -> float:
+    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step.
+
+    Returns:
+        The error over what is allowed, root mean square; not a number if anything is not.
+    """
+    method = model.method
+    for row in range(1, method.last + 1):
+        _combine(model, row, h, step, step.end)
+        flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
+    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
+    total, correction = 0.0, 0.0
+    for j in range(model.num_states):
+        error, other = 0.0, 0.0
+        for k in range(method.last + 1):
+            error += method.error[k] * step.slopes[k].x[j]
+            other += method.correction[k] * step.slopes[k].x[j]
+        scale = absolute + relative * max(abs(step.start.x[j]), abs(step.end.x[j]))
+        total += (error / scale) ** 2
+        correction += (other / scale) ** 2
+    if total == 0.0:
+        return 0.0
+    return h * total / np.sqrt((total + 0.01 * correction) * model.num_states)
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+def prepare_interpolant(
+    model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
-    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
-    size = model.num_states
-    for stage in range(1, 7):
-        target = step.stage if stage < 6 else step.end
-        for j in range(size):
+    """Fills ``terms`` for `interpolate`; ``work`` is left somewhere inside the step."""
+    method = model.method
+    for row in range(method.last + 1, method.num_slopes):
+        _combine(model, row, h, step, step.stage)
+        flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
+    for j in range(model.num_states):
+        difference = step.end.x[j] - step.start.x[j]
+        first, last = h * step.slopes[0].x[j], h * step.slopes[method.last].x[j]
+        step.terms[0, j] = difference
+        step.terms[1, j] = first - difference
+        step.terms[2, j] = 2.0 * difference - first - last
+        for term in range(method.num_dense):
             total = 0.0
-            for k in range(stage):
-                total += _MATRIX[stage, k] * step.slopes[k, j]
-            target[j] = step.start[j] + h * total
-        flow(model, discrete, t + _NODES[stage] * h, target, step.slopes[stage], work)
+            for k in range(method.num_slopes):
+                total += method.dense[term, k] * step.slopes[k].x[j]
+            step.terms[3 + term, j] = h * total
 
 
 @compiled
-def step_error(step: Record, size: int, h: float, relative: float, absolute: float) -> float:
-    """Error of a step over what is allowed, root mean square; not a number if anything is not."""
-    total = 0.0
-    for j in range(size):
-        error = 0.0
-        for k in range(7):
-            error += _ERROR[k] * step.slopes[k, j]
-        scale = absolute + relative * max(abs(step.start[j]), abs(step.end[j]))
-        total += (h * error / scale) ** 2
-    return np.sqrt(total / size)
-
-
-@compiled
-def interpolate(step: Record, size: int, h: float, fraction: float, state: Floats) -> None:
-    """State inside the step (continuous extension of order 4)."""
-    rest = 1.0 - fraction
-    for j in range(size):
-        difference = step.end[j] - step.start[j]
-        first = h * step.slopes[0, j] - difference
-        second = difference - h * step.slopes[6, j] - first
-        third = 0.0
-        for k in range(7):
-            third += _DENSE[k] * step.slopes[k, j]
-        inner = second + rest * h * third
-        state[j] = step.start[j] + fraction * (difference + rest * (first + fraction * inner))
+def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
+    """State inside the step, by the continuous extension of the method."""
+    for j in range(model.num_states):
+        value = 0.0
+        for term in range(model.method.num_dense + 2, -1, -1):
+            factor = fraction if term % 2 == 0 else 1.0 - fraction
+            value = factor * (value + step.terms[term, j])
+        state.x[j] = step.start.x[j] + value

@@ -1,0 +1,66 @@
+"""What one evaluation of the closed loop starts from and leaves behind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.kernel.dynamics import CONTACT_DYNAMICS, UNIT_DYNAMICS
+from core.kernel.kinematics import KINEMATICS
+from core.kernel.linear import FACTORS
+from core.kernel.model import TRUTH
+from core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
+
+__all__ = ["DISCRETE", "WORKSPACE"]
+
+# What stays fixed between two jumps.
+DISCRETE = np.dtype(
+    [
+        ("phases", np.int64, (MAX_FINGERS,)),  # of the plant
+        ("beliefs", np.int64, (MAX_FINGERS,)),  # phases the controller acts on
+        ("clamps", np.int64, (MAX_UNKNOWNS,)),  # -1, 1: rests on its lower, upper bound
+        ("torques", np.float64, (MAX_FINGERS, 2)),  # held by sampled control [N m]
+        ("piece", np.int64),  # of the desired motion
+    ],
+    align=True,
+)
+
+# Intermediate values of the law.
+LAW_ROOM = np.dtype(
+    [
+        ("error", np.float64, (MAX_COORDINATES,)),  # e
+        ("error_rate", np.float64, (MAX_COORDINATES,)),
+        ("demand", np.float64, (MAX_COORDINATES,)),  # v, the commanded acceleration
+        ("believed_force", np.float64, (MAX_FINGERS, 2)),  # f^ of the commanded acceleration
+        ("contact_force", np.float64, (MAX_FINGERS, 2)),  # F^ that the torque asks for
+        ("basis", np.float64, (MAX_SIDE, MAX_SIDE)),  # G or its transpose, then orthonormal
+        ("triangle", np.float64, (MAX_SIDE, MAX_SIDE)),
+        ("right_side", np.float64, (MAX_SIDE,)),
+        ("direction", np.float64, (MAX_SIDE,)),  # null space of G
+        ("weighted_error", np.float64, (MAX_COORDINATES,)),  # r of Eq. 46
+        ("violation", np.float64),  # of the estimated cones by the commanded force [N]
+    ],
+    align=True,
+)
+
+# Intermediate values of one evaluation; the last one evaluated stays readable.
+WORKSPACE = np.dtype(
+    [
+        ("kin", KINEMATICS),
+        ("unit", UNIT_DYNAMICS),
+        ("dynamics", CONTACT_DYNAMICS),
+        ("believed", TRUTH),
+        ("believed_dynamics", CONTACT_DYNAMICS),
+        ("room", LAW_ROOM),
+        ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~
+        ("factors", FACTORS),
+        ("estimated_inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~^
+        ("estimated_factors", FACTORS),
+        ("bias", np.float64, (MAX_COORDINATES,)),  # h~
+        ("tip_forces", np.float64, (MAX_FINGERS, 2)),  # u = J_c^-T tau
+        ("acceleration", np.float64, (MAX_COORDINATES,)),  # x''
+        ("forces", np.float64, (MAX_FINGERS, 2)),  # F = (F_x, F_n)
+        ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates, before projection
+        ("column", np.float64, (MAX_COORDINATES,)),
+    ],
+    align=True,
+)
