@@ -1,9 +1,9 @@
-"""Finger dynamics seen at the contacts, link by link (docs/model.md, Reduced form).
+"""Finger dynamics seen at the fingertips, link by link (docs/model.md, Reduced form).
 
-With J_c = C^T J, a finger whose tip has the acceleration a (inertial frame, without the
-bias b) needs the contact-frame force f = J_c^-T (M q'' + h) = Lambda a + f_0 from its
-joints. Lambda and f_0 are sums over links of mass times a unit part; the unit parts serve
-the true model, the believed model and the regressor alike.
+A finger whose tip has the acceleration a (without the bias b) needs the force
+f = J^-T (M q'' + h) = Lambda a + f_0 from its joints, in the inertial frame. Lambda
+(symmetric) and f_0 are sums over links of mass times a unit part; the unit parts serve the
+true model, the believed model and the regressor alike.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.records import MAX_FINGERS, Record
 
-# Apparent inertia and bias force of the fingers at their contacts.
-CONTACT_DYNAMICS = np.dtype(
+# Apparent inertia and bias force of the fingers at their tips.
+TIP_DYNAMICS = np.dtype(
     [
-        ("inertia", np.float64, (MAX_FINGERS, 2, 2)),  # Lambda: force per tip acceleration [kg]
+        ("inertia", np.float64, (MAX_FINGERS, 3)),  # Lambda: xx, xy, yy [kg]
         ("bias", np.float64, (MAX_FINGERS, 2)),  # f_0 [N]
     ],
     align=True,
 )
 
-# The same for every link with a mass of 1 kg.
+# The same for every link with a mass of 1 kg: finger, link, entry.
 UNIT_DYNAMICS = np.dtype(
     [
-        ("inertia", np.float64, (MAX_FINGERS, 2, 2, 2)),  # finger, link, contact, inertial axis
-        ("bias", np.float64, (MAX_FINGERS, 2, 2)),  # finger, link, contact axis
+        ("inertia", np.float64, (MAX_FINGERS, 2, 3)),
+        ("bias", np.float64, (MAX_FINGERS, 2, 2)),
     ],
     align=True,
 )
@@ -60,30 +60,22 @@ def joint_space_unit(
 def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
     """Fills ``unit`` for the present positions and velocities."""
     for i in range(hand.num_fingers):
-        c00, c01 = kin.frames[i, 0, 0], kin.frames[i, 0, 1]
-        c10, c11 = kin.frames[i, 1, 0], kin.frames[i, 1, 1]
         i00, i01 = kin.inverses[i, 0, 0], kin.inverses[i, 0, 1]
         i10, i11 = kin.inverses[i, 1, 0], kin.inverses[i, 1, 1]
-        # K = J_c^-T = C^T J^-T takes joint torques to contact forces.
-        k00, k01 = c00 * i00 + c10 * i01, c00 * i10 + c10 * i11
-        k10, k11 = c01 * i00 + c11 * i01, c01 * i10 + c11 * i11
         bx, by = kin.bias[i, 0], kin.bias[i, 1]
+        # Joint accelerations by which the tip has the acceleration b.
+        b1, b2 = i00 * bx + i01 * by, i10 * bx + i11 * by
         for link in range(2):
             m11, m12, m22, h1, h2 = joint_space_unit(hand, kin, i, link)
             # M J^-1, the joint torques per tip acceleration.
             x1, x2 = m11 * i00 + m12 * i10, m12 * i00 + m22 * i10
             y1, y2 = m11 * i01 + m12 * i11, m12 * i01 + m22 * i11
-            unit.inertia[i, link, 0, 0], unit.inertia[i, link, 0, 1] = (
-                k00 * x1 + k01 * x2,
-                k00 * y1 + k01 * y2,
-            )
-            unit.inertia[i, link, 1, 0], unit.inertia[i, link, 1, 1] = (
-                k10 * x1 + k11 * x2,
-                k10 * y1 + k11 * y2,
-            )
-            t1, t2 = h1 + x1 * bx + y1 * by, h2 + x2 * bx + y2 * by
-            unit.bias[i, link, 0] = k00 * t1 + k01 * t2
-            unit.bias[i, link, 1] = k10 * t1 + k11 * t2
+            unit.inertia[i, link, 0] = i00 * x1 + i10 * x2
+            unit.inertia[i, link, 1] = i00 * y1 + i10 * y2
+            unit.inertia[i, link, 2] = i01 * y1 + i11 * y2
+            t1, t2 = h1 + m11 * b1 + m12 * b2, h2 + m12 * b1 + m22 * b2
+            unit.bias[i, link, 0] = i00 * t1 + i10 * t2
+            unit.bias[i, link, 1] = i01 * t1 + i11 * t2
 
 
 @compiled
@@ -91,12 +83,10 @@ def combine_links(truth: Record, unit: Record, total: Record) -> None:
     """Sums the links of every finger, weighted with their masses, into ``total``."""
     for i in range(truth.num_fingers):
         first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
-        for row in range(2):
-            total.bias[i, row] = first * unit.bias[i, 0, row] + second * unit.bias[i, 1, row]
-            for axis in range(2):
-                total.inertia[i, row, axis] = (
-                    first * unit.inertia[i, 0, row, axis] + second * unit.inertia[i, 1, row, axis]
-                )
+        for k in range(3):
+            total.inertia[i, k] = first * unit.inertia[i, 0, k] + second * unit.inertia[i, 1, k]
+        for k in range(2):
+            total.bias[i, k] = first * unit.bias[i, 0, k] + second * unit.bias[i, 1, k]
 
 
 @compiled

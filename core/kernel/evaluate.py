@@ -19,12 +19,12 @@ from core.scenario import Scenario
 __all__ = ["StateEvaluation", "evaluate_state"]
 
 
-_apply_contact_forces = from_python(reduced.apply_contact_forces)
+_apply_tip_forces = from_python(reduced.apply_tip_forces)
 _assemble_bias = from_python(reduced.assemble_bias)
 _forces_to_torques = from_python(reduced.forces_to_torques)
 _joint_angle = from_python(kinematics.joint_angle)
 _lyapunov_value = from_python(law.lyapunov_value)
-_regressor_product = from_python(law.regressor_product)
+_multiply_regressor = from_python(law.multiply_regressor)
 _stored_energy = from_python(dynamics.stored_energy)
 _tip_acceleration = from_python(reduced.tip_acceleration)
 _torques_to_forces = from_python(reduced.torques_to_forces)
@@ -119,7 +119,7 @@ def _collect(
         joint_velocities=kin.joint_velocities[:n].copy(),
         finger_jacobians=kin.jacobians[:n].copy(),
         grasp_matrix=_grasp_matrix(kin, n),
-        contact_frames=kin.frames[:n].copy(),
+        contact_frames=_contact_frames(kin, n),
         reduced_inertia=work.inertia[:size, :size].copy(),
         reduced_bias=work.bias[:size].copy(),
         reduced_input=_reduced_input(model, discrete, kin, n),
@@ -142,9 +142,17 @@ def _joint_positions(kin: Record, n: int) -> Floats:
     return np.array([[_joint_angle(kin, i, joint) for joint in range(2)] for i in range(n)])
 
 
+def _contact_frames(kin: Record, n: int) -> Floats:
+    """C_i = R [x_c n], column by column."""
+    tangents = kin.tangents[:n]
+    normals = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
+    return np.stack([-tangents, normals], axis=2)
+
+
 def _grasp_matrix(kin: Record, n: int) -> Floats:
-    blocks = [np.vstack([kin.frames[i], kin.moments[i]]) for i in range(n)]
-    return np.hstack(blocks)
+    frames, arms = _contact_frames(kin, n), kin.arms[:n]
+    moments = arms[:, 0, None] * frames[:, 1] - arms[:, 1, None] * frames[:, 0]
+    return np.hstack([np.vstack([frames[i], moments[i]]) for i in range(n)])
 
 
 def _reduced_input(model: Record, discrete: Record, kin: Record, n: int) -> Floats:
@@ -154,28 +162,17 @@ def _reduced_input(model: Record, discrete: Record, kin: Record, n: int) -> Floa
         torques, forces, column = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(3 + n)
         torques[j // 2, j % 2] = 1.0
         _torques_to_forces(kin, n, torques, forces)
-        _apply_contact_forces(kin, model.truth, discrete.phases, forces, column)
+        _apply_tip_forces(kin, model.truth, discrete.phases, forces, column)
         columns.append(column)
     return np.stack(columns, axis=1)
 
 
 def _regressor(model: Record, discrete: Record, work: Record, size: int, p: int) -> Floats:
     """U of Eq. 21 at the present acceleration, entry by entry."""
-    regressor = np.zeros((size, p))
+    regressor, products = np.zeros((size, p)), np.zeros(p)
     for row, weights in enumerate(np.eye(size)):
-        for k in range(p):
-            regressor[row, k] = _regressor_product(
-                work.kin,
-                work.unit,
-                work.believed_dynamics,
-                work.believed,
-                model.unknowns,
-                model.hand.gravity,
-                discrete.beliefs,
-                work.acceleration,
-                weights,
-                k,
-            )
+        _multiply_regressor(model, discrete, work, weights, products)
+        regressor[row] = products
     return regressor
 
 

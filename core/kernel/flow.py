@@ -7,20 +7,20 @@ from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.dynamics import combine_links, update_unit_dynamics
-from core.kernel.kinematics import update_kinematics
+from core.kernel.kinematics import to_contact_frame, update_kinematics
 from core.kernel.law import (
     believe,
     command_forces,
     demand_acceleration,
+    multiply_regressor,
     pull_back,
-    regressor_product,
     weigh_error,
 )
 from core.kernel.linear import factor, solve
 from core.kernel.model import MODEL
 from core.kernel.records import STATE, Record
 from core.kernel.reduced import (
-    apply_contact_forces,
+    apply_tip_forces,
     assemble_bias,
     assemble_inertia,
     inertial_force,
@@ -41,7 +41,7 @@ def update_mechanics(model: Record, state: Record, work: Record) -> None:
 def update_command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
     """What the controller makes of the state, and the torque it commands in ``work.tip_forces``.
 
-    Errors, demand, its model of the hand, and the torque as contact-frame forces, for a
+    Errors, demand, its model of the hand, and the torque as tip forces, for a
     state whose mechanics are up to date.
 
     Returns:
@@ -68,14 +68,16 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
     assemble_inertia(kin, work.dynamics, truth, discrete.phases, work.inertia)
     factor(work.inertia, discrete.phases, n, work.factors)
     assemble_bias(kin, work.dynamics, truth, model.hand.gravity, discrete.phases, work.bias)
-    apply_contact_forces(kin, truth, discrete.phases, work.tip_forces, acceleration)
+    apply_tip_forces(kin, truth, discrete.phases, work.tip_forces, acceleration)
     for k in range(3 + n):
         acceleration[k] -= work.bias[k]
     solve(work.factors, n, acceleration)
     for i in range(n):
-        f0, f1 = inertial_force(kin, work.dynamics, i, acceleration)
-        work.forces[i, 0] = work.tip_forces[i, 0] - f0
-        work.forces[i, 1] = work.tip_forces[i, 1] - f1
+        fx, fy = inertial_force(kin, work.dynamics, i, acceleration)
+        along, normal = to_contact_frame(
+            kin, i, work.tip_forces[i, 0] - fx, work.tip_forces[i, 1] - fy
+        )
+        work.forces[i, 0], work.forces[i, 1] = along, normal
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
@@ -85,20 +87,10 @@ def update_rates(model: Record, discrete: Record, state: Record, work: Record) -
     p = model.num_unknowns
     weigh_error(model.law, work.estimated_factors, work.room)
     sigma = pull_back(model.law, state, p)
+    multiply_regressor(model, discrete, work, work.room.weighted_error, work.rates)
     for k in range(p):
-        product = regressor_product(
-            work.kin,
-            work.unit,
-            work.believed_dynamics,
-            work.believed,
-            model.unknowns,
-            model.hand.gravity,
-            discrete.beliefs,
-            work.acceleration,
-            work.room.weighted_error,
-            k,
-        )
-        work.rates[k] = model.law.adaptation_gains[k] * product - sigma * state.x[6 + 2 * n + k]
+        estimate = state.x[6 + 2 * n + k]
+        work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STATE, STATE, WORKSPACE)
@@ -139,9 +131,7 @@ def _powers(model: Record, state: Record, work: Record) -> tuple[float, float]:
     supplied = 0.0
     dissipated = 0.0
     for i in range(n):
-        vx, vy = kin.tip_velocities[i, 0], kin.tip_velocities[i, 1]
-        for axis in range(2):
-            speed = kin.frames[i, 0, axis] * vx + kin.frames[i, 1, axis] * vy
-            supplied += work.tip_forces[i, axis] * speed
+        supplied += work.tip_forces[i, 0] * kin.tip_velocities[i, 0]
+        supplied += work.tip_forces[i, 1] * kin.tip_velocities[i, 1]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * abs(state.x[6 + n + i])
     return supplied, dissipated

@@ -10,18 +10,16 @@ from core.kernel.records import MAX_FINGERS, Record
 LEAST_SINE = 1e-3
 
 
-# Positions and velocities of fingers and contacts in one state.
+# Positions and velocities of fingers and contacts in one state, in the inertial frame.
 KINEMATICS = np.dtype(
     [
         ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
         ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2
         ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s]
-        ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip, inertial frame
+        ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip
         ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # J^-1
-        ("frames", np.float64, (MAX_FINGERS, 2, 2)),  # C_i = R [x_c n], columns
         ("arms", np.float64, (MAX_FINGERS, 2)),  # r_i, contact relative to the centre of mass [m]
-        ("tangents", np.float64, (MAX_FINGERS, 2)),  # t_i, inertial frame
-        ("moments", np.float64, (MAX_FINGERS, 2)),  # third row of W_i: r_i x C_i [m]
+        ("tangents", np.float64, (MAX_FINGERS, 2)),  # t_i = -x_c; the normal n is (t_y, -t_x)
         ("tip_velocities", np.float64, (MAX_FINGERS, 2)),  # [m/s]
         ("bias", np.float64, (MAX_FINGERS, 2)),  # b_i of Eq. 16 [m/s^2]
         ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q2 less its least allowed value
@@ -49,14 +47,10 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
         rx, ry = cosine * px - sine * py, sine * px + cosine * py
         kin.tangents[i, 0], kin.tangents[i, 1] = tx, ty
         kin.arms[i, 0], kin.arms[i, 1] = rx, ry
-        kin.frames[i, 0, 0], kin.frames[i, 1, 0] = -tx, -ty
-        kin.frames[i, 0, 1], kin.frames[i, 1, 1] = ty, -tx
-        kin.moments[i, 0] = -rx * ty + ry * tx
-        kin.moments[i, 1] = -rx * tx - ry * ty
         kin.tip_velocities[i, 0] = state.x[3] - omega * ry + slip_velocity * tx
         kin.tip_velocities[i, 1] = state.x[4] + omega * rx + slip_velocity * ty
-        kin.bias[i, 0] = -(omega**2) * rx - 2.0 * omega * slip_velocity * ty
-        kin.bias[i, 1] = -(omega**2) * ry + 2.0 * omega * slip_velocity * tx
+        kin.bias[i, 0] = -omega * (omega * rx + 2.0 * slip_velocity * ty)
+        kin.bias[i, 1] = -omega * (omega * ry - 2.0 * slip_velocity * tx)
         _solve_finger(hand, i, state.x[0] + rx, state.x[1] + ry, kin)
 
 
@@ -72,7 +66,8 @@ def _solve_finger(hand: Record, i: int, tip_x: float, tip_y: float, kin: Record)
     s2 = hand.elbows[i] * np.sqrt(max(square, 1e-300))
     # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
     along, across = first + second * c2, second * s2
-    c1, s1 = (along * dx + across * dy) / squared, (along * dy - across * dx) / squared
+    inverse = 1.0 / squared
+    c1, s1 = (along * dx + across * dy) * inverse, (along * dy - across * dx) * inverse
     c12, s12 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
     kin.bends[i, 0], kin.bends[i, 1] = c2, s2
     kin.links[i, 0, 0], kin.links[i, 0, 1] = c1, s1
@@ -99,3 +94,17 @@ def joint_angle(kin: Record, i: int, joint: int) -> float:
     if joint == 0:
         return np.arctan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
     return np.arctan2(kin.bends[i, 1], kin.bends[i, 0])
+
+
+@compiled
+def to_contact_frame(kin: Record, i: int, x: float, y: float) -> tuple[float, float]:
+    """C_i^T times a vector: its parts along x_c (tangential) and along n (normal)."""
+    tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+    return -tx * x - ty * y, ty * x - tx * y
+
+
+@compiled
+def to_inertial_frame(kin: Record, i: int, along: float, normal: float) -> tuple[float, float]:
+    """C_i times a vector given by its tangential and normal parts."""
+    tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+    return -tx * along + ty * normal, -ty * along - tx * normal

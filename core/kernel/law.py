@@ -10,10 +10,11 @@ import numpy as np
 
 from core.kernel.compiler import compiled
 from core.kernel.grasp import choose_grasp_force
+from core.kernel.kinematics import to_contact_frame, to_inertial_frame
 from core.kernel.linear import solve_transposed
 from core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from core.kernel.records import Floats, Integers, Record
-from core.kernel.reduced import friction_row, inertial_force, tip_acceleration
+from core.kernel.reduced import cone_normal, inertial_force, tip_acceleration
 from core.kernel.wrench import distribute_wrench, share_wrench
 
 
@@ -90,7 +91,7 @@ def demand_acceleration(
 
 @compiled
 def command_forces(model: Record, discrete: Record, work: Record) -> int:
-    """Torque of Eq. 23 / 27 as contact-frame forces u = J_c^-T tau in ``work.tip_forces``.
+    """Torque of Eq. 23 / 27 as tip forces u = J^-T tau in ``work.tip_forces``.
 
     B~^+ is applied through G = [W; -D of the slipping contacts], B~ = G J_c^-T: the
     torque that solves B~ tau = M~ v + h~ gives contact forces F^ = u - f^ with G F^ = (d, 0),
@@ -119,8 +120,10 @@ def command_forces(model: Record, discrete: Record, work: Record) -> int:
             room.contact_force, room.direction, believed, model.law.grip_safety, discrete.beliefs
         )
     for i in range(n):
-        for axis in range(2):
-            work.tip_forces[i, axis] = room.contact_force[i, axis] + room.believed_force[i, axis]
+        along, normal = room.contact_force[i, 0], room.contact_force[i, 1]
+        fx, fy = to_inertial_frame(work.kin, i, along, normal)
+        work.tip_forces[i, 0] = fx + room.believed_force[i, 0]
+        work.tip_forces[i, 1] = fy + room.believed_force[i, 1]
     return regular
 
 
@@ -135,41 +138,41 @@ def weigh_error(law: Record, factors: Record, room: Record) -> None:
 
 
 @compiled
-def regressor_product(
-    kin: Record,
-    unit: Record,
-    dynamics: Record,
-    believed: Record,
-    unknowns: Record,
-    gravity: float,
-    belief: Integers,
-    acceleration: Floats,
-    weights: Floats,
-    k: int,
-) -> float:
-    """Column k of the regressor U (Eq. 21), evaluated at x'', times ``weights``."""
-    kind, i = unknowns.kinds[k], unknowns.fingers[k]
-    if kind == OBJECT_MASS:
-        return weights[0] * acceleration[0] + weights[1] * (acceleration[1] + gravity)
-    if kind == OBJECT_INERTIA:
-        return weights[2] * acceleration[2]
-    if kind == FRICTION:
-        if belief[i] == 0:
-            return 0.0
-        _, normal = inertial_force(kin, dynamics, i, acceleration)
-        return -belief[i] * normal * weights[3 + i]
-    link = unknowns.links[k]
+def multiply_regressor(
+    model: Record, discrete: Record, work: Record, weights: Floats, products: Floats
+) -> None:
+    """Writes U^T times ``weights``, U of Eq. 21 at the measured x'', to ``products`` ``(p,)``."""
+    kin, acceleration, unknowns = work.kin, work.acceleration, model.unknowns
+    for k in range(unknowns.count):
+        kind, i, link = unknowns.kinds[k], unknowns.fingers[k], unknowns.links[k]
+        if kind == OBJECT_MASS:
+            lift = acceleration[1] + model.hand.gravity
+            products[k] = weights[0] * acceleration[0] + weights[1] * lift
+        elif kind == OBJECT_INERTIA:
+            products[k] = weights[2] * acceleration[2]
+        elif kind == FRICTION:
+            fx, fy = inertial_force(kin, work.believed_dynamics, i, acceleration)
+            _, normal = to_contact_frame(kin, i, fx, fy)
+            products[k] = -discrete.beliefs[i] * normal * weights[3 + i]
+        else:
+            fx, fy = _unit_force(kin, work.unit, i, link, acceleration)
+            dx, dy = cone_normal(kin, i, discrete.beliefs[i], work.believed.friction[i])
+            wx = weights[0] - kin.arms[i, 1] * weights[2] - dx * weights[3 + i]
+            wy = weights[1] + kin.arms[i, 0] * weights[2] - dy * weights[3 + i]
+            products[k] = wx * fx + wy * fy
+
+
+@compiled
+def _unit_force(
+    kin: Record, unit: Record, i: int, link: int, acceleration: Floats
+) -> tuple[float, float]:
+    """What 1 kg of a link takes of the inertial force of its finger."""
     ax, ay = tip_acceleration(kin, i, acceleration)
-    f0 = unit.bias[i, link, 0]
-    f0 += unit.inertia[i, link, 0, 0] * ax + unit.inertia[i, link, 0, 1] * ay
-    f1 = unit.bias[i, link, 1]
-    f1 += unit.inertia[i, link, 1, 0] * ax + unit.inertia[i, link, 1, 1] * ay
-    d0, d1 = friction_row(belief[i], believed.friction[i])
-    w0, w1 = kin.moments[i, 0] * weights[2], kin.moments[i, 1] * weights[2]
-    for axis in range(2):
-        w0 += kin.frames[i, axis, 0] * weights[axis]
-        w1 += kin.frames[i, axis, 1] * weights[axis]
-    return (w0 - d0 * weights[3 + i]) * f0 + (w1 - d1 * weights[3 + i]) * f1
+    xx, xy, yy = unit.inertia[i, link, 0], unit.inertia[i, link, 1], unit.inertia[i, link, 2]
+    return (
+        unit.bias[i, link, 0] + xx * ax + xy * ay,
+        unit.bias[i, link, 1] + xy * ax + yy * ay,
+    )
 
 
 @compiled

@@ -7,12 +7,14 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.records import MAX_COORDINATES, Floats, Integers, Record
 
-# LU factors of the reduced inertia M~ in its moving coordinates: those of the object and of
-# the slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out.
+# Factors of the reduced inertia M~ in its moving coordinates: those of the object and of the
+# slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out. Where all
+# stick, M~ is symmetric and of size 3, and its inverse is formed; otherwise LU factors.
 FACTORS = np.dtype(
     [
         ("size", np.int64),
         ("coordinates", np.int64, (MAX_COORDINATES,)),  # which moves in each row
+        ("inverse", np.float64, (6,)),  # of size 3: 00, 01, 02, 11, 12, 22
         ("lu", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
         ("pivots", np.int64, (MAX_COORDINATES,)),
         ("determinant", np.float64),  # of M~; 0 where a pivot vanishes
@@ -24,12 +26,61 @@ FACTORS = np.dtype(
 
 @compiled
 def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
-    """Factors M~ ``(3 + n, 3 + n)`` in its moving coordinates, rows exchanged by size.
+    """Factors M~ ``(3 + n, 3 + n)`` in its moving coordinates.
 
-    Where a pivot vanishes ``determinant`` is 0 and the factors are not usable.
+    Where it is singular ``determinant`` is 0 and the factors are not usable.
     """
-    _gather_moving(matrix, phases, n, factors)
+    size = 3
+    for i in range(n):
+        if phases[i] != 0:
+            factors.coordinates[size] = 3 + i
+            size += 1
+    factors.size = size
+    if size == 3:
+        _invert(matrix, factors)
+    else:
+        _factor_general(matrix, factors)
+
+
+@compiled
+def _invert(matrix: Floats, factors: Record) -> None:
+    """Inverse of the symmetric leading 3 x 3 block from its cofactors."""
+    m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    m11, m12, m22 = matrix[1, 1], matrix[1, 2], matrix[2, 2]
+    c00, c01, c02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
+    determinant = m00 * c00 + m01 * c01 + m02 * c02
+    scale = 1.0 / determinant
+    factors.determinant = determinant
+    factors.inverse[0], factors.inverse[1], factors.inverse[2] = (
+        scale * c00,
+        scale * c01,
+        scale * c02,
+    )
+    factors.inverse[3] = scale * (m00 * m22 - m02 * m02)
+    factors.inverse[4] = scale * (m01 * m02 - m00 * m12)
+    factors.inverse[5] = scale * (m00 * m11 - m01 * m01)
+
+
+@compiled
+def _apply_inverse(factors: Record, n: int, vector: Floats) -> None:
+    inverse = factors.inverse
+    x, y, z = vector[0], vector[1], vector[2]
+    vector[0] = inverse[0] * x + inverse[1] * y + inverse[2] * z
+    vector[1] = inverse[1] * x + inverse[3] * y + inverse[4] * z
+    vector[2] = inverse[2] * x + inverse[4] * y + inverse[5] * z
+    for i in range(n):
+        vector[3 + i] = 0.0
+
+
+@compiled
+def _factor_general(matrix: Floats, factors: Record) -> None:
+    """LU factors, rows exchanged by size."""
     size, lu = factors.size, factors.lu
+    for k in range(3):
+        factors.coordinates[k] = k
+    for row in range(size):
+        for column in range(size):
+            lu[row, column] = matrix[factors.coordinates[row], factors.coordinates[column]]
     determinant = 1.0
     for k in range(size):
         best = k
@@ -55,23 +106,11 @@ def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
 
 
 @compiled
-def _gather_moving(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
-    size = 3
-    for k in range(3):
-        factors.coordinates[k] = k
-    for i in range(n):
-        if phases[i] != 0:
-            factors.coordinates[size] = 3 + i
-            size += 1
-    factors.size = size
-    for row in range(size):
-        for column in range(size):
-            factors.lu[row, column] = matrix[factors.coordinates[row], factors.coordinates[column]]
-
-
-@compiled
 def solve(factors: Record, n: int, vector: Floats) -> None:
     """Overwrites ``vector`` ``(3 + n,)`` with the solution of M~ x = vector, 0 in stick."""
+    if factors.size == 3:
+        _apply_inverse(factors, n, vector)
+        return
     size, lu, part = factors.size, factors.lu, factors.part
     for k in range(size):
         part[k] = vector[factors.coordinates[k]]
@@ -92,6 +131,9 @@ def solve(factors: Record, n: int, vector: Floats) -> None:
 @compiled
 def solve_transposed(factors: Record, n: int, vector: Floats) -> None:
     """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where nobody asks."""
+    if factors.size == 3:
+        _apply_inverse(factors, n, vector)
+        return
     size, lu, part = factors.size, factors.lu, factors.part
     for k in range(size):
         part[k] = vector[factors.coordinates[k]]
@@ -121,6 +163,8 @@ def _scatter_moving(factors: Record, n: int, vector: Floats) -> None:
 def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
     """Condition number in the 1-norm of M~ in its moving coordinates."""
     norm, inverse_norm = 0.0, 0.0
+    for k in range(3):
+        factors.coordinates[k] = k
     for j in range(factors.size):
         total = 0.0
         for k in range(3 + n):

@@ -1,4 +1,8 @@
-"""The reduced equations M~ x'' + h~ = B~ tau (Eq. 17-18), for any phase of the contacts."""
+"""The reduced equations M~ x'' + h~ = B~ tau (Eq. 17-18), for any phase of the contacts.
+
+Forces are in the inertial frame. A slipping contact adds the row delta . F = 0, where
+delta = C D^T = x_c + gamma mu n points along the edge of the friction cone; D is that of Eq. 8.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,13 @@ from core.kernel.records import Floats, Integers, Record
 
 
 @compiled
-def friction_row(phase: int, friction: float) -> tuple[float, float]:
-    """Row D of Eq. 8 for one contact: (0, 0) in stick, (1, gamma mu) in slip."""
+def cone_normal(kin: Record, i: int, phase: int, friction: float) -> tuple[float, float]:
+    """Delta of contact ``i``, so that delta . F = 0 says that F lies on its cone; 0 in stick."""
     if phase == 0:
         return 0.0, 0.0
-    return 1.0, phase * friction
+    tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+    slope = phase * friction
+    return -tx + slope * ty, -ty - slope * tx
 
 
 @compiled
@@ -28,64 +34,56 @@ def tip_acceleration(kin: Record, i: int, acceleration: Floats) -> tuple[float, 
 def inertial_force(
     kin: Record, dynamics: Record, i: int, acceleration: Floats
 ) -> tuple[float, float]:
-    """What the joints of finger ``i`` must give, as a contact force, to move the finger alone."""
+    """What the joints of finger ``i`` must give, as a tip force, to move the finger alone."""
     ax, ay = tip_acceleration(kin, i, acceleration)
-    return (
-        dynamics.bias[i, 0] + dynamics.inertia[i, 0, 0] * ax + dynamics.inertia[i, 0, 1] * ay,
-        dynamics.bias[i, 1] + dynamics.inertia[i, 1, 0] * ax + dynamics.inertia[i, 1, 1] * ay,
-    )
+    xx, xy, yy = dynamics.inertia[i, 0], dynamics.inertia[i, 1], dynamics.inertia[i, 2]
+    return dynamics.bias[i, 0] + xx * ax + xy * ay, dynamics.bias[i, 1] + xy * ax + yy * ay
 
 
 @compiled
 def assemble_inertia(
     kin: Record, dynamics: Record, truth: Record, phases: Integers, matrix: Floats
 ) -> None:
-    """M~ of Eq. 18, ``(N, N)``; not symmetric."""
+    """M~ of Eq. 18, ``(N, N)``: symmetric for the object, not where a contact slips."""
     n = truth.num_fingers
-    for row in range(3 + n):
-        for column in range(3 + n):
-            matrix[row, column] = 0.0
-    for k in range(3):
-        matrix[k, k] = truth.object_inertia[k]
+    m00, m11, m22 = truth.object_inertia[0], truth.object_inertia[1], truth.object_inertia[2]
+    m01, m02, m12 = 0.0, 0.0, 0.0
     for i in range(n):
-        d0, d1 = friction_row(phases[i], truth.friction[i])
+        xx, xy, yy = dynamics.inertia[i, 0], dynamics.inertia[i, 1], dynamics.inertia[i, 2]
+        rx, ry = kin.arms[i, 0], kin.arms[i, 1]
+        tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+        # Forces on the fingertip per unit of angular acceleration and of slip acceleration.
+        px, py = xy * rx - xx * ry, yy * rx - xy * ry
+        gx, gy = xx * tx + xy * ty, xy * tx + yy * ty
+        m00, m01, m11 = m00 + xx, m01 + xy, m11 + yy
+        m02, m12, m22 = m02 + px, m12 + py, m22 + rx * py - ry * px
         row = 3 + i
-        for column in range(4):
-            # The direction in which a unit of this coordinate accelerates the fingertip.
-            ux, uy = 1.0, 0.0
-            if column == 1:
-                ux, uy = 0.0, 1.0
-            elif column == 2:
-                ux, uy = -kin.arms[i, 1], kin.arms[i, 0]
-            elif column == 3:
-                ux, uy = kin.tangents[i, 0], kin.tangents[i, 1]
-            f0 = dynamics.inertia[i, 0, 0] * ux + dynamics.inertia[i, 0, 1] * uy
-            f1 = dynamics.inertia[i, 1, 0] * ux + dynamics.inertia[i, 1, 1] * uy
-            target = column if column < 3 else row
-            matrix[0, target] += kin.frames[i, 0, 0] * f0 + kin.frames[i, 0, 1] * f1
-            matrix[1, target] += kin.frames[i, 1, 0] * f0 + kin.frames[i, 1, 1] * f1
-            matrix[2, target] += kin.moments[i, 0] * f0 + kin.moments[i, 1] * f1
-            matrix[row, target] = -d0 * f0 - d1 * f1
-        if phases[i] == 0:
-            matrix[row, row] = 1.0
+        matrix[0, row], matrix[1, row], matrix[2, row] = gx, gy, rx * gy - ry * gx
+        for column in range(3, 3 + n):
+            matrix[row, column] = 0.0
+        dx, dy = cone_normal(kin, i, phases[i], truth.friction[i])
+        matrix[row, 0], matrix[row, 1] = -xx * dx - xy * dy, -xy * dx - yy * dy
+        matrix[row, 2] = -px * dx - py * dy
+        matrix[row, row] = 1.0 if phases[i] == 0 else -gx * dx - gy * dy
+    matrix[0, 0], matrix[0, 1], matrix[0, 2] = m00, m01, m02
+    matrix[1, 0], matrix[1, 1], matrix[1, 2] = m01, m11, m12
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = m02, m12, m22
 
 
 @compiled
-def apply_contact_forces(
+def apply_tip_forces(
     kin: Record, truth: Record, phases: Integers, forces: Floats, result: Floats
 ) -> None:
-    """[W; -D] times contact-frame forces ``(n, 2)``, the left factor of B~ in Eq. 18."""
-    n = truth.num_fingers
-    result[0] = 0.0
-    result[1] = 0.0
-    result[2] = 0.0
-    for i in range(n):
-        d0, d1 = friction_row(phases[i], truth.friction[i])
-        f0, f1 = forces[i, 0], forces[i, 1]
-        result[0] += kin.frames[i, 0, 0] * f0 + kin.frames[i, 0, 1] * f1
-        result[1] += kin.frames[i, 1, 0] * f0 + kin.frames[i, 1, 1] * f1
-        result[2] += kin.moments[i, 0] * f0 + kin.moments[i, 1] * f1
-        result[3 + i] = -d0 * f0 - d1 * f1
+    """[W; -D] times tip forces ``(n, 2)``, the left factor of B~ in Eq. 18."""
+    total_x, total_y, moment = 0.0, 0.0, 0.0
+    for i in range(truth.num_fingers):
+        fx, fy = forces[i, 0], forces[i, 1]
+        total_x += fx
+        total_y += fy
+        moment += kin.arms[i, 0] * fy - kin.arms[i, 1] * fx
+        dx, dy = cone_normal(kin, i, phases[i], truth.friction[i])
+        result[3 + i] = -dx * fx - dy * fy
+    result[0], result[1], result[2] = total_x, total_y, moment
 
 
 @compiled
@@ -98,27 +96,23 @@ def assemble_bias(
     bias: Floats,
 ) -> None:
     """h~ of Eq. 18, ``(N,)``."""
-    apply_contact_forces(kin, truth, phases, dynamics.bias, bias)
+    apply_tip_forces(kin, truth, phases, dynamics.bias, bias)
     bias[1] += truth.object_inertia[1] * gravity
 
 
 @compiled
-def torques_to_forces(kin: Record, n: int, torques: Floats, tip_forces: Floats) -> None:
-    """U = J_c^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
+def torques_to_forces(kin: Record, n: int, torques: Floats, forces: Floats) -> None:
+    """U = J^-T tau for every finger, ``(n, 2)`` to ``(n, 2)``."""
     for i in range(n):
         first, second = torques[i, 0], torques[i, 1]
-        wx = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
-        wy = kin.inverses[i, 0, 1] * first + kin.inverses[i, 1, 1] * second
-        tip_forces[i, 0] = kin.frames[i, 0, 0] * wx + kin.frames[i, 1, 0] * wy
-        tip_forces[i, 1] = kin.frames[i, 0, 1] * wx + kin.frames[i, 1, 1] * wy
+        forces[i, 0] = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
+        forces[i, 1] = kin.inverses[i, 0, 1] * first + kin.inverses[i, 1, 1] * second
 
 
 @compiled
-def forces_to_torques(kin: Record, n: int, tip_forces: Floats, torques: Floats) -> None:
-    """Tau = J_c^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
+def forces_to_torques(kin: Record, n: int, forces: Floats, torques: Floats) -> None:
+    """Tau = J^T u for every finger, ``(n, 2)`` to ``(n, 2)``."""
     for i in range(n):
-        along, normal = tip_forces[i, 0], tip_forces[i, 1]
-        wx = kin.frames[i, 0, 0] * along + kin.frames[i, 0, 1] * normal
-        wy = kin.frames[i, 1, 0] * along + kin.frames[i, 1, 1] * normal
-        torques[i, 0] = kin.jacobians[i, 0, 0] * wx + kin.jacobians[i, 1, 0] * wy
-        torques[i, 1] = kin.jacobians[i, 0, 1] * wx + kin.jacobians[i, 1, 1] * wy
+        fx, fy = forces[i, 0], forces[i, 1]
+        torques[i, 0] = kin.jacobians[i, 0, 0] * fx + kin.jacobians[i, 1, 0] * fy
+        torques[i, 1] = kin.jacobians[i, 0, 1] * fx + kin.jacobians[i, 1, 1] * fy

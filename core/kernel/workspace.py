@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.dynamics import CONTACT_DYNAMICS, UNIT_DYNAMICS
+from core.kernel.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
 from core.kernel.kinematics import KINEMATICS
 from core.kernel.linear import FACTORS
 from core.kernel.model import TRUTH
@@ -30,7 +30,11 @@ LAW_ROOM = np.dtype(
         ("error", np.float64, (MAX_COORDINATES,)),  # e
         ("error_rate", np.float64, (MAX_COORDINATES,)),
         ("demand", np.float64, (MAX_COORDINATES,)),  # v, the commanded acceleration
-        ("believed_force", np.float64, (MAX_FINGERS, 2)),  # f^ of the commanded acceleration
+        (
+            "believed_force",
+            np.float64,
+            (MAX_FINGERS, 2),
+        ),  # f^ of the commanded acceleration, inertial
         ("contact_force", np.float64, (MAX_FINGERS, 2)),  # F^ that the torque asks for
         ("basis", np.float64, (MAX_SIDE, MAX_SIDE)),  # G or its transpose, then orthonormal
         ("triangle", np.float64, (MAX_SIDE, MAX_SIDE)),
@@ -47,18 +51,18 @@ WORKSPACE = np.dtype(
     [
         ("kin", KINEMATICS),
         ("unit", UNIT_DYNAMICS),
-        ("dynamics", CONTACT_DYNAMICS),
+        ("dynamics", TIP_DYNAMICS),
         ("believed", TRUTH),
-        ("believed_dynamics", CONTACT_DYNAMICS),
+        ("believed_dynamics", TIP_DYNAMICS),
         ("room", LAW_ROOM),
         ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~
         ("factors", FACTORS),
         ("estimated_inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~^
         ("estimated_factors", FACTORS),
         ("bias", np.float64, (MAX_COORDINATES,)),  # h~
-        ("tip_forces", np.float64, (MAX_FINGERS, 2)),  # u = J_c^-T tau
+        ("tip_forces", np.float64, (MAX_FINGERS, 2)),  # u = J^-T tau, inertial frame
         ("acceleration", np.float64, (MAX_COORDINATES,)),  # x''
-        ("forces", np.float64, (MAX_FINGERS, 2)),  # F = (F_x, F_n)
+        ("forces", np.float64, (MAX_FINGERS, 2)),  # F = (F_x, F_n), contact frame
         ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates, before projection
         ("column", np.float64, (MAX_COORDINATES,)),
     ],

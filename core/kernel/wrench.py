@@ -1,7 +1,7 @@
 """Contact forces that exert a wanted wrench on the object (docs/model.md, Grasp force).
 
-G = [W; -D of the slipping contacts] takes the contact forces F^ ``(2n,)`` to the wrench and
-to 0. Where it has fewer rows than columns the smallest F^ with G F^ = (d, 0) is taken,
+G = [W; -D of the slipping contacts] takes the contact forces F^ ``(2n,)``, in their contact
+frames, to the wrench and to 0. Where it has fewer rows than columns the smallest F^ with G F^ = (d, 0) is taken,
 where it has more the F^ that comes nearest.
 """
 
@@ -11,10 +11,11 @@ import numpy as np
 from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.kinematics import to_contact_frame, to_inertial_frame
 from core.kernel.linear import complement, orthonormalize
 from core.kernel.model import MODEL
 from core.kernel.records import Floats, Integers, Record
-from core.kernel.reduced import friction_row, torques_to_forces
+from core.kernel.reduced import torques_to_forces
 from core.kernel.workspace import DISCRETE, WORKSPACE
 
 DEPENDENT_ROWS = 1e-13
@@ -44,8 +45,8 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
     for i in range(n):
         fx = ax - b * (kin.arms[i, 1] - mean_y)
         fy = ay + b * (kin.arms[i, 0] - mean_x)
-        room.contact_force[i, 0] = kin.frames[i, 0, 0] * fx + kin.frames[i, 1, 0] * fy
-        room.contact_force[i, 1] = kin.frames[i, 0, 1] * fx + kin.frames[i, 1, 1] * fy
+        along, normal = to_contact_frame(kin, i, fx, fy)
+        room.contact_force[i, 0], room.contact_force[i, 1] = along, normal
     if n == 2:
         _find_squeeze(kin, room)
     return 1 if spread > DEPENDENT_ROWS * size else 0
@@ -58,8 +59,8 @@ def _find_squeeze(kin: Record, room: Record) -> None:
     scale = 1.0 / np.sqrt(2.0 * (dx * dx + dy * dy))
     for i in range(2):
         sign = scale if i == 0 else -scale
-        room.direction[2 * i] = sign * (kin.frames[i, 0, 0] * dx + kin.frames[i, 1, 0] * dy)
-        room.direction[2 * i + 1] = sign * (kin.frames[i, 0, 1] * dx + kin.frames[i, 1, 1] * dy)
+        along, normal = to_contact_frame(kin, i, sign * dx, sign * dy)
+        room.direction[2 * i], room.direction[2 * i + 1] = along, normal
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
@@ -80,8 +81,10 @@ def distribute_wrench(model: Record, discrete: Record, work: Record) -> int:
     if weighed:
         torques_to_forces(kin, n, room.contact_force, room.contact_force)
         for i in range(n):
-            for axis in range(2):
-                room.contact_force[i, axis] -= room.believed_force[i, axis]
+            fx = room.contact_force[i, 0] - room.believed_force[i, 0]
+            fy = room.contact_force[i, 1] - room.believed_force[i, 1]
+            along, normal = to_contact_frame(kin, i, fx, fy)
+            room.contact_force[i, 0], room.contact_force[i, 1] = along, normal
     elif rows == 2 * n - 1:
         complement(room.basis, 2 * n, rows, room.direction)
     return regular
@@ -108,14 +111,15 @@ def _assemble_rows(kin: Record, believed: Record, belief: Integers, room: Record
         for k in range(3 + n):
             room.basis[i, k] = 0.0
     for i in range(n):
-        for axis in range(2):
-            room.basis[2 * i + axis, 0] = kin.frames[i, 0, axis]
-            room.basis[2 * i + axis, 1] = kin.frames[i, 1, axis]
-            room.basis[2 * i + axis, 2] = kin.moments[i, axis]
+        tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+        rx, ry = kin.arms[i, 0], kin.arms[i, 1]
+        room.basis[2 * i, 0], room.basis[2 * i, 1] = -tx, -ty
+        room.basis[2 * i, 2] = ry * tx - rx * ty
+        room.basis[2 * i + 1, 0], room.basis[2 * i + 1, 1] = ty, -tx
+        room.basis[2 * i + 1, 2] = -rx * tx - ry * ty
         if belief[i] != 0:
-            d0, d1 = friction_row(belief[i], believed.friction[i])
-            room.basis[2 * i, rows] = -d0
-            room.basis[2 * i + 1, rows] = -d1
+            room.basis[2 * i, rows] = -1.0
+            room.basis[2 * i + 1, rows] = -belief[i] * believed.friction[i]
             room.right_side[rows] = 0.0
             rows += 1
     return rows
@@ -158,11 +162,11 @@ def _solve_least_squares(rows: int, columns: int, room: Record) -> None:
 def _weigh_by_torque(rows: int, n: int, kin: Record, room: Record) -> None:
     """From G F^ = (d, 0) to B~ tau = M~ v + h~ (y = 0): least torque, not least contact force."""
     for i in range(n):
+        fx, fy = room.believed_force[i, 0], room.believed_force[i, 1]
+        along, normal = to_contact_frame(kin, i, fx, fy)
         for k in range(rows):
             first, second = room.basis[2 * i, k], room.basis[2 * i + 1, k]
-            room.right_side[k] += first * room.believed_force[i, 0]
-            room.right_side[k] += second * room.believed_force[i, 1]
-            wx = kin.frames[i, 0, 0] * first + kin.frames[i, 0, 1] * second
-            wy = kin.frames[i, 1, 0] * first + kin.frames[i, 1, 1] * second
+            room.right_side[k] += first * along + second * normal
+            wx, wy = to_inertial_frame(kin, i, first, second)
             room.basis[2 * i, k] = kin.inverses[i, 0, 0] * wx + kin.inverses[i, 0, 1] * wy
             room.basis[2 * i + 1, k] = kin.inverses[i, 1, 0] * wx + kin.inverses[i, 1, 1] * wy
