@@ -302,13 +302,13 @@ class SimulationParameters:
     ] = 9.81
     relative_tolerance: Annotated[
         float, Ge(1e-12), Le(1e-3), Quantity("Relative error allowed in one step.", "1")
-    ] = 1e-9
+    ] = 1e-8
     absolute_tolerance: Annotated[
         float, Ge(1e-14), Le(1e-3), Quantity("Absolute error allowed in one step, SI units.", "")
-    ] = 1e-11
+    ] = 1e-10
     max_step: Annotated[
         float, Ge(1e-5), Le(1.0), Quantity("Largest step of the integration.", "s")
-    ] = 0.02
+    ] = 0.1
     max_steps: Annotated[
         int, Ge(1), Le(100_000_000), Quantity("Steps after which a run ends as limit.", "1")
     ] = 5_000_000

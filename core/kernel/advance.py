@@ -55,6 +55,7 @@ LEAST_STEP = 1e-13
 STALLED = 1e-9
 MAX_STALLS = 20
 LOCATION_WIDTH = 2e-14
+LOCATION_SHARE = 1e-13
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -87,31 +88,36 @@ def locate(model: Record, run: Record, h: float) -> float:
     and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
     """
     now, discrete, step, work, guards = run.now, run.discrete, run.step, run.work, run.guards
-    low, high = 0.0, h
+    low, high, at = 0.0, h, 0.0
     value_high = least_fired(model, discrete, step.end, work, guards)
     take_step(model, discrete, now, low, step, work)
     value_low = least_fired(model, discrete, step.end, work, guards)
     width = LOCATION_WIDTH * max(1.0, now)
+    nothing = LOCATION_SHARE * max(abs(value_low), abs(value_high))
     side = 0
     for trial in range(100):
         if value_low <= 0.0 or high - low <= width:
             break
-        middle = (low * value_high - high * value_low) / (value_high - value_low)
-        if not low < middle < high or trial % 8 == 7:
-            middle = 0.5 * (low + high)
-        take_step(model, discrete, now, middle, step, work)
+        at = (low * value_high - high * value_low) / (value_high - value_low)
+        if not low < at < high or trial % 8 == 7:
+            at = 0.5 * (low + high)
+        take_step(model, discrete, now, at, step, work)
         value = least_fired(model, discrete, step.end, work, guards)
+        if abs(value) <= nothing:
+            high = at
+            break
         if value > 0.0:
-            low, value_low = middle, value
+            low, value_low = at, value
             value_high *= 0.5 if side == 1 else 1.0
             side = 1
         else:
-            high, value_high = middle, value
+            high, value_high = at, value
             value_low *= 0.5 if side == -1 else 1.0
             side = -1
     if value_low <= 0.0:
         high = 0.0
-    take_step(model, discrete, now, high, step, work)
+    if at != high:
+        take_step(model, discrete, now, high, step, work)
     keep_first_fired(guards, least_fired(model, discrete, step.end, work, guards))
     return high
 

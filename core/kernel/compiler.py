@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 import platformdirs
 from llvmlite.binding import add_symbol
 from numba import types
@@ -155,4 +156,4 @@ def _ctype(kind: Any) -> Any:
 
 def _address(record: Record) -> int:
     """Where a record lies in memory; it must outlive the call."""
-    return record.__array_interface__["data"][0]
+    return np.frombuffer(record, np.uint8).ctypes.data

@@ -40,10 +40,8 @@ def choose_grasp_force(
             low = max(low, offset / slope)
         elif offset < 0.0:
             blocked = True
-    if low <= high and not blocked:
-        multiplier = min(max(0.0, low), high)
-        violation = 0.0
-    else:
+    multiplier, violation = min(max(0.0, low), high), 0.0
+    if low > high or blocked:
         multiplier, violation = _least_violation(forces, direction, believed, safety, belief)
     for i in range(believed.num_fingers):
         forces[i, 0] += multiplier * direction[2 * i]

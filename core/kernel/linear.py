@@ -183,7 +183,9 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
 
 @compiled
 def orthonormalize(basis: Floats, triangle: Floats, rows: int, count: int) -> float:
-    """QR of the first ``count`` columns of ``basis`` by Gram-Schmidt, each column twice.
+    """QR of the first ``count`` columns of ``basis`` by Gram-Schmidt.
+
+    A column that loses most of its length is made orthogonal twice ("twice is enough").
 
     Args:
         basis: Its first ``count`` columns become orthonormal.
@@ -196,30 +198,42 @@ def orthonormalize(basis: Floats, triangle: Floats, rows: int, count: int) -> fl
     """
     least = 1.0
     for j in range(count):
-        length = 0.0
-        for i in range(rows):
-            length += basis[i, j] ** 2
         for k in range(j):
             triangle[k, j] = 0.0
-        for _ in range(2):
-            for k in range(j):
-                projection = 0.0
-                for i in range(rows):
-                    projection += basis[i, k] * basis[i, j]
-                triangle[k, j] += projection
-                for i in range(rows):
-                    basis[i, j] -= projection * basis[i, k]
-        rest = 0.0
-        for i in range(rows):
-            rest += basis[i, j] ** 2
-        rest = np.sqrt(rest)
-        triangle[j, j] = rest
+        length = _squared_length(basis, rows, j)
+        _remove_projections(basis, triangle, rows, j)
+        rest = _squared_length(basis, rows, j)
+        if rest < 0.5 * length:
+            _remove_projections(basis, triangle, rows, j)
+            rest = _squared_length(basis, rows, j)
         if rest == 0.0 or not rest < np.inf:
             return 0.0
-        least = min(least, rest / np.sqrt(length))
+        triangle[j, j] = np.sqrt(rest)
+        least = min(least, np.sqrt(rest / length))
+        scale = 1.0 / triangle[j, j]
         for i in range(rows):
-            basis[i, j] /= rest
+            basis[i, j] *= scale
     return least
+
+
+@compiled
+def _squared_length(basis: Floats, rows: int, j: int) -> float:
+    total = 0.0
+    for i in range(rows):
+        total += basis[i, j] * basis[i, j]
+    return total
+
+
+@compiled
+def _remove_projections(basis: Floats, triangle: Floats, rows: int, j: int) -> None:
+    """Makes column j orthogonal to those before it."""
+    for k in range(j):
+        projection = 0.0
+        for i in range(rows):
+            projection += basis[i, k] * basis[i, j]
+        triangle[k, j] += projection
+        for i in range(rows):
+            basis[i, j] -= projection * basis[i, k]
 
 
 @compiled

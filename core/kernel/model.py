@@ -16,6 +16,7 @@ from core.kernel.records import (
     MAX_UNKNOWNS,
     Floats,
     Record,
+    as_record,
 )
 from core.scenario import ControllerParameters, Scenario
 from core.unknowns import parse_unknown
@@ -151,8 +152,7 @@ def pack_model(scenario: Scenario) -> Record:
     for name in NUMERICS.names or ():
         numerics[name] = getattr(simulation, name)
     model["method"] = DOPRI5 if scenario.controller.control_period > 0.0 else DOP853
-    record: Record = np.rec.array(packed)[0]
-    return record
+    return as_record(packed)
 
 
 def _pack_hand(scenario: Scenario, n: int, hand: np.void) -> None:

@@ -23,6 +23,7 @@ __all__ = [
     "Floats",
     "Integers",
     "Record",
+    "as_record",
     "make_record",
 ]
 
@@ -41,5 +42,10 @@ STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
 def make_record(layout: np.dtype) -> Record:
     """A record of zeros."""
-    record: Record = np.rec.array(np.zeros(1, layout))[0]
+    return as_record(np.zeros(1, layout))
+
+
+def as_record(packed: NDArray[np.void]) -> Record:
+    """The one element of a structured array as a record that shares its memory."""
+    record: Record = packed.view(np.dtype((np.record, packed.dtype)), np.recarray)[0]
     return record

@@ -99,10 +99,10 @@ def fill_row(model: Record, row: Record, work: Record) -> int:
     values[at + 2] = state[model.num_states - 2]
     values[at + 3] = state[model.num_states - 1]
     row.length = at + 4
+    total = 0.0
     for k in range(row.length):
-        if not np.isfinite(values[k]):
-            return 0
-    return 1
+        total += abs(values[k])
+    return 1 if np.isfinite(total) else 0
 
 
 @compiled

@@ -12,7 +12,7 @@ from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.flow import flow
 from core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from core.kernel.model import MODEL
-from core.kernel.records import MAX_STATE, STATE, Record
+from core.kernel.records import MAX_STATE, STATE, Floats, Record
 from core.kernel.workspace import DISCRETE, WORKSPACE
 
 # A step from ``start`` to ``end`` with its slopes.
@@ -41,6 +41,18 @@ def _combine(model: Record, row: int, h: float, step: Record, target: Record) ->
                 target.x[j] += weight * step.slopes[k].x[j]
 
 
+@compiled
+def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Floats) -> None:
+    """Sum of the first ``count`` slopes, each times its weight."""
+    for j in range(size):
+        total[j] = 0.0
+    for k in range(count):
+        weight = weights[k]
+        if weight != 0.0:
+            for j in range(size):
+                total[j] += weight * step.slopes[k].x[j]
+
+
 @compiled_apart(types.float64, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
@@ -54,19 +66,19 @@ def take_step(
     for row in range(1, method.last + 1):
         _combine(model, row, h, step, step.end)
         flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
+    size = model.num_states
+    _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
+    _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
     relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
     total, correction = 0.0, 0.0
-    for j in range(model.num_states):
-        error, other = 0.0, 0.0
-        for k in range(method.last + 1):
-            error += method.error[k] * step.slopes[k].x[j]
-            other += method.correction[k] * step.slopes[k].x[j]
-        scale = absolute + relative * max(abs(step.start.x[j]), abs(step.end.x[j]))
-        total += (error / scale) ** 2
-        correction += (other / scale) ** 2
+    for j in range(size):
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        scale = 1.0 / (absolute + relative * largest)
+        total += (scale * step.terms[0, j]) ** 2
+        correction += (scale * step.terms[1, j]) ** 2
     if total == 0.0:
         return 0.0
-    return h * total / np.sqrt((total + 0.01 * correction) * model.num_states)
+    return h * total / np.sqrt((total + 0.01 * correction) * size)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
@@ -78,25 +90,28 @@ def prepare_interpolant(
     for row in range(method.last + 1, method.num_slopes):
         _combine(model, row, h, step, step.stage)
         flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
-    for j in range(model.num_states):
+    size = model.num_states
+    for j in range(size):
         difference = step.end.x[j] - step.start.x[j]
         first, last = h * step.slopes[0].x[j], h * step.slopes[method.last].x[j]
         step.terms[0, j] = difference
         step.terms[1, j] = first - difference
         step.terms[2, j] = 2.0 * difference - first - last
-        for term in range(method.num_dense):
-            total = 0.0
-            for k in range(method.num_slopes):
-                total += method.dense[term, k] * step.slopes[k].x[j]
-            step.terms[3 + term, j] = h * total
+    for term in range(method.num_dense):
+        _weigh_slopes(method.dense[term], method.num_slopes, size, step, step.terms[3 + term])
+        for j in range(size):
+            step.terms[3 + term, j] *= h
 
 
 @compiled
 def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
     """State inside the step, by the continuous extension of the method."""
-    for j in range(model.num_states):
-        value = 0.0
-        for term in range(model.method.num_dense + 2, -1, -1):
-            factor = fraction if term % 2 == 0 else 1.0 - fraction
-            value = factor * (value + step.terms[term, j])
-        state.x[j] = step.start.x[j] + value
+    size, last = model.num_states, model.method.num_dense + 2
+    for j in range(size):
+        state.x[j] = 0.0
+    for term in range(last, -1, -1):
+        factor = fraction if term % 2 == 0 else 1.0 - fraction
+        for j in range(size):
+            state.x[j] = factor * (state.x[j] + step.terms[term, j])
+    for j in range(size):
+        state.x[j] += step.start.x[j]

@@ -31,16 +31,16 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
     Returns:
         1, or 0 where all contacts coincide.
     """
-    mean_x, mean_y = 0.0, 0.0
+    share, mean_x, mean_y = 1.0 / n, 0.0, 0.0
     for i in range(n):
-        mean_x += kin.arms[i, 0] / n
-        mean_y += kin.arms[i, 1] / n
+        mean_x += share * kin.arms[i, 0]
+        mean_y += share * kin.arms[i, 1]
     spread, size = 0.0, 0.0
     for i in range(n):
         x, y = kin.arms[i, 0], kin.arms[i, 1]
         spread += (x - mean_x) ** 2 + (y - mean_y) ** 2
         size += x * x + y * y
-    ax, ay = room.right_side[0] / n, room.right_side[1] / n
+    ax, ay = share * room.right_side[0], share * room.right_side[1]
     b = (room.right_side[2] - n * (mean_x * ay - mean_y * ax)) / spread
     for i in range(n):
         fx = ax - b * (kin.arms[i, 1] - mean_y)
