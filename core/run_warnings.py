@@ -33,14 +33,14 @@ def describe_warnings(run: Record) -> tuple[RunWarning, ...]:
     Args:
         run: Its progress in the kernel.
     """
-    tally = run.tally
+    tally = run["tally"]
     counted = [
         (code, message, count, first)
         for (code, message), count, first in zip(
-            _COUNTED, run.warning_counts, run.warning_times, strict=True
+            _COUNTED, run["warning_counts"], run["warning_times"], strict=True
         )
     ]
-    counted.append((_GRASP_CODE, _GRASP_MESSAGE, tally.violations, tally.first_violation))
+    counted.append((_GRASP_CODE, _GRASP_MESSAGE, tally["violations"], tally["first_violation"]))
     return tuple(
         RunWarning(code=code, message=message, count=int(count), first_time=float(first))
         for code, message, count, first in counted

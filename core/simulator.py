@@ -13,7 +13,7 @@ from core.kernel import entry as kernel
 from core.kernel.jump import REACHED, RUNNING
 from core.kernel.model import pack_model
 from core.kernel.records import Record
-from core.kernel.run import last_row, make_outlet, make_progress, take_rows
+from core.kernel.run import ROWS_BEFORE_PAUSE, last_row, make_outlet, make_progress, rows_in
 from core.loading import with_values
 from core.metrics import compute_metrics
 from core.result import RunResult, RunSummary
@@ -55,7 +55,9 @@ class Simulation:
         )
         self._run = _initial_run(scenario)
         self._keeps_trace = keep_trace
-        self._outlet = make_outlet(keeps_rows=keep_trace)
+        self._outlet = make_outlet(
+            keeps_rows=keep_trace, chatter_changes=scenario.simulation.chatter_changes
+        )
         self._pending = sorted(scenario.changes, key=lambda change: change.time)
         self._present = replace(scenario, changes=())
         self._model = pack_model(self._present)
@@ -107,11 +109,10 @@ class Simulation:
     def result(self) -> RunResult:
         """What there is so far; ``stopped`` if the run has not ended."""
         assert self._keeps_trace, "a run that keeps no trace has only a summary"
-        rows = np.concatenate(self._rows) if self._rows else _empty_rows(self._shape)
         outcome = self.outcome or Outcome.STOPPED
         return RunResult(
             scenario=self.scenario,
-            trace=Trace.from_rows(self._shape, rows),
+            trace=Trace.from_rows(self._shape, self._all_rows()),
             phase_changes=tuple(self._changes),
             outcome=outcome,
             reason=self._reason,
@@ -137,8 +138,9 @@ class Simulation:
     def _collect(self) -> None:
         """Takes rows and phase changes out of the kernel's buffers."""
         run, outlet = self._run, self._outlet
-        if outlet.num_rows:
-            self._rows.append(take_rows(outlet, self._shape.num_columns))
+        if outlet.num_rows > ROWS_BEFORE_PAUSE:
+            self._rows.append(rows_in(outlet, self._shape.num_columns).copy())
+            outlet.num_rows = 0
         if self._keeps_trace:
             for t, contact, before, after in outlet.changes[: run.num_changes].tolist():
                 self._changes.append(
@@ -174,11 +176,21 @@ class Simulation:
         trace = Trace.from_rows(self._shape, self._last_row())
         self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
 
+    def _all_rows(self) -> np.ndarray:
+        rows = rows_in(self._outlet, self._shape.num_columns)
+        if self._run.tally.rows == 0:
+            return _empty_rows(self._shape)
+        if self._rows:
+            return np.concatenate([*self._rows, rows])
+        # The buffer is written on while the run goes on.
+        return rows if self.finished else rows.copy()
+
     def _last_row(self) -> np.ndarray:
         if self._run.tally.rows == 0:
             return _empty_rows(self._shape)
         if self._keeps_trace:
-            return self._rows[-1][-1:]
+            rows = rows_in(self._outlet, self._shape.num_columns)
+            return rows[-1:] if len(rows) else self._rows[-1][-1:]
         return last_row(self._model, self._run)
 
 

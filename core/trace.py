@@ -149,14 +149,17 @@ class Trace:
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: NDArray[np.float64]) -> Trace:
-        """Builds a trace from rows ``(rows, shape.num_columns)`` in the order of `SIGNALS`."""
+        """Builds a trace from rows ``(rows, shape.num_columns)`` in the order of `SIGNALS`.
+
+        Its arrays are views of ``rows`` but for the integers.
+        """
         arrays = {}
         start = 0
         for signal in SIGNALS:
             stop = start + shape.width(signal)
             columns = rows[:, start] if signal.per == "" else rows[:, start:stop]
-            kind = np.int8 if signal.name in _INTEGER_SIGNALS else np.float64
-            arrays[signal.name] = np.ascontiguousarray(columns, dtype=kind)
+            is_integer = signal.name in _INTEGER_SIGNALS
+            arrays[signal.name] = columns.astype(np.int8) if is_integer else columns
             start = stop
         return cls(shape=shape, **arrays)
 

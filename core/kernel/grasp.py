@@ -14,13 +14,13 @@ def choose_grasp_force(
 ) -> float:
     """Adds the least internal force that puts every sticking contact inside its cone.
 
-    Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of the unit
+    Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of this
     internal force; the least multiplier in their intersection is taken. Where they do not
     meet, the one with the least violation.
 
     Args:
         forces: ``(n, 2)`` contact forces without internal force; the result is added here.
-        direction: ``(2n,)`` unit vector of the one-dimensional null space.
+        direction: ``(2n,)`` internal force, spanning the one-dimensional null space.
         believed: Masses and friction the controller believes in.
         safety: Factor >= 1 by which the cones are narrowed.
         belief: ``(n,)`` phases the controller believes in.

@@ -167,18 +167,28 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
         factors.coordinates[k] = k
     for j in range(factors.size):
         total = 0.0
-        for k in range(3 + n):
-            column[k] = 0.0
         for i in range(factors.size):
             total += abs(matrix[factors.coordinates[i], factors.coordinates[j]])
         norm = max(norm, total)
-        column[factors.coordinates[j]] = 1.0
-        solve(factors, n, column)
-        total = 0.0
-        for k in range(3 + n):
-            total += abs(column[k])
-        inverse_norm = max(inverse_norm, total)
+        inverse_norm = max(inverse_norm, _inverse_column_sum(factors, n, j, column))
     return norm * inverse_norm
+
+
+@compiled
+def _inverse_column_sum(factors: Record, n: int, j: int, column: Floats) -> float:
+    total = 0.0
+    if factors.size == 3:
+        for i in range(3):
+            # Rows 00, 01, 02, 11, 12, 22 of the symmetric inverse.
+            total += abs(factors.inverse[i + j if i * j == 0 else i + j + 1])
+        return total
+    for k in range(3 + n):
+        column[k] = 0.0
+    column[factors.coordinates[j]] = 1.0
+    solve(factors, n, column)
+    for k in range(3 + n):
+        total += abs(column[k])
+    return total
 
 
 @compiled

@@ -16,7 +16,7 @@ from core.kernel.records import (
     MAX_UNKNOWNS,
     Floats,
     Record,
-    as_record,
+    make_record,
 )
 from core.scenario import ControllerParameters, Scenario
 from core.unknowns import parse_unknown
@@ -140,8 +140,8 @@ MODEL = np.dtype(
 def pack_model(scenario: Scenario) -> Record:
     """Packs a validated scenario for the kernel."""
     n, p = len(scenario.fingers), len(scenario.estimates)
-    packed = np.zeros(1, MODEL)
-    model = packed[0]
+    record = make_record(MODEL)
+    model = record.view(MODEL)
     model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, 8 + 2 * n + p
     _pack_hand(scenario, n, model["hand"])
     _pack_truth(scenario, n, model["truth"])
@@ -152,7 +152,7 @@ def pack_model(scenario: Scenario) -> Record:
     for name in NUMERICS.names or ():
         numerics[name] = getattr(simulation, name)
     model["method"] = DOPRI5 if scenario.controller.control_period > 0.0 else DOP853
-    return as_record(packed)
+    return record
 
 
 def _pack_hand(scenario: Scenario, n: int, hand: np.void) -> None:

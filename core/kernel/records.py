@@ -23,9 +23,10 @@ __all__ = [
     "Floats",
     "Integers",
     "Record",
-    "as_record",
     "make_record",
 ]
+
+_CACHE_LINE = 64
 
 Record: TypeAlias = np.record
 Floats: TypeAlias = NDArray[np.float64]
@@ -41,11 +42,9 @@ STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
 
 def make_record(layout: np.dtype) -> Record:
-    """A record of zeros."""
-    return as_record(np.zeros(1, layout))
-
-
-def as_record(packed: NDArray[np.void]) -> Record:
-    """The one element of a structured array as a record that shares its memory."""
-    record: Record = packed.view(np.dtype((np.record, packed.dtype)), np.recarray)[0]
+    """A record of zeros, on its own cache lines."""
+    memory = np.zeros(layout.itemsize + _CACHE_LINE, np.uint8)
+    start = -memory.ctypes.data % _CACHE_LINE
+    block = memory[start : start + layout.itemsize]
+    record: Record = block.view(np.dtype((np.record, layout)))[0]
     return record

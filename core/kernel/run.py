@@ -22,14 +22,14 @@ __all__ = [
     "last_row",
     "make_outlet",
     "make_progress",
-    "take_rows",
+    "rows_in",
 ]
 
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED = range(3)
 
 ROWS_PER_STEP = 512  # at most; a step is cut to pass no more output times
-ROWS_BEFORE_PAUSE = 512
+ROWS_BEFORE_PAUSE = 4096
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + ROOM_TO_SPARE
@@ -98,19 +98,23 @@ def make_progress() -> Record:
     return progress
 
 
-def make_outlet(*, keeps_rows: bool) -> Record:
-    """Empty buffers."""
+def make_outlet(*, keeps_rows: bool, chatter_changes: int) -> Record:
+    """Empty buffers; memory that no row touches is never used.
+
+    Args:
+        keeps_rows: Whether rows are stored, or only counted in the tally.
+        chatter_changes: How many phase changes the history holds.
+    """
     outlet = make_record(OUTLET)
     outlet.keeps_rows = keeps_rows
-    outlet.history[:] = -np.inf
+    outlet.history[:chatter_changes] = -np.inf
     return outlet
 
 
-def take_rows(outlet: Record, num_columns: int) -> Floats:
-    """Takes the rows out of the buffer, ``(rows, num_columns)``."""
+def rows_in(outlet: Record, num_columns: int) -> Floats:
+    """The rows in the buffer, ``(rows, num_columns)``, as a view."""
     count = int(outlet.num_rows)
-    outlet.num_rows = 0
-    rows: Floats = outlet.rows[: count * num_columns].reshape(count, num_columns).copy()
+    rows: Floats = outlet["rows"][: count * num_columns].reshape(count, num_columns)
     return rows
 
 

@@ -1,13 +1,12 @@
 """Contact forces that exert a wanted wrench on the object (docs/model.md, Grasp force).
 
 G = [W; -D of the slipping contacts] takes the contact forces F^ ``(2n,)``, in their contact
-frames, to the wrench and to 0. Where it has fewer rows than columns the smallest F^ with G F^ = (d, 0) is taken,
-where it has more the F^ that comes nearest.
+frames, to the wrench and to 0. Where it has fewer rows than columns the smallest F^ with
+G F^ = (d, 0) is taken, where it has more the F^ that comes nearest.
 """
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
@@ -54,11 +53,10 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
 
 @compiled
 def _find_squeeze(kin: Record, room: Record) -> None:
-    """Unit internal force of two sticking contacts: each pushes towards the other."""
+    """Internal force of two sticking contacts, of any size: each pushes towards the other."""
     dx, dy = kin.arms[1, 0] - kin.arms[0, 0], kin.arms[1, 1] - kin.arms[0, 1]
-    scale = 1.0 / np.sqrt(2.0 * (dx * dx + dy * dy))
     for i in range(2):
-        sign = scale if i == 0 else -scale
+        sign = 1.0 if i == 0 else -1.0
         along, normal = to_contact_frame(kin, i, sign * dx, sign * dy)
         room.direction[2 * i], room.direction[2 * i + 1] = along, normal
 
