@@ -13,6 +13,7 @@ from core.kernel.guards import (
     PHASE,
     SINGULAR,
     find_fired,
+    is_past_event,
     keep_first_fired,
     least_fired,
     rearm_guards,
@@ -52,6 +53,7 @@ from core.kernel.run import (
 from core.kernel.stepper import interpolate, prepare_interpolant, take_step
 
 LEAST_STEP = 1e-13
+MAX_GROWTH = 10.0
 STALLED = 1e-9
 MAX_STALLS = 20
 LOCATION_WIDTH = 2e-14
@@ -70,7 +72,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         error = take_step(model, run.discrete, now, size, run.step, run.work)
         run.steps += 1
         if error <= 1.0:
-            growth = min(5.0, 0.9 * max(error, 1e-10) ** -exponent)
+            growth = min(MAX_GROWTH, 0.9 * max(error, 1e-10) ** -exponent)
             if size < rest or growth < 1.0 or size * growth > h:
                 run.step_size = size * growth
             return size
@@ -143,7 +145,7 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
                 prepared = True
             interpolate(model, run.step, (t - now) / h, run.step.stage)
             if evaluate_at(model, run, t, run.step.stage) == 1:
-                if find_fired(model, run.discrete, run.row.state, run.work, run.guards) == 1:
+                if is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 1:
                     return t - now
                 store_row(model, run, outlet)
         run.outputs += 1

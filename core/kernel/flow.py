@@ -119,13 +119,13 @@ def flow(
         derivative.x[6 + n + i] = work.acceleration[3 + i]
     for k in range(p):
         derivative.x[6 + 2 * n + k] = 0.0 if discrete.clamps[k] != 0 else work.rates[k]
-    supplied, dissipated = _powers(model, state, work)
+    supplied, dissipated = _powers(model, discrete, state, work)
     derivative.x[6 + 2 * n + p] = supplied
     derivative.x[7 + 2 * n + p] = dissipated
 
 
 @compiled
-def _powers(model: Record, state: Record, work: Record) -> tuple[float, float]:
+def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tuple[float, float]:
     """Power of the joint torques and power lost to friction [W]."""
     n, kin = model.num_fingers, work.kin
     supplied = 0.0
@@ -133,5 +133,7 @@ def _powers(model: Record, state: Record, work: Record) -> tuple[float, float]:
     for i in range(n):
         supplied += work.tip_forces[i, 0] * kin.tip_velocities[i, 0]
         supplied += work.tip_forces[i, 1] * kin.tip_velocities[i, 1]
-        dissipated += model.truth.friction[i] * work.forces[i, 1] * abs(state.x[6 + n + i])
+        # Not |s'|, whose kink at the end of a slip would make the step there tiny.
+        speed = discrete.phases[i] * state.x[6 + n + i]
+        dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
     return supplied, dissipated

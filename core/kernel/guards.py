@@ -101,16 +101,26 @@ def arm_guards(
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
-def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
-    """Marks the guards that are below their level by more than noise; 1 if any is."""
+def is_past_event(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> int:
+    """1 if any guard is below its level by more than noise."""
     _update_values(model, discrete, state, work, guards)
-    found = 0
     for j in range(guards.count):
         noise, _ = _band(model, discrete, work, j)
-        fired = 1 if guards.values[j] < guards.levels[j] - noise else 0
-        guards.fired[j] = fired
-        found += fired
-    return min(found, 1)
+        if guards.values[j] < guards.levels[j] - noise:
+            return 1
+    return 0
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
+    """The same for the end of a step; marks the guards that have fired in it."""
+    found = is_past_event(model, discrete, state, work, guards)
+    for j in range(guards.count):
+        noise, _ = _band(model, discrete, work, j)
+        guards.fired[j] = 1 if guards.values[j] < guards.levels[j] - noise else 0
+    return found
 
 
 @compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)

@@ -34,7 +34,7 @@ CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + ROOM_TO_SPARE
 OUTPUT_ROUNDING = 1e-12
-FIRST_STEP = 1e-4
+FIRST_STEP = 5e-4
 
 
 # Everything that changes during a run, but for the outlet.
