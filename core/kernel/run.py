@@ -29,7 +29,7 @@ __all__ = [
 AMBIGUITIES, HOLDS, CLAMPED = range(3)
 
 ROWS_PER_STEP = 512  # at most; a step is cut to pass no more output times
-ROWS_BEFORE_PAUSE = 4096
+ROWS_BEFORE_PAUSE = 2048
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + ROOM_TO_SPARE
@@ -79,9 +79,9 @@ OUTLET = np.dtype(
     [
         ("keeps_rows", np.int64),  # 0: rows only count in the tally
         ("num_rows", np.int64),
-        ("rows", np.float64, (ROW_CAPACITY * MAX_COLUMNS,)),  # of the trace, one after another
         ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
         ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
+        ("rows", np.float64, (ROW_CAPACITY * MAX_COLUMNS,)),  # of the trace, one after another
     ],
     align=True,
 )
