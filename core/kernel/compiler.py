@@ -32,7 +32,7 @@ from core.kernel.records import Record
 
 __all__ = ["call", "compiled", "compiled_apart", "from_python", "is_cached", "prepare_units"]
 
-_OPTIONS = {"error_model": "numpy"}
+_OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
 _LOCK = threading.Lock()
 
 

@@ -57,13 +57,14 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
         forces_to_torques(work.kin, n, work.tip_forces, row.torques)
     kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
     row.kinetic_energy, row.potential_energy = kinetic, potential
-    total = kinetic + potential
+    finite = abs(kinetic + potential) < np.inf
     for k in range(model.num_states):
-        total += abs(row.state.x[k]) + abs(row.derivative.x[k])
+        finite = finite and abs(row.state.x[k]) < np.inf and abs(row.derivative.x[k]) < np.inf
     for i in range(n):
-        total += abs(row.torques[i, 0]) + abs(row.torques[i, 1])
-        total += abs(work.forces[i, 0]) + abs(work.forces[i, 1])
-    return 1 if np.isfinite(total) else 0
+        for axis in range(2):
+            finite = finite and abs(row.torques[i, axis]) < np.inf
+            finite = finite and abs(work.forces[i, axis]) < np.inf
+    return 1 if finite else 0
 
 
 @compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
@@ -99,10 +100,10 @@ def fill_row(model: Record, row: Record, work: Record) -> int:
     values[at + 2] = state[model.num_states - 2]
     values[at + 3] = state[model.num_states - 1]
     row.length = at + 4
-    total = 0.0
     for k in range(row.length):
-        total += abs(values[k])
-    return 1 if np.isfinite(total) else 0
+        if not abs(values[k]) < np.inf:
+            return 0
+    return 1
 
 
 @compiled
