@@ -217,6 +217,8 @@ def _nearest(word: str, words: Any) -> str:
 
 def _check_changes(scenario: Scenario) -> None:
     """Each timed change must name a changeable parameter and give it an allowed value."""
+    if not scenario.changes:
+        return
     definitions = describe(replace(scenario, changes=()))
     errors: list[FieldError] = []
     for i, change in enumerate(scenario.changes):

@@ -10,6 +10,7 @@ import dataclasses
 import types
 import typing
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, Literal
 
 import annotated_types
@@ -90,10 +91,16 @@ def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
         node: A scenario or a part of one (a dataclass instance).
         prefix: Dotted key of ``node``.
     """
-    hints = typing.get_type_hints(type(node), include_extras=True)
+    hints = _hints(type(node))
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
         yield from _describe_value(f"{prefix}{field.name}", hints[field.name], value)
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """Annotations of a dataclass; looking them up takes longer than all the rest."""
+    return typing.get_type_hints(kind, include_extras=True)
 
 
 def describe(scenario: Any) -> dict[str, Parameter]:

@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from core.batch import simulate_many
     from core.exceptions import ScenarioError, SlipgraspError
     from core.loading import (
         load_scenario,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
         scenario_to_toml,
         with_values,
     )
-    from core.result import Metrics, RunResult
+    from core.result import Metrics, RunResult, RunSummary
     from core.scenario import Scenario
     from core.simulator import Simulation, simulate
     from core.trace import SIGNALS, Trace
@@ -42,6 +43,7 @@ __all__ = [
     "Reason",
     "RecordingError",
     "RunResult",
+    "RunSummary",
     "RunWarning",
     "Scenario",
     "ScenarioError",
@@ -54,6 +56,7 @@ __all__ = [
     "scenario_from_mapping",
     "scenario_to_toml",
     "simulate",
+    "simulate_many",
     "with_values",
     "write_csv",
     "write_recording",
@@ -68,6 +71,7 @@ _ORIGINS = {
     "Reason": "core.types",
     "RecordingError": "recordings.exceptions",
     "RunResult": "core.result",
+    "RunSummary": "core.result",
     "RunWarning": "core.types",
     "Scenario": "core.scenario",
     "ScenarioError": "core.exceptions",
@@ -80,6 +84,7 @@ _ORIGINS = {
     "scenario_from_mapping": "core.loading",
     "scenario_to_toml": "core.loading",
     "simulate": "core.simulator",
+    "simulate_many": "core.batch",
     "with_values": "core.loading",
     "write_csv": "recordings.csv_export",
     "write_recording": "recordings.writer",
