@@ -1,38 +1,42 @@
-"""How the kernel is compiled, and where the machine code is kept.
+"""How the kernel is compiled: in units, each apart, the first time on two processors.
 
-The kernel consists of a dozen units. A unit is compiled apart, and others call it through
-its symbol, as with the object files of a C program: the compiler sees every function once.
-(Where numba's functions simply call each other, each is compiled again with each of its
-callers, which takes minutes here.) Within a unit, small functions are inlined as usual.
-
-Numba names a cached function by its own file only, so a caller would keep stale code of a
-callee in another file. The cache folder therefore carries a digest of all kernel sources.
+A unit is called through its symbol by the others, as with the object files of a C program,
+so that the compiler sees every function once. (Where numba's functions simply call each
+other, each is compiled again with each of its callers, which takes minutes here.) Within a
+unit, small functions are inlined as usual.
 """
 
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import os
-import tempfile
+import subprocess
+import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
-import platformdirs
 from llvmlite.binding import add_symbol
 from numba import types
-from numba.core import config
 
+from core.kernel.cache import ROOT_VARIABLE, cache_root, in_cache_folder, is_in_cache
 from core.kernel.records import Record
 
-__all__ = ["call", "compiled", "compiled_apart", "from_python", "is_cached", "prepare_units"]
+__all__ = [
+    "call",
+    "compile_from_the_end",
+    "compiled",
+    "compiled_apart",
+    "from_python",
+    "is_cached",
+    "prepare_units",
+]
 
 _OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
+_FEW_UNITS = 8
 _LOCK = threading.Lock()
 
 
@@ -45,15 +49,18 @@ class _Unit:
         self.symbol = f"slipgrasp_{function.__name__}"
         self.entry: Callable[..., Any] | None = None
 
+    def compile(self) -> int:
+        """Loads the machine code from the cache, or compiles it; returns its address."""
+        with in_cache_folder():
+            return numba.cfunc(self.signature, cache=True, **_OPTIONS)(self.function).address
+
     def load(self) -> None:
-        """Loads the machine code from the cache, or compiles it."""
-        compiled_unit = _in_cache_folder(
-            lambda: numba.cfunc(self.signature, cache=True, **_OPTIONS)(self.function)
-        )
-        add_symbol(self.symbol, compiled_unit.address)
+        """Makes the unit ready to be called, from Python and by other units."""
+        address = self.compile()
+        add_symbol(self.symbol, address)
         kinds = [_ctype(kind) for kind in self.signature.args]
         prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
-        self.entry = prototype(compiled_unit.address)
+        self.entry = prototype(address)
 
 
 _UNITS: dict[str, _Unit] = {}
@@ -89,63 +96,69 @@ def call(unit: Any, *arguments: Any) -> Any:
     """Calls a unit from Python, without the GIL; loads the kernel first if need be."""
     entry = _UNITS[unit.symbol].entry
     if entry is None:
-        for _ in prepare_units():
-            pass
+        prepare_units()
         return call(unit, *arguments)
     return entry(*[_address(a) if isinstance(a, Record) else a for a in arguments])
 
 
-def prepare_units() -> Iterator[tuple[int, int]]:
-    """Loads or compiles all units, each once; yields how many of how many are ready."""
+def prepare_units(report: Callable[[float], None] | None = None) -> None:
+    """Loads or compiles all units, each once; safe from any thread.
+
+    Where most must be compiled, a second process starts from the last unit while this one
+    starts from the first; what it leaves in the cache is only loaded here.
+
+    Args:
+        report: Called with the share of units that are ready, 0 to 1.
+    """
     with _LOCK:
-        for done, unit in enumerate(_UNITS.values()):
-            if unit.entry is None:
-                yield done, len(_UNITS)
-                unit.load()
+        waiting = [unit for unit in _UNITS.values() if unit.entry is None]
+        missing = sum(not is_in_cache(unit.function) for unit in waiting)
+        second = _start_second_process() if missing > _FEW_UNITS else None
+        for unit in waiting:
+            if report is not None:
+                left = sum(not is_in_cache(other.function) for other in waiting) if missing else 0
+                report(1.0 - left / len(waiting))
+            unit.load()
+        if second is not None:
+            second.kill()
+            second.wait()
 
 
-@cache
-def cache_folder() -> Path:
-    """The user's cache folder, or a temporary one where that cannot be written."""
-    root = os.environ.get("SLIPGRASP_CACHE") or platformdirs.user_cache_dir("slipgrasp")
-    folder = Path(root) / f"kernel-{_source_digest()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="slipgrasp-kernel-"))
+def compile_from_the_end() -> None:
+    """What the second process does: compiles units into the cache, the last one first."""
+    for unit in _UNITS.values():
+        # Nothing is called here: any address satisfies the linker.
+        add_symbol(unit.symbol, 1)
+    for unit in reversed(_UNITS.values()):
+        if not is_in_cache(unit.function):
+            unit.compile()
 
 
 def is_cached() -> bool:
     """Whether the kernel is loaded or lies compiled on disk; otherwise it takes a while."""
-    if all(unit.entry for unit in _UNITS.values()):
-        return True
-    names = [path.name for path in cache_folder().rglob("*.nbc")]
-    functions = [unit.function.__name__ for unit in _UNITS.values()]
-    return all(any(f".{function}-" in name for name in names) for function in functions)
+    return all(unit.entry or is_in_cache(unit.function) for unit in _UNITS.values())
 
 
-def _source_digest() -> str:
-    digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _in_cache_folder(compile_it: Callable[[], Any]) -> Any:
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(cache_folder())
+def _start_second_process() -> subprocess.Popen[bytes] | None:
+    command = "from core.kernel.entry import compile_from_the_end as go; go()"
+    path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
+    environment = {**os.environ, "PYTHONPATH": path, ROOT_VARIABLE: str(cache_root())}
+    nothing = subprocess.DEVNULL
     try:
-        return compile_it()
-    finally:
-        config.CACHE_DIR = previous
+        return subprocess.Popen(
+            [sys.executable, "-c", command],
+            env=environment,
+            stdin=nothing,
+            stdout=nothing,
+            stderr=nothing,
+        )
+    except OSError:
+        return None
 
 
 _CTYPES = {
     types.int64: ctypes.c_int64,
     types.float64: ctypes.c_double,
-    types.boolean: ctypes.c_bool,
     types.void: None,
 }
 

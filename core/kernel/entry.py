@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from core.kernel import advance as hybrid
-from core.kernel.compiler import call, is_cached, prepare_units
+from core.kernel.compiler import call, compile_from_the_end, is_cached, prepare_units
 from core.kernel.records import Record
 
-__all__ = ["advance", "is_cached", "prepare"]
+__all__ = ["advance", "compile_from_the_end", "is_cached", "prepare"]
 
 
 def prepare(progress: Callable[[float], None] | None = None) -> None:
@@ -17,9 +17,7 @@ def prepare(progress: Callable[[float], None] | None = None) -> None:
     Args:
         progress: Called with the share of the kernel that is ready, 0 to 1.
     """
-    for done, count in prepare_units():
-        if progress is not None:
-            progress(done / count)
+    prepare_units(progress)
 
 
 def advance(
