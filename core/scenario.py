@@ -350,6 +350,15 @@ class Scenario:
     simulation: SimulationParameters = SimulationParameters()
     changes: Annotated[tuple[Change, ...], Len(0, 1000)] = ()
 
+    @property
+    def finger_names(self) -> tuple[str, ...]:
+        """What to call the fingers: the faces they touch, numbered where several share one."""
+        faces = [finger.face for finger in self.fingers]
+        return tuple(
+            face if faces.count(face) == 1 else f"{face} {faces[: i + 1].count(face)}"
+            for i, face in enumerate(faces)
+        )
+
     def to_mapping(self) -> dict[str, Any]:
         """The scenario as nested plain values, without what was left out (None)."""
         mapping: dict[str, Any] = asdict(self)

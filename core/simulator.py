@@ -23,7 +23,7 @@ from core.trace import Trace, TraceShape
 from core.types import ContactPhase, Outcome, PhaseChange, Reason
 from core.validation import check_scenario
 
-__all__ = ["Simulation", "kernel_is_cached", "prepare_kernel", "simulate"]
+__all__ = ["Simulation", "kernel_is_cached", "kernel_progress", "prepare_kernel", "simulate"]
 
 _STEPS_PER_PIECE = 1000
 
@@ -179,7 +179,7 @@ class Simulation:
     def _all_rows(self) -> np.ndarray:
         rows = rows_in(self._outlet, self._shape.num_columns)
         if self._run.tally.rows == 0:
-            return _empty_rows(self._shape)
+            return _start_row(self._shape, self.scenario)
         if self._rows:
             return np.concatenate([*self._rows, rows])
         # The buffer is written on while the run goes on.
@@ -187,7 +187,7 @@ class Simulation:
 
     def _last_row(self) -> np.ndarray:
         if self._run.tally.rows == 0:
-            return _empty_rows(self._shape)
+            return _start_row(self._shape, self.scenario)
         if self._keeps_trace:
             rows = rows_in(self._outlet, self._shape.num_columns)
             return rows[-1:] if len(rows) else self._rows[-1][-1:]
@@ -239,9 +239,14 @@ def prepare_kernel(progress: Callable[[float], None] | None = None) -> None:
     kernel.prepare(progress)
 
 
+def kernel_progress() -> float:
+    """Share of the kernel that is loaded or lies compiled on disk, 0 to 1."""
+    return kernel.share_ready()
+
+
 def kernel_is_cached() -> bool:
-    """Whether the kernel is loaded or lies compiled on disk; otherwise compiling takes a while."""
-    return kernel.is_cached()
+    """Whether no compilation is needed any more; otherwise the next run waits for it."""
+    return kernel_progress() == 1.0
 
 
 def _initial_run(scenario: Scenario) -> Record:
@@ -267,8 +272,11 @@ def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
         run.step.start.x[offset + int(index)] = scenario.estimates[int(index)].initial
 
 
-def _empty_rows(shape: TraceShape) -> np.ndarray:
-    return np.zeros((1, shape.num_columns))
+def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
+    """All that is known of a run whose first row is not finite: where it starts."""
+    row = np.zeros((1, shape.num_columns))
+    row[0, 1:4] = scenario.trajectory.start
+    return row
 
 
 def _stopped(t: float) -> Reason:

@@ -14,6 +14,7 @@ __all__ = ["check_scenario"]
 
 MAX_ROWS = 2_000_000
 MIN_CONTROL_PERIOD = 1e-4
+MIN_POSITION_GAIN = 1e-3
 MIN_SINE_OF_SECOND_JOINT = 1e-3
 
 
@@ -27,6 +28,7 @@ def check_scenario(scenario: Scenario) -> None:
         *_check_start_pose(scenario),
         *_check_estimates(scenario),
         *_check_gains(scenario),
+        *_check_least_gain(scenario),
         *_check_control(scenario),
         *_check_times(scenario),
     ]
@@ -144,6 +146,22 @@ def _check_gains(scenario: Scenario) -> Iterator[FieldError]:
                 value=len(value),
                 limit=f"{size} numbers",
                 message=f"controller.{name} has {len(value)} numbers; give one number, or {size}",
+            )
+
+
+def _check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
+    """A tiny K_p makes P12 = Q / (2 K_p) of Eq. 25 huge, and the adaptation with it."""
+    gain = scenario.controller.position_gain
+    for value in gain if isinstance(gain, tuple) else (gain,):
+        if 0.0 < value < MIN_POSITION_GAIN:
+            yield FieldError(
+                field="controller.position_gain",
+                value=value,
+                limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s^2",
+                message=(
+                    f"controller.position_gain is {value:g} 1/s^2; 0 means no position feedback, "
+                    f"otherwise at least {MIN_POSITION_GAIN:g} 1/s^2"
+                ),
             )
 
 

@@ -234,6 +234,7 @@ class HealthPublic(BaseModel):
     status: Literal["ok"]
     version: str
     kernel: Literal["ready", "compiling"]
+    kernel_progress: float
     running: int
     waiting: int
 

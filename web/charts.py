@@ -18,7 +18,7 @@ from core.trace import JOINTS_PER_FINGER, Trace
 from core.types import ContactPhase
 from web.colours import FINGERS, Rgb
 from web.playback import TimeWindow
-from web.words import finger_names, key_words, unit_words
+from web.words import key_words, unit_words
 
 __all__ = [
     "Chart",
@@ -57,7 +57,7 @@ class Chart:
 
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     """Slip, slip velocity, and the tangential forces against their cones."""
-    trace, names = result.trace, finger_names(result.scenario)
+    trace, names = result.trace, result.scenario.finger_names
     limits = trace.friction_coefficient * trace.normal_force
     forces = np.abs(trace.tangential_force)
     return (
@@ -76,7 +76,7 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
 
 def control_charts(result: RunResult) -> tuple[Chart, ...]:
     """Tracking error, estimates against the truth, and torques."""
-    trace, names = result.trace, finger_names(result.scenario)
+    trace, names = result.trace, result.scenario.finger_names
     errors = 1e3 * trace.tracking_error
     labels = ("x [mm]", "y [mm]", "θ [mrad]")
     torques = trace.joint_torque.reshape(len(trace), -1, JOINTS_PER_FINGER)
@@ -102,7 +102,7 @@ def _per_finger(labels: Sequence[str], values: Values, dashed: bool = False) -> 
 
 def _estimate_charts(result: RunResult) -> Iterator[Chart]:
     """One chart per unit, estimates solid and the truth dashed."""
-    trace, names = result.trace, finger_names(result.scenario)
+    trace, names = result.trace, result.scenario.finger_names
     definitions = parameter_definitions(result.scenario)
     units = [definitions[key].unit for key in trace.shape.unknowns]
     for unit in dict.fromkeys(units):

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from core.result import RunResult
-from core.scenario import Scenario
 from core.types import Outcome
 
 __all__ = [
     "Verdict",
     "describe_outcome",
-    "finger_names",
     "key_words",
     "milliseconds",
     "unit_words",
@@ -67,7 +65,7 @@ def _describe_reason(result: RunResult) -> tuple[str, ...]:
 
 def _describe_slips(result: RunResult) -> str:
     """Who slipped how far, and until when."""
-    names = finger_names(result.scenario)
+    names = result.scenario.finger_names
     paths = result.metrics.slip_path
     slipped = [i for i, path in enumerate(paths) if path > 0.0]
     if not slipped:
@@ -91,15 +89,6 @@ def _describe_end_of_slip(result: RunResult) -> str:
     if last is None or result.metrics.slipping_at_end:
         return ""
     return f", and stopped at t = {milliseconds(last)}"
-
-
-def finger_names(scenario: Scenario) -> tuple[str, ...]:
-    """What to call the fingers: the faces they touch, numbered where several share one."""
-    faces = [finger.face for finger in scenario.fingers]
-    return tuple(
-        face if faces.count(face) == 1 else f"{face} {faces[: i + 1].count(face)}"
-        for i, face in enumerate(faces)
-    )
 
 
 def key_words(key: str, names: Sequence[str]) -> str:

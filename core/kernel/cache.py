@@ -9,17 +9,16 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numba
 import platformdirs
 from numba.core import config
 
-__all__ = ["ROOT_VARIABLE", "cache_root", "in_cache_folder", "is_in_cache"]
+__all__ = ["ROOT_VARIABLE", "cache_root", "functions_in_cache", "in_cache_folder"]
 
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
 
@@ -47,9 +46,11 @@ def in_cache_folder() -> Iterator[None]:
         config.CACHE_DIR = previous
 
 
-def is_in_cache(function: Callable[..., Any]) -> bool:
-    """Whether the machine code of a kernel function lies on disk."""
-    return any((cache_root() / _kernel_name()).rglob(f"*.{function.__name__}-*.nbc"))
+def functions_in_cache() -> set[str]:
+    """Names of the kernel functions whose machine code lies on disk."""
+    paths = (cache_root() / _kernel_name()).rglob("*.nbc")
+    # A file is called module.function-line.python.number.nbc.
+    return {path.name.split(".")[1].rpartition("-")[0] for path in paths}
 
 
 @cache

@@ -22,7 +22,7 @@ import numpy as np
 from llvmlite.binding import add_symbol
 from numba import types
 
-from core.kernel.cache import ROOT_VARIABLE, cache_root, in_cache_folder, is_in_cache
+from core.kernel.cache import ROOT_VARIABLE, cache_root, functions_in_cache, in_cache_folder
 from core.kernel.records import Record
 
 __all__ = [
@@ -31,8 +31,8 @@ __all__ = [
     "compiled",
     "compiled_apart",
     "from_python",
-    "is_cached",
     "prepare_units",
+    "share_ready",
 ]
 
 _OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
@@ -52,7 +52,8 @@ class _Unit:
     def compile(self) -> int:
         """Loads the machine code from the cache, or compiles it; returns its address."""
         with in_cache_folder():
-            return numba.cfunc(self.signature, cache=True, **_OPTIONS)(self.function).address
+            unit = numba.cfunc(self.signature, cache=True, **_OPTIONS)(self.function)
+        return int(unit.address or 0)
 
     def load(self) -> None:
         """Makes the unit ready to be called, from Python and by other units."""
@@ -111,17 +112,28 @@ def prepare_units(report: Callable[[float], None] | None = None) -> None:
         report: Called with the share of units that are ready, 0 to 1.
     """
     with _LOCK:
-        waiting = [unit for unit in _UNITS.values() if unit.entry is None]
-        missing = sum(not is_in_cache(unit.function) for unit in waiting)
+        missing = len(_waiting_units())
         second = _start_second_process() if missing > _FEW_UNITS else None
-        for unit in waiting:
-            if report is not None:
-                left = sum(not is_in_cache(other.function) for other in waiting) if missing else 0
-                report(1.0 - left / len(waiting))
-            unit.load()
+        for unit in _UNITS.values():
+            if unit.entry is None:
+                if report is not None and missing:
+                    report(share_ready())
+                unit.load()
         if second is not None:
             second.kill()
             second.wait()
+
+
+def share_ready() -> float:
+    """Share of the units that are loaded or lie compiled on disk, 0 to 1."""
+    return 1.0 - len(_waiting_units()) / len(_UNITS)
+
+
+def _waiting_units() -> list[_Unit]:
+    """Units that are still to be compiled."""
+    unloaded = [unit for unit in _UNITS.values() if unit.entry is None]
+    names = functions_in_cache() if unloaded else set()
+    return [unit for unit in unloaded if unit.function.__name__ not in names]
 
 
 def compile_from_the_end() -> None:
@@ -130,13 +142,8 @@ def compile_from_the_end() -> None:
         # Nothing is called here: any address satisfies the linker.
         add_symbol(unit.symbol, 1)
     for unit in reversed(_UNITS.values()):
-        if not is_in_cache(unit.function):
+        if unit.function.__name__ not in functions_in_cache():
             unit.compile()
-
-
-def is_cached() -> bool:
-    """Whether the kernel is loaded or lies compiled on disk; otherwise it takes a while."""
-    return all(unit.entry or is_in_cache(unit.function) for unit in _UNITS.values())
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:

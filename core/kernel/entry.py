@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from core.kernel import advance as hybrid
-from core.kernel.compiler import call, compile_from_the_end, is_cached, prepare_units
+from core.kernel.compiler import call, compile_from_the_end, prepare_units, share_ready
 from core.kernel.records import Record
 
-__all__ = ["advance", "compile_from_the_end", "is_cached", "prepare"]
+__all__ = ["advance", "compile_from_the_end", "prepare", "share_ready"]
 
 
 def prepare(progress: Callable[[float], None] | None = None) -> None:

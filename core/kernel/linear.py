@@ -187,7 +187,7 @@ def _inverse_column_sum(factors: Record, n: int, j: int, column: Floats) -> floa
     column[factors.coordinates[j]] = 1.0
     solve(factors, n, column)
     for k in range(3 + n):
-        total += abs(column[k])
+        total += abs(float(column[k]))
     return total
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
+from core.simulator import kernel_progress
 from recordings.versions import program_version
 from server.dependencies import RunServiceDep
 from server.schemas import HealthPublic
@@ -21,6 +22,7 @@ async def read_health(service: RunServiceDep) -> HealthPublic:
         status="ok",
         version=program_version(),
         kernel="ready" if service.kernel_is_ready else "compiling",
+        kernel_progress=kernel_progress(),
         running=load.running,
         waiting=load.waiting,
     )

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, store_in
 from slipgrasp.cli.interrupt import Interrupt
-from slipgrasp.cli.progress import COMPILING, Progress
+from slipgrasp.cli.kernel import load_simulation
+from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.scenarios import HelpWithParameters
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 from slipgrasp.cli.values import parse_assignments
@@ -120,12 +121,9 @@ def _write(result: RunResult, output: Path, overwrite: bool) -> Path:
 
 
 def _simulate(scenario: Scenario) -> RunResult:
-    with Progress("loading the simulation") as progress:
-        from core.simulator import kernel_is_cached, prepare_kernel, simulate
+    from core.simulator import simulate
 
-        if not kernel_is_cached():
-            progress.announce(COMPILING)
-        prepare_kernel()
+    load_simulation()
     with Interrupt() as interrupt, Progress("simulating") as progress:
         return simulate(scenario, progress=progress.update, should_stop=lambda: interrupt.requested)
 

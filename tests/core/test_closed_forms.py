@@ -8,10 +8,14 @@ then brakes it.
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
-from core.loading import load_scenario, with_values
+from core.loading import load_scenario, scenario_from_mapping, with_values
 from core.simulator import simulate
 from core.types import ContactPhase, Outcome
+from tests.references.closed_loop import ClosedLoop
+from tests.references.controller import tracking_errors
+from tests.references.hand import State
 
 GRAVITY = 9.81
 BELIEVED_MASS = 0.5
@@ -76,6 +80,45 @@ def test_slide_stops_at_its_exact_time_and_distance(period):
     after = result.trace.times >= stop
     moved = np.abs(result.trace.slip[after][0])
     np.testing.assert_allclose(moved, distance, atol=1e-9)
+
+
+BELT = {
+    **OPEN_LOOP,
+    "object.mass": BELIEVED_MASS,
+    "trajectory.acceleration": [0.0, 0.2, 0.0],
+    "trajectory.acceleration_time": 0.5,
+    "trajectory.coast_time": 0.5,
+    **change(0, 0.6, "object.mass", HEAVY),
+    **change(1, 0.65, "object.mass", LIGHT),
+}
+
+
+def test_block_on_a_moving_belt_is_dragged_up_to_its_speed():
+    """Both fingertips rise like a belt at constant speed; the object slides on them.
+
+    Made heavier it lags, made lighter friction carries it along: constant forces, so time
+    and place at which slip ends are those of the block of the textbook. (Torques held over
+    a control period would not move the fingertips at exactly constant speed.)
+    """
+    result = simulate(case(BELT))
+    belt_speed = 0.2 * 0.5
+    lag = sag(HEAVY) * 0.05  # speed below the belt's at 0.65 s
+    stop = 0.65 + lag / -sag(LIGHT)
+    slid = 0.5 * lag * (stop - 0.6)
+    assert [(c.contact, c.to_phase) for c in result.phase_changes] == [
+        (0, ContactPhase.SLIP_FORWARD),
+        (1, ContactPhase.SLIP_BACKWARD),
+        (0, ContactPhase.STICK),
+        (1, ContactPhase.STICK),
+    ]
+    times = [c.time for c in result.phase_changes]
+    np.testing.assert_allclose(times, [0.6, 0.6, stop, stop], rtol=0.0, atol=1e-9)
+    trace = result.trace
+    end = int(np.flatnonzero(trace.times == times[-1])[-1])
+    belt = 0.366 + belt_speed * (stop - 0.25)
+    np.testing.assert_allclose(np.abs(trace.slip[end]), slid, atol=1e-9)
+    np.testing.assert_allclose(trace.object_velocity[end], [0.0, belt_speed, 0.0], atol=1e-9)
+    assert trace.object_pose[end, 1] == pytest.approx(belt - slid, abs=1e-9)
 
 
 def test_slip_velocity_decays_exponentially_once_the_estimates_are_exact():
@@ -150,3 +193,71 @@ def test_error_of_a_hand_with_exact_parameters_obeys_its_own_equation():
         e0 * np.cos(frequency * t) + (v0 + rate * e0) / frequency * np.sin(frequency * t)
     )
     np.testing.assert_allclose(trace.tracking_error[after, 1], expected, atol=1e-9)
+
+
+KICK_END = 0.2
+
+
+def three_or_more(n):
+    """Fingers below the object next to the two of the sample case, for n = 2 none."""
+    below = {"face": "bottom"}
+    return {
+        2: [],
+        3: [{**below, "base": (1.466, -1.3)}],
+        4: [
+            {**below, "base": (1.3, -1.3), "contact_offset": 0.05},
+            {**below, "base": (1.6, -1.3), "contact_offset": -0.05, "elbow": "down"},
+        ],
+    }[n]
+
+
+def kicked_hand(n):
+    """All parameters known; slow sampled control lets errors grow until it turns continuous."""
+    mapping = load_scenario("paper-case-1").to_mapping()
+    mapping["fingers"] = [*mapping["fingers"], *three_or_more(n)]
+    mapping["estimates"] = []
+    mapping["controller"] |= {
+        "control_period": 0.05,
+        "grasp_force": "minimum" if n == 2 else "none",
+        "grip_safety": 1.5,
+        "position_gain": [80.0, 120.0, 60.0],
+        "velocity_gain": [10.0, 25.0, 8.0, *[12.0] * n],
+    }
+    mapping["trajectory"] |= {
+        "acceleration": (0.3, 0.4, 0.5),
+        "acceleration_time": 0.2,
+        "coast_time": 0.3,
+    }
+    mapping["changes"] = [
+        {"time": KICK_END, "parameter": "controller.control_period", "value": 0.0}
+    ]
+    mapping["simulation"] |= {"duration": 1.0}
+    return scenario_from_mapping(mapping)
+
+
+def errors_of_row(loop, trace, k):
+    """e and its rate in a stored row, ``(3 + n,)`` each."""
+    velocity, slip_velocity = trace.object_velocity[k], trace.slip_velocity[k]
+    state = State(trace.object_pose[k], velocity, trace.slip[k], slip_velocity)
+    return tracking_errors(state, loop.trajectory.desired(float(trace.times[k])))
+
+
+@pytest.mark.parametrize(("n", "slipping"), [(2, 0), (3, 2), (4, 2)])
+def test_run_of_a_hand_that_knows_everything_decays_as_its_gains_say(n, slipping):
+    """Along whole runs: all sticking, and with two of three or four contacts slipping."""
+    scenario = kicked_hand(n)
+    result = simulate(scenario)
+    loop, trace = ClosedLoop.from_scenario(scenario), result.trace
+    start = int(np.flatnonzero(trace.times == KICK_END)[-1])
+    assert np.count_nonzero(trace.phase[start]) == slipping
+    assert np.all(trace.phase[start:] == trace.phase[start])
+    e0, rate0 = errors_of_row(loop, trace, start)
+    assert np.abs(e0[:3]).max() > 1e-3
+    gains = zip(loop.law.position_gain, loop.law.velocity_gain, strict=True)
+    flows = [np.array([[0.0, 1.0], [-K_p, -K_v]]) for K_p, K_v in gains]
+    for k in range(start, len(trace), 10):
+        e, rate = errors_of_row(loop, trace, k)
+        dt = trace.times[k] - KICK_END
+        expected = [expm(A * dt) @ pair for A, pair in zip(flows, np.c_[e0, rate0], strict=True)]
+        # The run's tolerance of 1e-9 per step, over about 100 steps.
+        np.testing.assert_allclose(np.c_[e, rate], expected, atol=1e-8)

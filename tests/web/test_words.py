@@ -12,7 +12,7 @@ from core.result import RunResult
 from core.types import Outcome, Reason
 from web.panels.outcome_panel import outcome_html
 from web.view import RunStage, RunStatus, Shown
-from web.words import describe_outcome, finger_names, key_words, unit_words
+from web.words import describe_outcome, key_words, unit_words
 
 DROPPED = Reason(
     code="contact_separation",
@@ -73,8 +73,8 @@ def test_every_outcome_has_words(case_1: RunResult, outcome: Outcome) -> None:
 def test_fingers_on_one_face_are_numbered() -> None:
     scenario = load_scenario("paper-case-1")
     left, right = scenario.fingers
-    assert finger_names(scenario) == ("left", "right")
-    assert finger_names(replace(scenario, fingers=(left, right, right))) == (
+    assert scenario.finger_names == ("left", "right")
+    assert replace(scenario, fingers=(left, right, right)).finger_names == (
         "left",
         "right 1",
         "right 2",

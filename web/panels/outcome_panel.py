@@ -8,10 +8,11 @@ from html import escape
 import viser
 
 from core.result import RunResult
+from core.simulator import kernel_progress
 from server.schemas import API_PATH
 from web.colours import AMBER, FINGERS, css
 from web.view import RunStage, RunStatus, Shown, ViewState
-from web.words import Verdict, describe_outcome, finger_names, milliseconds
+from web.words import Verdict, describe_outcome, milliseconds
 
 __all__ = ["OutcomePanel", "outcome_html", "status_html"]
 
@@ -62,8 +63,8 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     """What became of the latest request, as HTML."""
     if status.stage is RunStage.COMPILING:
         return _paragraph(
-            "<b>Preparing the simulation.</b> The kernel is compiled for this machine, once; "
-            "later starts find it ready."
+            f"<b>Preparing the simulation: {kernel_progress():.0%}.</b> It is compiled for this "
+            "machine, once; later starts find it ready."
         )
     if status.stage is RunStage.SIMULATING:
         return _paragraph("Simulating …", _SMALL)
@@ -110,7 +111,7 @@ def _metrics_html(result: RunResult) -> str:
 
 def _finger_rows(result: RunResult) -> Iterator[str]:
     metrics = result.metrics
-    for i, name in enumerate(finger_names(result.scenario)):
+    for i, name in enumerate(result.scenario.finger_names):
         margin = metrics.minimum_friction_margin[i]
         values = (
             f"{1e3 * metrics.slip_path[i]:.2f} mm",

@@ -15,7 +15,6 @@ from web.colours import BELIEVED_CONE, CONE, GHOST, MARK, PHASES, css
 from web.intents import ChooseWindow, FrameHand, Intent, Seek, Send, SetSpeed, Step, TogglePlay
 from web.playback import SPEEDS, Playback, TimeWindow, WindowChoice
 from web.view import ViewState
-from web.words import finger_names
 
 __all__ = ["PlaybackPanel", "phase_runs", "strip_html"]
 
@@ -151,7 +150,7 @@ def strip_html(result: RunResult, playback: Playback) -> str:
     window = playback.window
     bars = "".join(
         _bar_html(name, phase_runs(result, i, window))
-        for i, name in enumerate(finger_names(result.scenario))
+        for i, name in enumerate(result.scenario.finger_names)
     )
     share = (playback.time - window.start) / max(window.length, 1e-12)
     head = (

@@ -13,7 +13,7 @@ from core.scenario import Scenario
 from web.intents import ChoosePreset, ResetScenario, Send
 from web.panels.parameter_inputs import Knob, add_knob, as_text, is_offered
 from web.view import Draft, ViewState
-from web.words import finger_names, key_words, unit_words
+from web.words import key_words, unit_words
 
 __all__ = ["ScenarioPanel", "group_knobs", "knob_label"]
 
@@ -76,7 +76,7 @@ class ScenarioPanel:
             folder.remove()
         self._folders, self._knobs = [], {}
         definitions = parameter_definitions(scenario)
-        names = finger_names(scenario)
+        names = scenario.finger_names
         for title, parameters in group_knobs(definitions, names).items():
             folder = self._gui.add_folder(title)
             self._folders.append(folder)

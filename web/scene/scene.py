@@ -25,7 +25,6 @@ from web.scene.hand_view import HandView
 from web.scene.layout import SceneLayout, lay_out, nice_at_least
 from web.scene.lens_view import LensView
 from web.scene.object_view import ObjectView
-from web.words import finger_names
 
 __all__ = ["Scene"]
 
@@ -159,7 +158,7 @@ def _make_views(
         hand=HandView(scene, f"{_ROOT}/fingers", scenario),
         body=ObjectView(scene, f"{_ROOT}/object", scenario.object),
         contacts=ContactView(scene, f"{_ROOT}/contacts", len(frames), _SIZES_ON_HAND),
-        lenses=LensView(scene, f"{_ROOT}/lenses", frames, finger_names(scenario), layout),
+        lenses=LensView(scene, f"{_ROOT}/lenses", frames, scenario.finger_names, layout),
     )
 
 

@@ -1,0 +1,109 @@
+"""``slipgrasp figures``: the paper's figures of a scenario or a recording."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.kernel import load_simulation
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import ExitStatus
+
+if TYPE_CHECKING:
+    from core.result import RunResult
+    from core.scenario import Scenario
+
+__all__ = ["add_command"]
+
+FORMATS = ("svg", "pdf", "png")
+RECORDING_SUFFIX = ".mcap"
+DESCRIPTION = (
+    "Draws the schematic of a scenario (the paper's Fig. 4), and of its run the tracking errors "
+    "and slips, the estimates, and the joint torques and contact forces (Fig. 5-7 for case I, "
+    "8-10 for case II), the phases of the contacts shaded."
+)
+EPILOG = (
+    "Earlier figures of this command are replaced; any other file only with --force. "
+    "A run that ended early is drawn as far as it went, and the figure says how it ended. "
+    "exit status: 0 drawn, 2 bad input"
+)
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "figures",
+        help="draw the paper's figures of a scenario or a recording",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument(
+        "source",
+        metavar="SOURCE",
+        help="name of a preset, a TOML file, or a recording (FILE.mcap)",
+    )
+    parser.add_argument(
+        "--output",
+        metavar="DIR",
+        type=Path,
+        help="folder for the figures, made if missing (default: NAME-figures in this folder)",
+    )
+    parser.add_argument(
+        "--format",
+        dest="formats",
+        metavar="LIST",
+        type=_formats,
+        default=FORMATS,
+        help="formats to write, separated by commas (default: svg,pdf,png)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace any file in the way")
+    parser.set_defaults(execute=_execute)
+
+
+def _formats(text: str) -> tuple[str, ...]:
+    chosen = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
+    wrong = [word for word in chosen if word not in FORMATS]
+    if wrong:
+        raise argparse.ArgumentTypeError(f"unknown format '{wrong[0]}'; use {', '.join(FORMATS)}")
+    return chosen
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    source = Path(arguments.source)
+    folder = arguments.output or Path(f"{source.stem}-figures")
+    result: RunResult | None = None
+    if source.suffix.lower() == RECORDING_SUFFIX:
+        result = _read(source)
+        scenario = result.scenario
+    else:
+        from core.loading import load_scenario
+
+        scenario = load_scenario(arguments.source)
+    with Progress("loading the drawing program"):
+        from recordings.figures import check_folder, draw_figures, figure_names, write_figures
+    names = figure_names(scenario).values()
+    check_folder(folder, names, arguments.formats, overwrite=arguments.force)
+    if result is None:
+        result = _simulate(scenario)
+    with Progress("drawing the figures"):
+        figures = draw_figures(result)
+        paths = write_figures(figures, folder, arguments.formats, overwrite=arguments.force)
+    for path in paths:
+        print(path)
+    return ExitStatus.COMPLETED
+
+
+def _read(path: Path) -> RunResult:
+    from recordings.reader import read_recording
+
+    with Progress("reading the recording"):
+        return read_recording(path)
+
+
+def _simulate(scenario: Scenario) -> RunResult:
+    from core.simulator import simulate
+
+    load_simulation()
+    with Progress("simulating") as progress:
+        return simulate(scenario, progress=progress.update)

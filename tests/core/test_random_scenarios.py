@@ -1,0 +1,154 @@
+"""What must hold in every run, whatever the scenario: properties over random valid scenarios."""
+
+import json
+from collections import Counter
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+
+from core.scenario import Scenario
+from core.simulator import simulate
+from core.trace import Trace
+from core.types import ContactPhase, Outcome
+from tests.core.scenario_strategy import scenarios
+from tests.references.closed_loop import ClosedLoop
+
+# The same scenarios every time, others for each property.
+every_scenario = settings(
+    max_examples=150,
+    derandomize=True,
+    database=None,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+ENDS = {*Outcome} - {Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED}
+
+
+def force_size(trace: Trace) -> np.ndarray:
+    """What errors of forces are measured by, ``(rows, n)`` [N]."""
+    return 1.0 + np.abs(trace.normal_force) + np.abs(trace.tangential_force)
+
+
+def goes_on(scenario: Scenario) -> tuple[Trace, np.ndarray]:
+    """The trace and its rows in which the run goes on, ``(rows,)``.
+
+    The first row only assumes stick. Rows at the instant at which physics ends the run
+    show what cannot go on: a contact that pulls, or the phases before a choice that fails.
+    """
+    result = simulate(scenario)
+    rows = np.arange(len(result.trace)) > 0
+    if result.outcome.ended_by_physics:
+        rows &= result.trace.times < result.end_time
+    return result.trace, rows
+
+
+@every_scenario
+@given(scenarios())
+def test_every_run_ends_with_an_outcome_and_finite_numbers(scenario: Scenario) -> None:
+    result = simulate(scenario)
+    assert result.outcome in ENDS
+    completed = result.outcome is Outcome.COMPLETED
+    assert completed == (result.reason is None)
+    assert completed == (result.end_time == scenario.simulation.duration)
+    assert len(result.trace) >= 1
+    assert np.all(np.isfinite(result.trace.to_rows()))
+    assert np.all(np.diff(result.trace.times) >= 0.0)
+    json.dumps(result.summary(), allow_nan=False)
+
+
+@every_scenario
+@given(scenarios())
+def test_friction_never_gives_power(scenario: Scenario) -> None:
+    trace, rows = goes_on(scenario)
+    # F_x times the slip velocity is the power that friction adds; rounding of F_x.
+    power = trace.tangential_force * trace.slip_velocity
+    limit = 1e-9 * force_size(trace) * np.abs(trace.slip_velocity)
+    assert np.all((power <= limit)[rows])
+    lost = trace.dissipated_energy
+    assert np.all(np.diff(lost) >= -1e-12 * max(1.0, float(lost.max())))
+
+
+@every_scenario
+@given(scenarios())
+def test_no_force_is_outside_its_cone_and_no_contact_pulls(scenario: Scenario) -> None:
+    trace, rows = goes_on(scenario)
+    size = force_size(trace)
+    bound = trace.friction_coefficient * trace.normal_force
+    # What a force may gain, relative to its size, by the time an event is located (1e-10 s).
+    assert np.all((np.abs(trace.tangential_force) <= bound + 1e-6 * size)[rows])
+    assert np.all((trace.normal_force > -1e-9 * size)[rows])
+    slipping = (trace.phase != ContactPhase.STICK) & rows[:, None]
+    off = np.abs(trace.tangential_force + trace.phase * bound)
+    assert np.all((off <= 1e-9 * size)[slipping])
+
+
+@every_scenario
+@given(scenarios())
+def test_a_sticking_contact_does_not_creep_at_all(scenario: Scenario) -> None:
+    trace = simulate(scenario).trace
+    stick = trace.phase == ContactPhase.STICK
+    assert np.all(trace.slip_velocity[stick] == 0.0)
+    assert np.all(trace.slip_acceleration[stick] == 0.0)
+    throughout = stick[1:] & stick[:-1]
+    assert np.all(np.diff(trace.slip, axis=0)[throughout] == 0.0)
+
+
+@every_scenario
+@given(scenarios())
+def test_a_slipping_contact_moves_in_the_direction_of_its_phase(scenario: Scenario) -> None:
+    trace = simulate(scenario).trace
+    # At a located end of slip the velocity is zero to rounding.
+    assert np.all(trace.slip_velocity * trace.phase >= -1e-12)
+
+
+@every_scenario
+@given(scenarios())
+def test_fingertips_stay_on_their_faces(scenario: Scenario) -> None:
+    """Forward kinematics of the joints against pose and slip, in every stored row."""
+    trace = simulate(scenario).trace
+    hand = ClosedLoop.from_scenario(scenario).hand
+    for pose, slip, joints in zip(trace.object_pose, trace.slip, trace.joint_position, strict=True):
+        pairs = zip(hand.fingers, joints.reshape(-1, 2), strict=True)
+        tips = np.array([finger.tip(q) for finger, q in pairs])
+        assert np.abs(tips - hand.tip_positions(pose, slip)).max() <= 1e-9
+
+
+@every_scenario
+@given(scenarios())
+def test_energy_is_supplied_stored_or_lost_to_friction(scenario: Scenario) -> None:
+    trace = simulate(scenario).trace
+    scale = max(1.0, float(np.abs(trace.kinetic_energy).max()))
+    assert np.abs(trace.energy_residual).max() <= 1e-6 * scale
+
+
+def test_random_scenarios_are_of_every_kind() -> None:
+    """The properties above are not empty: hands hold, drop and slip, for long enough."""
+    seen: Counter[str] = Counter()
+
+    @every_scenario
+    @given(scenarios())
+    def look(scenario: Scenario) -> None:
+        result = simulate(scenario)
+        period = scenario.controller.control_period
+        seen.update(
+            [
+                "drawn",
+                result.outcome.value,
+                f"{len(scenario.fingers)} fingers",
+                "sampled" if period else "continuous",
+                "long" if result.end_time > 0.1 else "short",
+            ]
+        )
+        seen["slipped"] += bool(np.any(result.trace.phase[1:]))
+        seen["stopped"] += any(
+            c.to_phase is ContactPhase.STICK and c.time > 0.0 for c in result.phase_changes
+        )
+        seen["changed"] += bool(scenario.changes)
+        seen["unknown"] += bool(scenario.estimates)
+
+    look()
+    assert seen["drawn"] >= 150
+    for kind in ("long", "slipped", "sampled", "continuous", "changed", "unknown"):
+        assert seen[kind] >= 0.3 * seen["drawn"]
+    for kind in ("completed", "separated", "stopped", "3 fingers", "4 fingers"):
+        assert seen[kind] >= 0.05 * seen["drawn"]
