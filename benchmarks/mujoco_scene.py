@@ -1,65 +1,124 @@
-"""The paper's hand as a MuJoCo model: same bodies, gravity, friction and start pose.
+"""A scenario as a MuJoCo scene: same bodies, gravity, friction and start pose.
 
 The object carries a slide out of the plane, without which MuJoCo's no-slip solver has no
-effect in a planar model. The fingers hold their joints with a PD law inside MuJoCo, so that
-no Python runs between the steps.
+effect in a planar model. MuJoCo's x and z are our x and y; its y axis points away from the
+viewer, so angles turn about its -y.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import mujoco
 
-from core.scenario import Scenario
+from core.geometry import contact_frame
+from core.scenario import FingerParameters, Scenario
 from core.simulator import simulate
 
-TIP_RADIUS = 0.005
+__all__ = ["STIFF_CONTACT", "Contact", "build_model", "describe_scene", "motors"]
+
 STIFFNESS, DAMPING = 2000.0, 120.0
+NO_SLIP_ITERATIONS = 5  # three already give all digits that ten give
+
+
+class Contact(NamedTuple):
+    """What MuJoCo wants to know of a contact beside its friction coefficient.
+
+    Attributes:
+        tip_radius: Radius of the sphere at the fingertip; our tips are points [m].
+        attributes: MuJoCo's solver attributes of the geoms in contact.
+        friction_hardness: MuJoCo's ``impratio``.
+    """
+
+    tip_radius: float
+    attributes: str
+    friction_hardness: float
+
+
+# MuJoCo's own defaults, with a tip that one can see.
+STIFF_CONTACT = Contact(tip_radius=0.005, attributes="", friction_hardness=1.0)
 
 
 def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The scenario in its start pose, held by PD laws around the torque our run ends with."""
+    """The scenario in its start pose, held by PD laws around the torque our run ends with.
+
+    The PD laws are MuJoCo's own actuators, so that no Python runs between the steps.
+    """
     trace = simulate(scenario).trace
     angles = trace.joint_position[0]
-    model = mujoco.MjModel.from_xml_string(_describe(scenario, angles.tolist(), step))
+    gain = f'gainprm="{STIFFNESS}" biastype="affine" biasprm="0 {-STIFFNESS} {-DAMPING}"'
+    actuators = "".join(f'<general joint="{name}" {gain}/>' for name in _joint_names(scenario))
+    text = describe_scene(scenario, angles.tolist(), step, actuators, STIFF_CONTACT)
+    model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qpos[: len(angles)] = angles
+    data.qpos[len(angles) : len(angles) + 3] = scenario.trajectory.start
     data.ctrl[:] = angles + trace.joint_torque[-1] / STIFFNESS
     mujoco.mj_forward(model, data)
     return model, data
 
 
-def _describe(scenario: Scenario, angles: list[float], step: float) -> str:
-    body, (x, y, _) = scenario.object, scenario.trajectory.start
-    fingers = "".join(_finger(scenario, i, angles) for i in range(len(scenario.fingers)))
-    gain = f'gainprm="{STIFFNESS}" biastype="affine" biasprm="0 {-STIFFNESS} {-DAMPING}"'
-    motors = "".join(
-        f'<general joint="q{i}{j}" {gain}/>' for i in range(len(scenario.fingers)) for j in range(2)
-    )
+def motors(scenario: Scenario) -> str:
+    """One torque motor per joint, in the order of our joints."""
+    return "".join(f'<motor joint="{name}"/>' for name in _joint_names(scenario))
+
+
+def describe_scene(
+    scenario: Scenario, angles: list[float], step: float, actuators: str, contact: Contact
+) -> str:
+    """The scene in MuJoCo's XML; coordinates are all joints, then x, y, theta, out-of-plane.
+
+    Args:
+        scenario: The hand and its object.
+        angles: Joint angles of the start pose, which place the tip spheres [rad].
+        step: Time step [s].
+        actuators: XML of the actuators.
+        contact: How fingertips and object touch.
+    """
+    body = scenario.object
+    fingers = "".join(_finger(scenario, i, angles, contact) for i in range(len(scenario.fingers)))
     return f"""<mujoco><option timestep="{step}" gravity="0 0 -{scenario.simulation.gravity}"
-      integrator="implicitfast" cone="elliptic" noslip_iterations="5" noslip_tolerance="1e-14"/>
-      <worldbody>{fingers}<body pos="{x} 0 {y}">
+      integrator="implicitfast" cone="elliptic" noslip_iterations="{NO_SLIP_ITERATIONS}"
+      noslip_tolerance="1e-14" impratio="{contact.friction_hardness}"/>
+      <worldbody>{fingers}<body>
         <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
         <joint type="hinge" axis="0 -1 0"/><joint type="slide" axis="0 1 0"/>
         <inertial pos="0 0 0" mass="{body.mass}"
           diaginertia="{body.inertia} {body.inertia} {body.inertia}"/>
         <geom type="box" size="{body.half_width} {body.half_width} {body.face_half_length}"
-          friction="{scenario.fingers[0].friction} 0 0" condim="3" contype="2" conaffinity="1"/>
-      </body></worldbody><actuator>{motors}</actuator></mujoco>"""
+          friction="0 0 0" condim="3" contype="2" conaffinity="1" {contact.attributes}/>
+      </body></worldbody><actuator>{actuators}</actuator></mujoco>"""
 
 
-def _finger(scenario: Scenario, i: int, angles: list[float]) -> str:
+def _joint_names(scenario: Scenario) -> list[str]:
+    return [f"q{i}{link}" for i in range(len(scenario.fingers)) for link in range(2)]
+
+
+def _finger(scenario: Scenario, i: int, angles: list[float], contact: Contact) -> str:
     finger = scenario.fingers[i]
-    (l1, l2), (m1, m2) = finger.link_lengths, finger.link_masses
-    angle = angles[2 * i] + angles[2 * i + 1]
-    side = -TIP_RADIUS if finger.face == "left" else TIP_RADIUS
-    tip = f"{l2 + math.cos(angle) * side} 0 {-math.sin(angle) * side}"
-    inertias = [m * length**2 / 12.0 for m, length in ((m1, l1), (m2, l2))]
+    l1, l2 = finger.link_lengths
+    first, second = (_inertial(finger, link) for link in range(2))
+    # The sphere touches the face exactly at the end of the link.
+    nx, ny = contact_frame(scenario.object, finger).normal
+    angle = scenario.trajectory.start[2] - angles[2 * i] - angles[2 * i + 1]
+    across = math.cos(angle) * nx - math.sin(angle) * ny
+    along = math.sin(angle) * nx + math.cos(angle) * ny
+    radius = contact.tip_radius
+    tip = f"{l2 - radius * across} 0 {-radius * along}"
+    # Of two friction coefficients MuJoCo takes the larger one: the object has none.
     return f"""<body pos="{finger.base[0]} 0 {finger.base[1]}">
-      <joint name="q{i}0" type="hinge" axis="0 -1 0"/>
-      <inertial pos="{l1 / 2} 0 0" mass="{m1}" diaginertia="1e-4 {inertias[0]} {inertias[0]}"/>
-      <body pos="{l1} 0 0"><joint name="q{i}1" type="hinge" axis="0 -1 0"/>
-        <inertial pos="{l2 / 2} 0 0" mass="{m2}" diaginertia="1e-4 {inertias[1]} {inertias[1]}"/>
-        <geom type="sphere" size="{TIP_RADIUS}" pos="{tip}" friction="{finger.friction} 0 0"
-          condim="3" contype="1" conaffinity="2"/></body></body>"""
+      <joint name="q{i}0" type="hinge" axis="0 -1 0"/>{first}
+      <body pos="{l1} 0 0"><joint name="q{i}1" type="hinge" axis="0 -1 0"/>{second}
+        <site name="tip{i}" pos="{l2} 0 0"/>
+        <geom type="sphere" size="{radius}" pos="{tip}" friction="{finger.friction} 0 0"
+          condim="3" contype="1" conaffinity="2" {contact.attributes}/></body></body>"""
+
+
+def _inertial(finger: FingerParameters, link: int) -> str:
+    mass, length = finger.link_masses[link], finger.link_lengths[link]
+    inertia = finger.link_inertia_fractions[link] * mass * length**2
+    centre = finger.link_centre_fractions[link] * length
+    # Only the turn about the out-of-plane axis is possible; the others need any valid value.
+    return f"""<inertial pos="{centre} 0 0" mass="{mass}"
+      diaginertia="{inertia} {inertia} {inertia}"/>"""

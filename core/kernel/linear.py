@@ -168,7 +168,7 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
     for j in range(factors.size):
         total = 0.0
         for i in range(factors.size):
-            total += abs(matrix[factors.coordinates[i], factors.coordinates[j]])
+            total += abs(float(matrix[factors.coordinates[i], factors.coordinates[j]]))
         norm = max(norm, total)
         inverse_norm = max(inverse_norm, _inverse_column_sum(factors, n, j, column))
     return norm * inverse_norm

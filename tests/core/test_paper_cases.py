@@ -13,9 +13,6 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from core.types import ContactPhase, Outcome
-from tests.references.closed_loop import ClosedLoop
-from tests.references.continuous import run_continuous
-from tests.references.sampled import run_sampled
 
 LEFT, RIGHT = 0, 1
 ERROR_TIMES = (0.05, 0.2, 0.5, 2.0, 6.9)
@@ -115,33 +112,6 @@ def test_estimates_are_those_of_the_table(case, period):
     estimates = result.trace.estimates[row_at(result, 6.9)]
     for value, printed in zip(estimates, FIGURES[case, period][3], strict=True):
         assert rounds_to(value, printed), value
-
-
-@pytest.mark.parametrize("case", [1, 2])
-def test_continuous_run_follows_the_scipy_reference(case):
-    times = [0.05, 0.1, 0.15, 0.2]
-    loop = ClosedLoop.from_scenario(load_scenario(f"paper-case-{case}"))
-    check_against_reference(run(case, 0.0), run_continuous(loop, 0.2, times))
-
-
-@pytest.mark.parametrize("case", [1, 2])
-def test_sampled_run_follows_the_scipy_reference(case):
-    times = [0.05, 0.1, 0.125]
-    loop = ClosedLoop.from_scenario(load_scenario(f"paper-case-{case}"))
-    check_against_reference(run(case, 0.001), run_sampled(loop, 0.001, 0.13, times))
-
-
-def check_against_reference(result, reference):
-    """Slip ends to 1e-9 s, slip paths to 1e-10 m, states and estimates to 1e-8."""
-    for contact in (LEFT, RIGHT):
-        assert slip_end(result, contact) == pytest.approx(reference.slip_end(contact), abs=1e-9)
-    np.testing.assert_allclose(result.metrics.slip_path, reference.slip_path, atol=1e-10)
-    trace = result.trace
-    signals = (trace.object_pose, trace.object_velocity, trace.slip, trace.slip_velocity)
-    for t, z in zip(reference.times, reference.states, strict=True):
-        row = row_at(result, t)
-        state = np.concatenate([signal[row] for signal in (*signals, trace.estimates)])
-        np.testing.assert_allclose(state, z, rtol=0.0, atol=1e-8)
 
 
 def test_error_falls_with_the_tolerance_across_phase_changes():
