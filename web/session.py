@@ -14,7 +14,7 @@ from dataclasses import replace
 import viser
 
 from core.exceptions import ScenarioError
-from core.simulator import kernel_is_cached
+from core.simulator import kernel_progress
 from server.run_service import RunService
 from web.intents import (
     CameraMoved,
@@ -273,5 +273,8 @@ class Session:
             self._set_status(RunStatus(RunStage.SAVING))
             self._worker.save(shown.ticket, shown.result)
         if self._waiting_since is not None and now - self._waiting_since > _UNNOTICED_WAIT:
-            stage = RunStage.SIMULATING if kernel_is_cached() else RunStage.COMPILING
-            self._set_status(RunStatus(stage))
+            ready = kernel_progress()
+            if ready < 1.0:
+                self._set_status(RunStatus(RunStage.COMPILING, (f"{ready:.0%}",)))
+            else:
+                self._set_status(RunStatus(RunStage.SIMULATING))

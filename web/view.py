@@ -79,7 +79,7 @@ class RunStatus:
 
     Attributes:
         stage: How far it has come.
-        messages: What went wrong, a sentence each.
+        messages: What went wrong, a sentence each; while compiling, how much is done.
         run_id: Where the run is kept, empty unless saved.
     """
 

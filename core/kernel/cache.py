@@ -6,8 +6,10 @@ callee in another file. The cache folder therefore carries a digest of all kerne
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,7 +34,9 @@ def cache_root() -> Path:
         with tempfile.TemporaryFile(dir=root / _kernel_name()):
             return root
     except OSError:
-        return Path(tempfile.mkdtemp(prefix="slipgrasp-"))
+        temporary = tempfile.mkdtemp(prefix="slipgrasp-")
+        atexit.register(shutil.rmtree, temporary, ignore_errors=True)
+        return Path(temporary)
 
 
 @contextmanager

@@ -8,7 +8,6 @@ from html import escape
 import viser
 
 from core.result import RunResult
-from core.simulator import kernel_progress
 from server.schemas import API_PATH
 from web.colours import AMBER, FINGERS, css
 from web.view import RunStage, RunStatus, Shown, ViewState
@@ -63,7 +62,7 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     """What became of the latest request, as HTML."""
     if status.stage is RunStage.COMPILING:
         return _paragraph(
-            f"<b>Preparing the simulation: {kernel_progress():.0%}.</b> It is compiled for this "
+            f"<b>Preparing the simulation: {' '.join(status.messages)}.</b> It is compiled for this "
             "machine, once; later starts find it ready."
         )
     if status.stage is RunStage.SIMULATING:
