@@ -62,8 +62,8 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     """What became of the latest request, as HTML."""
     if status.stage is RunStage.COMPILING:
         return _paragraph(
-            f"<b>Preparing the simulation: {' '.join(status.messages)}.</b> It is compiled for this "
-            "machine, once; later starts find it ready."
+            f"<b>Preparing the simulation: {' '.join(status.messages)}.</b> "
+            "It is compiled for this machine, once; later starts find it ready."
         )
     if status.stage is RunStage.SIMULATING:
         return _paragraph("Simulating …", _SMALL)
