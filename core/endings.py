@@ -17,7 +17,7 @@ from core.scenario import Scenario
 from core.trace import Trace
 from core.types import Outcome, Reason
 
-__all__ = ["describe_end"]
+__all__ = ["describe_end", "describe_stop", "describe_wall_limit"]
 
 _SINGULAR_ESTIMATE = 1e6
 _NO_FORCE = 1e-6
@@ -150,3 +150,29 @@ def _explain_separation(contact: int, last: Trace) -> tuple[str, float | None, f
         return message, None, 0.0
     message = f"contact {contact} separated from the object: its normal force fell to zero"
     return message, force, 0.0
+
+
+def describe_stop(t: float) -> Reason:
+    """The reason of a run that somebody stopped at ``t`` [s]."""
+    return Reason(
+        code="stopped",
+        message=f"stopped on request at {t:.4g} s",
+        contact=None,
+        time=t,
+        value=None,
+        limit=None,
+        hint="run it again to see the rest",
+    )
+
+
+def describe_wall_limit(t: float, wall_limit: float) -> Reason:
+    """The reason of a run that reached its limit of computing time [s] at ``t`` [s]."""
+    return Reason(
+        code="wall_time",
+        message=f"the computing time limit of {wall_limit:g} s was reached at {t:.4g} s",
+        contact=None,
+        time=t,
+        value=None,
+        limit=wall_limit,
+        hint="shorten the run, or raise the limit",
+    )

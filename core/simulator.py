@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.endings import describe_end
+from core.endings import describe_end, describe_stop, describe_wall_limit
 from core.kernel import entry as kernel
 from core.kernel.jump import REACHED, RUNNING
 from core.kernel.model import pack_model
@@ -224,9 +224,9 @@ def simulate(
         if simulation.finished:
             break
         if should_stop is not None and should_stop():
-            simulation.end(Outcome.STOPPED, _stopped(simulation.time))
+            simulation.end(Outcome.STOPPED, describe_stop(simulation.time))
         elif wall_limit is not None and time.monotonic() - started > wall_limit:
-            simulation.end(Outcome.LIMIT, _out_of_time(simulation.time, wall_limit))
+            simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
     return simulation.result()
 
 
@@ -277,27 +277,3 @@ def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
     row = np.zeros((1, shape.num_columns))
     row[0, 1:4] = scenario.trajectory.start
     return row
-
-
-def _stopped(t: float) -> Reason:
-    return Reason(
-        code="stopped",
-        message=f"stopped on request at {t:.4g} s",
-        contact=None,
-        time=t,
-        value=None,
-        limit=None,
-        hint="run it again to see the rest",
-    )
-
-
-def _out_of_time(t: float, wall_limit: float) -> Reason:
-    return Reason(
-        code="wall_time",
-        message=f"the computing time limit of {wall_limit:g} s was reached at {t:.4g} s",
-        contact=None,
-        time=t,
-        value=None,
-        limit=wall_limit,
-        hint="shorten the run, or raise the limit",
-    )

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from core.geometry import contact_frame
-from core.kernel.methods import DOP853, DOPRI5, METHOD
+from core.kernel.dop853 import DOP853
+from core.kernel.methods import DOPRI5, METHOD
 from core.kernel.records import (
     MAX_COORDINATES,
     MAX_FINGERS,
