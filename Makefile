@@ -41,7 +41,7 @@ clean:
 
 $(VENV)/.serve: REQUIREMENT := .
 $(VENV)/.develop: REQUIREMENT := .[test,lint]
-$(VENV)/.benchmark: REQUIREMENT := .[bench]
+$(VENV)/.benchmark: REQUIREMENT := .[test,bench]
 
 # Everything goes to standard error, so that the first line of `make serve` is the URL.
 $(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark: pyproject.toml constraints.txt $(BIN)/python

@@ -1,1 +1,1 @@
-"""Speed, stated as ratios against a peer in the same run."""
+"""Speed, cost, memory and accuracy, measured beside a peer in the same run."""

@@ -1,68 +1,75 @@
-"""`python -m benchmarks`: the paper's cases against MuJoCo, and a slider change on the server."""
+"""`python -m benchmarks [PART ...] [--docs DIR]`: measures, prints, and updates the page."""
 
 from __future__ import annotations
 
-import statistics
-import tempfile
+import argparse
+import os
+import platform
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
-import mujoco
+from benchmarks.report import Table, format_text, update_page
+from core.simulator import prepare_kernel
 
-from benchmarks.mujoco_scene import build_model
-from core.loading import load_scenario, with_values
-from core.simulator import prepare_kernel, simulate
-from recordings import read_recording, write_recording
-
-REPEATS = 15
-PEER_STEP = 1e-3
-
-
-def median_cpu(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median CPU time of a call [s], after one that is not counted."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return statistics.median(times)
+PARTS = {
+    "speed": "single runs against MuJoCo, and where the time goes",
+    "batch": "many varied runs on two threads against MuJoCo",
+    "scaling": "cost over duration and number of fingers",
+    "memory": "peak memory of large batches",
+    "onset": "error of the onset of slip against its closed form",
+    "work-precision": "accuracy against cost, beside MuJoCo and Drake",
+    "recording": "writing and reading a recording, a slider's change",
+}
 
 
-def step_mujoco(duration: float) -> Callable[[], None]:
-    """A run of the same scene in MuJoCo at 1 ms, without any controller in Python."""
-    model, data = build_model(load_scenario("paper-case-1"), PEER_STEP)
-    return lambda: mujoco.mj_step(model, data, nstep=round(duration / PEER_STEP))
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Runs the parts asked for, all of them if none is named.
 
-
-def main() -> None:
-    """Prints CPU times and their ratios."""
+    Args:
+        arguments: Of the command line; those of this process if left out.
+    """
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if unknown := set(options.parts) - set(PARTS):
+        parser.error(f"no part {', '.join(sorted(unknown))}; parts: {', '.join(PARTS)}")
     prepare_kernel()
-    case = load_scenario("paper-case-1")
-    peer = median_cpu(step_mujoco(case.simulation.duration), 5)
-    print(f"{'7 s of':46}{'CPU [ms]':>10}{'MuJoCo / it':>13}")
-    print(f"{'MuJoCo, 1 ms steps, no controller':46}{1e3 * peer:10.1f}{1.0:13.1f}")
-    for name in ("paper-case-1", "paper-case-2"):
-        for period, words in ((0.0, "continuous control"), (0.001, "1 kHz control")):
-            scenario = with_values(load_scenario(name), {"controller.control_period": period})
-            seconds = median_cpu(lambda scenario=scenario: simulate(scenario))
-            print(f"{f'{name}, {words}':46}{1e3 * seconds:10.1f}{peer / seconds:13.1f}")
-    result = simulate(case)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "run.mcap"
-        seconds = median_cpu(lambda: write_recording(result, path, overwrite=True))
-        size, rows = path.stat().st_size, len(result.trace)
-        print(
-            f"\nwriting its recording: {1e3 * seconds:.1f} ms, {1e6 * seconds / rows:.1f} us a row"
-        )
-        print(f"reading it back:       {1e3 * median_cpu(lambda: read_recording(path)):.1f} ms")
-        print(
-            f"size:                  {size / 1e3:.0f} kB, {size / 7e3:.0f} kB per simulated second"
-        )
-    edited = with_values(case, {"object.mass": 1.1})
-    change = median_cpu(lambda: simulate(with_values(edited, {"object.mass": 1.2})))
-    print(f"\nslider change, validated and simulated: {1e3 * change:.1f} ms")
+    tables = [_setting()]
+    print(format_text(tables[0]))
+    for name in options.parts or PARTS:
+        start = time.perf_counter()
+        found = import_module(f"benchmarks.{name.replace('-', '_')}").run(options.docs)
+        print(f"\n{name}: {PARTS[name]} ({time.perf_counter() - start:.0f} s)\n")
+        print("\n\n".join(format_text(table) for table in found), flush=True)
+        tables += found
+    if options.docs is not None:
+        update_page(options.docs / "benchmarks.md", tables)
+
+
+def _parser() -> argparse.ArgumentParser:
+    listed = "\n".join(f"  {name:16}{words}" for name, words in PARTS.items())
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description=f"Speed, cost, memory and accuracy beside a peer in the same run.\n\n{listed}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help="one of the above; all if left out"
+    )
+    parser.add_argument(
+        "--docs", type=Path, metavar="DIR", help="write tables and diagrams into this folder"
+    )
+    return parser
+
+
+def _setting() -> Table:
+    packages = ["numba", "numpy", "mujoco", *(["drake"] if find_spec("pydrake") else [])]
+    rows = [("processors", str(os.cpu_count())), ("Python", platform.python_version())]
+    rows += [(package, version(package)) for package in packages]
+    return Table("setting", ("", ""), tuple(rows))
 
 
 if __name__ == "__main__":

@@ -30,11 +30,7 @@ LAW_ROOM = np.dtype(
         ("error", np.float64, (MAX_COORDINATES,)),  # e
         ("error_rate", np.float64, (MAX_COORDINATES,)),
         ("demand", np.float64, (MAX_COORDINATES,)),  # v, the commanded acceleration
-        (
-            "believed_force",
-            np.float64,
-            (MAX_FINGERS, 2),
-        ),  # f^ of the commanded acceleration, inertial
+        ("believed_force", np.float64, (MAX_FINGERS, 2)),  # f^ of the demand, inertial frame
         ("contact_force", np.float64, (MAX_FINGERS, 2)),  # F^ that the torque asks for
         ("basis", np.float64, (MAX_SIDE, MAX_SIDE)),  # G or its transpose, then orthonormal
         ("triangle", np.float64, (MAX_SIDE, MAX_SIDE)),

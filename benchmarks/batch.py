@@ -1,0 +1,85 @@
+"""Many varied runs on two threads, against MuJoCo on two threads."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.mujoco_hold import Hold, hold_by_actuators
+from benchmarks.report import Table, judge
+from benchmarks.timing import median_seconds, on_threads
+from core.loading import load_scenario
+from core.scenario import Scenario
+from slipgrasp import simulate_many
+
+__all__ = ["compare_batches", "run", "vary"]
+
+ROUNDS = 3
+COUNT = 200
+THREADS = 2
+TARGET, AIM = 10.0, 30.0
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The table ``batch``."""
+    return [compare_batches()]
+
+
+def vary(name: str, count: int, duration: float) -> Iterator[Scenario]:
+    """Variants of a preset: object 0.8 to 1.3 kg, friction 0.2 to 0.4; the same every time.
+
+    Args:
+        name: The preset.
+        count: How many.
+        duration: Simulated time of each [s].
+    """
+    base = load_scenario(name)
+    simulation = replace(base.simulation, duration=duration)
+    generator = np.random.default_rng(1)
+    for _ in range(count):
+        mass, friction = generator.uniform((0.8, 0.2), (1.3, 0.4)).tolist()
+        yield replace(
+            base,
+            object=replace(base.object, mass=mass),
+            fingers=tuple(replace(finger, friction=friction) for finger in base.fingers),
+            simulation=simulation,
+        )
+
+
+def compare_batches(count: int = COUNT, rounds: int = ROUNDS, duration: float = 7.0) -> Table:
+    """Runs per second of wall time, measured in turns.
+
+    Args:
+        count: Runs of a batch.
+        rounds: How often each batch is timed.
+        duration: Simulated time of every run [s].
+    """
+    scenarios = list(vary("paper-case-1", count, duration))
+    holds = [hold_by_actuators(scenario, duration) for scenario in scenarios]
+    ours = f"slipgrasp, {THREADS} threads"
+    theirs = f"MuJoCo, 1 ms, no controller, {THREADS} threads"
+    works = {
+        theirs: lambda: on_threads(Hold.run, holds, THREADS),
+        ours: lambda: list(simulate_many(scenarios, threads=THREADS)),
+    }
+    seconds = median_seconds(works, rounds, time.perf_counter)
+    rows = tuple(
+        (name, f"{count / own:.0f}", f"{seconds[theirs] / own:.1f}")
+        for name, own in seconds.items()
+    )
+    verdict = f"{judge(seconds[theirs] / seconds[ours], TARGET, AIM)}."
+    notes = (verdict, _outcomes(scenarios))
+    heads = (f"{count} varied runs of {duration:g} s", "runs/s", "ratio")
+    return Table("batch", heads, rows, notes)
+
+
+def _outcomes(scenarios: list[Scenario]) -> str:
+    """Runs that end early would be cheaper: told."""
+    outcomes = Counter(summary.outcome for summary in simulate_many(scenarios, threads=THREADS))
+    told = ", ".join(f"{number} {outcome.value}" for outcome, number in outcomes.items())
+    return f"How our runs ended: {told}."

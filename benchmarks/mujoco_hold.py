@@ -1,0 +1,115 @@
+"""MuJoCo holding the object of a scenario still: the peer of every comparison of speed.
+
+A hold is the cheapest thing the scene can do, and MuJoCo gets it for nothing: pose, grip and
+gravity compensation come from our run, and neither adaptation nor output is asked of it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.mujoco_scene import (
+    DAMPING,
+    STIFF_CONTACT,
+    STIFFNESS,
+    build_model,
+    describe_scene,
+    motors,
+)
+from core.scenario import Scenario
+from core.simulator import simulate
+
+__all__ = ["STEP", "Hold", "hold_by_actuators", "hold_by_numpy"]
+
+Floats = NDArray[np.float64]
+
+STEP = 1e-3
+"""MuJoCo's time step in all comparisons of speed [s]."""
+
+
+class Hold(NamedTuple):
+    """MuJoCo with an object in its hand, and the controller in Python, if there is one.
+
+    Attributes:
+        model: The scene.
+        data: Its state.
+        start: Coordinates at the start, to which every run returns.
+        steps: Steps of a run.
+        law: The controller; None where MuJoCo's own actuators hold.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    start: Floats
+    steps: int
+    law: PdLaw | None = None
+
+    def run(self) -> None:
+        """One run from the start; without a law it never returns to Python between steps."""
+        model, data, law = self.model, self.data, self.law
+        data.qpos[:], data.qvel[:] = self.start, 0.0
+        if law is None:
+            mujoco.mj_step(model, data, nstep=self.steps)
+            return
+        joints = model.nu
+        for _ in range(self.steps):
+            data.ctrl[:] = law.torques(data.qpos[:joints], data.qvel[:joints])
+            mujoco.mj_step(model, data)
+
+    def sinking(self) -> float:
+        """How far the object is below its place at the start [m]."""
+        return float(self.start[self.model.nu + 1] - self.data.qpos[self.model.nu + 1])
+
+
+class PdLaw:
+    """Gravity and grip compensated, and a PD law about the start pose, in NumPy.
+
+    The least a user would write: one joint space law for all fingers, every constant
+    prepared, no Jacobian, no adaptation.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Takes the grip from the end of our run."""
+        fingers = scenario.fingers
+        masses = np.array([finger.link_masses for finger in fingers])
+        lengths = np.array([finger.link_lengths for finger in fingers])
+        centres = lengths * np.array([finger.link_centre_fractions for finger in fingers])
+        weights = scenario.simulation.gravity * masses
+        self._inner = weights[:, 0] * centres[:, 0] + weights[:, 1] * lengths[:, 0]  # [N m]
+        self._outer = weights[:, 1] * centres[:, 1]  # [N m]
+        trace = simulate(scenario).trace
+        self.goal = trace.joint_position[0]
+        self._grip = trace.joint_torque[-1] - self._gravity(trace.joint_position[-1])
+
+    def torques(self, angles: Floats, speeds: Floats) -> Floats:
+        """Joint torques, shape ``(joints,)`` [N m]."""
+        feedback = STIFFNESS * (self.goal - angles) - DAMPING * speeds
+        return self._gravity(angles) + self._grip + feedback
+
+    def _gravity(self, angles: Floats) -> Floats:
+        first = angles[0::2]
+        outer = self._outer * np.cos(first + angles[1::2])
+        torques = np.empty_like(angles)
+        torques[0::2] = self._inner * np.cos(first) + outer
+        torques[1::2] = outer
+        return torques
+
+
+def hold_by_actuators(scenario: Scenario, duration: float) -> Hold:
+    """PD laws as MuJoCo's own actuators: no Python between the steps."""
+    model, data = build_model(scenario, STEP)
+    return Hold(model, data, data.qpos.copy(), round(duration / STEP))
+
+
+def hold_by_numpy(scenario: Scenario, duration: float) -> Hold:
+    """The law in NumPy, called at every step."""
+    law = PdLaw(scenario)
+    angles = law.goal.tolist()
+    text = describe_scene(scenario, angles, STEP, motors(scenario), STIFF_CONTACT)
+    model = mujoco.MjModel.from_xml_string(text)
+    start = np.concatenate((law.goal, scenario.trajectory.start, [0.0]))
+    return Hold(model, mujoco.MjData(model), start, round(duration / STEP), law)

@@ -1,0 +1,132 @@
+"""When a sticking contact starts to slip, at an instant known in closed form.
+
+Two fingers turn the object of weight m g at a constant speed, from an angle at which the
+weight presses it against finger 1. Both carry m g cos(theta) / 2 by friction; the least
+squeeze keeps finger 0, which the weight leaves, on the friction cone of mu^ the controller
+believes in, and presses finger 1 by -m g sin(theta) more. So finger 1, whose friction mu_1 is
+less than believed, leaves its cone where tan(theta) = (1 / mu^ - 1 / mu_1) / 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.mujoco_torques import friction_margins
+from benchmarks.report import Table
+from core.loading import load_scenario, with_values
+from core.scenario import Scenario
+from core.simulator import simulate
+
+__all__ = ["Onset", "compare_onsets", "mujoco_onset", "our_onset", "run", "turning_hand"]
+
+BELIEVED, FRICTION = 0.5, 0.45
+INERTIA = 0.001  # [kg m^2]
+SPIN, SPEEDING_UP = 100.0, 0.05  # [rad/s^2], [s]
+AFTER = 0.02  # how long a run goes on after the onset [s]
+
+STEPS = (1e-3, 1e-4)  # of MuJoCo [s]
+# Spread over a step as the golden ratio spreads them: an onset on the grid would be luck.
+COASTING = tuple(0.05 + 1e-3 * (k * 0.6180339887 % 1.0) for k in range(10))  # [s]
+
+_DENSE = 1e4  # [Hz], for replaying
+_SETTLING = 0.02  # MuJoCo's contacts close during the first steps [s]
+_ON_CONE = 1e-9  # a margin below this is zero; MuJoCo's no-slip solver gives 1e-16 [N]
+_TARGET = 1e-9  # [s]
+
+
+class Onset(NamedTuple):
+    """What MuJoCo says of the onset.
+
+    Attributes:
+        told: End of the first step in which the contact lies on its cone [s].
+        extrapolated: Where the line through the margins of the two steps before is zero [s].
+    """
+
+    told: float
+    extrapolated: float
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The table ``onset``."""
+    return [compare_onsets()]
+
+
+def turning_hand(coasting: float) -> tuple[Scenario, float]:
+    """A hand whose finger 1 starts to slip at a known instant, and that instant [s].
+
+    Args:
+        coasting: How long the object turns at constant speed until then [s].
+    """
+    angle = math.atan(0.5 * (1.0 / BELIEVED - 1.0 / FRICTION))
+    start = angle - SPIN * SPEEDING_UP * (0.5 * SPEEDING_UP + coasting)
+    values = {
+        "object.inertia": INERTIA,
+        "fingers.0.friction": 0.9,
+        "fingers.1.friction": FRICTION,
+        "estimates.0.initial": BELIEVED,
+        "estimates.1.initial": BELIEVED,
+        "estimates.2.initial": 1.0,
+        "estimates.3.initial": INERTIA,
+        # What the controller believes stays as it is.
+        "controller.lyapunov_weight": 0.0,
+        "controller.estimate_norm_bound": 1e3,
+        "trajectory.start": [1.466, 0.366, start],
+        "trajectory.acceleration": [0.0, 0.0, SPIN],
+        "trajectory.acceleration_time": SPEEDING_UP,
+        "simulation.duration": SPEEDING_UP + coasting + AFTER,
+    }
+    return with_values(load_scenario("paper-case-2"), values), SPEEDING_UP + coasting
+
+
+def our_onset(scenario: Scenario) -> float:
+    """When our run changes its first phase [s]."""
+    return simulate(scenario).phase_changes[0].time
+
+
+def mujoco_onset(scenario: Scenario, step: float) -> Onset:
+    """When finger 1 slips in MuJoCo under the torques of our run.
+
+    Args:
+        scenario: A `turning_hand`.
+        step: MuJoCo's time step [s].
+    """
+    result = simulate(with_values(scenario, {"simulation.output_rate": _DENSE}))
+    times, margins = friction_margins(result, step)
+    margin = margins[:, 1]
+    first = int(np.flatnonzero((times > _SETTLING) & (margin < _ON_CONE))[0])
+    before, last = margin[first - 2], margin[first - 1]
+    return Onset(float(times[first]), float(times[first - 1] + step * last / (before - last)))
+
+
+def compare_onsets(coasting: Sequence[float] = COASTING, steps: Sequence[float] = STEPS) -> Table:
+    """Errors of the onset against the closed form.
+
+    Args:
+        coasting: Coasting times, one onset each [s].
+        steps: MuJoCo's time steps [s].
+    """
+    hands = [turning_hand(time) for time in coasting]
+    truth = np.array([onset for _, onset in hands])
+    ours = np.array([our_onset(scenario) for scenario, _ in hands]) - truth
+    rows = [("slipgrasp, default tolerance", *_errors(ours))]
+    for step in steps:
+        found = np.array([mujoco_onset(scenario, step) for scenario, _ in hands])
+        told, extrapolated = (found - truth[:, None]).T
+        rows.append((f"MuJoCo, {1e3 * step:g} ms, step that shows it", *_errors(told)))
+        rows.append((f"MuJoCo, {1e3 * step:g} ms, extrapolated", *_errors(extrapolated)))
+    worst = float(np.abs(ours).max())
+    verdict = f"Ours is wrong by at most {worst:.1e} s; target {_TARGET:g} s: "
+    notes = (verdict + ("met." if worst <= _TARGET else "missed."),)
+    heads = (f"{len(truth)} onsets", "mean error [s]", "rms [s]", "worst [s]")
+    return Table("onset", heads, tuple(rows), notes)
+
+
+def _errors(errors: NDArray[np.float64]) -> tuple[str, ...]:
+    rms = math.sqrt(float(np.mean(errors**2)))
+    return f"{errors.mean():.1e}", f"{rms:.1e}", f"{np.abs(errors).max():.1e}"

@@ -1,0 +1,75 @@
+"""Tables of results: printed as text, and kept in the documentation between marks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+__all__ = ["Table", "format_text", "judge", "update_page"]
+
+
+class Table(NamedTuple):
+    """Results of one part.
+
+    Attributes:
+        name: The mark of its place in the documentation.
+        heads: Heads of the columns; the first column holds words, the others numbers.
+        rows: One string per column.
+        notes: Sentences to be read with it.
+    """
+
+    name: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...] = ()
+
+
+def format_text(table: Table) -> str:
+    """The table as aligned lines, notes below."""
+    columns = zip(table.heads, *table.rows, strict=True)
+    widths = [max(len(cell) for cell in column) for column in columns]
+    lines = [_align(cells, widths) for cells in (table.heads, *table.rows)]
+    rule = "-" * len(lines[0])
+    return "\n".join([lines[0], rule, *lines[1:], *(f"  {note}" for note in table.notes)])
+
+
+def judge(value: float, target: float, aim: float | None = None) -> str:
+    """Whether a ratio reaches its target, and the aim beyond it, in words."""
+    words = f"{value:.1f} times; target {target:g}: {'met' if value >= target else 'missed'}"
+    if aim is not None:
+        words += f", aim {aim:g}: {'met' if value >= aim else 'missed'}"
+    return words
+
+
+def update_page(path: Path, tables: Iterable[Table]) -> None:
+    """Replaces what a page says between the marks of these tables.
+
+    Args:
+        path: Markdown file with ``<!-- NAME -->`` and ``<!-- end NAME -->`` around each table.
+        tables: The new tables.
+
+    Raises:
+        ValueError: If the page has no such marks.
+    """
+    text = path.read_text(encoding="utf-8")
+    for table in tables:
+        first, last = f"<!-- {table.name} -->", f"<!-- end {table.name} -->"
+        place = re.compile(f"{re.escape(first)}.*?{re.escape(last)}", re.DOTALL)
+        if not place.search(text):
+            raise ValueError(f"{path} has no marks for '{table.name}'")
+        block = f"{first}\n{_format_markdown(table)}\n{last}"
+        text = place.sub(lambda _, block=block: block, text)
+    path.write_text(text, encoding="utf-8")
+
+
+def _align(cells: Iterable[str], widths: list[int]) -> str:
+    first, *others = zip(cells, widths, strict=True)
+    return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)])
+
+
+def _format_markdown(table: Table) -> str:
+    rule = ("---", *("--:" for _ in table.heads[1:]))
+    lines = [f"| {' | '.join(cells)} |" for cells in (table.heads, rule, *table.rows)]
+    return "\n".join(["", *lines, "", *(f"{note}\n" for note in table.notes)])

@@ -1,0 +1,113 @@
+"""Single runs against MuJoCo on the same scene, and where our time goes."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from benchmarks.mujoco_hold import STEP, hold_by_actuators, hold_by_numpy
+from benchmarks.report import Table, judge
+from benchmarks.timing import MILLISECONDS, median_seconds
+from core.loading import load_scenario, with_values
+from core.scenario import Scenario
+from core.simulator import Simulation, simulate
+
+__all__ = ["compare_speed", "profile", "run"]
+
+ROUNDS = 15
+CASES = ("paper-case-1", "paper-case-2")
+CONTROL = {"continuous control": 0.0, "1 kHz control": 0.001}
+
+_ALONE = (10.0, 25.0)  # target and aim of case I, continuous, against MuJoCo alone
+_NUMPY = 25.0  # target against MuJoCo with a controller in NumPy
+
+_ENGINE = "MuJoCo, 1 ms, held by its own actuators"
+_WITH_NUMPY = "MuJoCo, 1 ms, a PD law in NumPy at every step"
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The tables ``speed`` and ``profile``."""
+    return [compare_speed(), profile()]
+
+
+def compare_speed(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
+    """CPU time of the paper's cases and of MuJoCo, measured in turns.
+
+    Args:
+        rounds: How often each is timed.
+        duration: Simulated time of every run [s].
+    """
+    case = load_scenario(CASES[0])
+    works: dict[str, Callable[[], object]] = {
+        _ENGINE: hold_by_actuators(case, duration).run,
+        _WITH_NUMPY: hold_by_numpy(case, duration).run,
+    }
+    for words, scenario in _scenarios(duration):
+        works[words] = lambda scenario=scenario: simulate(scenario)
+    seconds = median_seconds(works, rounds)
+    peers = (seconds[_ENGINE], seconds[_WITH_NUMPY])
+    rows = tuple(_row(name, own, peers) for name, own in seconds.items())
+    heads = (f"{duration:g} s of", "CPU [ms]", "MuJoCo / it", "MuJoCo with NumPy / it")
+    own = seconds[f"{CASES[0]}, continuous control"]
+    return Table("speed", heads, rows, _verdicts(*(peer / own for peer in peers)))
+
+
+def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
+    """Where the CPU time of a run goes: around the kernel, and in it.
+
+    Args:
+        rounds: How often each run is timed.
+        duration: Simulated time of every run [s].
+    """
+    rows = tuple(
+        (words, *_profile_row(scenario, rounds)) for words, scenario in _scenarios(duration)
+    )
+    heads = (f"{duration:g} s of", "set-up [ms]", "kernel [ms]", "trace, metrics [ms]", "tick [us]")
+    hold = hold_by_actuators(load_scenario(CASES[0]), duration)
+    step = median_seconds({_ENGINE: hold.run}, rounds)[_ENGINE]
+    each = 1e6 * step * STEP / duration
+    ticks = (
+        "A control tick is one evaluation of the law and one step of the plant up to it, 1 ms "
+        f"as in MuJoCo, whose own step takes {each:.1f} us: that bounds the ratio at 1 kHz."
+    )
+    return Table("profile", heads, rows, (ticks,))
+
+
+def _scenarios(duration: float) -> Iterator[tuple[str, Scenario]]:
+    for name in CASES:
+        for words, period in CONTROL.items():
+            values = {"controller.control_period": period, "simulation.duration": duration}
+            yield f"{name}, {words}", with_values(load_scenario(name), values)
+
+
+def _row(name: str, own: float, peers: tuple[float, float]) -> tuple[str, ...]:
+    return (name, f"{MILLISECONDS * own:.2f}", *(f"{peer / own:.1f}" for peer in peers))
+
+
+def _verdicts(alone: float, with_numpy: float) -> tuple[str, ...]:
+    return (
+        f"Case I, continuous control, against MuJoCo alone: {judge(alone, *_ALONE)}.",
+        f"Against MuJoCo with the law in NumPy: {judge(with_numpy, _NUMPY)}.",
+    )
+
+
+def _profile_row(scenario: Scenario, rounds: int) -> tuple[str, ...]:
+    parts = [_time_parts(scenario) for _ in range(rounds + 1)][1:]
+    setup, kernel, result = (statistics.median(part) for part in zip(*parts, strict=True))
+    period = scenario.controller.control_period
+    tick = f"{1e6 * kernel * period / scenario.simulation.duration:.2f}" if period else ""
+    return (*(f"{MILLISECONDS * part:.2f}" for part in (setup, kernel, result)), tick)
+
+
+def _time_parts(scenario: Scenario) -> tuple[float, float, float]:
+    """CPU time of set-up, of the compiled kernel, and of trace and metrics [s]."""
+    start = time.process_time()
+    simulation = Simulation(scenario)
+    ready = time.process_time()
+    while not simulation.finished:
+        simulation.advance()
+    done = time.process_time()
+    simulation.result()
+    return ready - start, done - ready, time.process_time() - done

@@ -1,0 +1,92 @@
+"""CPU time as a median of rounds in which every candidate takes its turn."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+__all__ = ["MILLISECONDS", "Line", "fit_exponent", "fit_line", "median_seconds", "on_threads"]
+
+MILLISECONDS = 1e3
+
+
+class Line(NamedTuple):
+    """Cost as a linear function of size.
+
+    Attributes:
+        intercept: Cost of nothing [s].
+        slope: Cost per unit of size [s].
+        deviation: Largest relative difference between a cost and the line.
+    """
+
+    intercept: float
+    slope: float
+    deviation: float
+
+
+def median_seconds(
+    works: Mapping[str, Callable[[], object]],
+    rounds: int,
+    clock: Callable[[], float] = time.process_time,
+) -> dict[str, float]:
+    """Median time of each work [s]; whatever else the machine does hits all of them alike.
+
+    Every round has another order, the same every time, and Python's garbage is collected
+    between the rounds: in a fixed order the same work always paid for memory that another
+    one had given back.
+
+    Args:
+        works: What to time, by name; each is called once more beforehand, uncounted.
+        rounds: How often each is timed, in turns.
+        clock: CPU time of the process, or wall time where threads work together.
+    """
+    times: dict[str, list[float]] = {name: [] for name in works}
+    for work in works.values():
+        work()
+    turns = list(works)
+    generator = np.random.default_rng(0)
+    for _ in range(rounds):
+        generator.shuffle(turns)
+        with _no_collector():
+            for name in turns:
+                start = clock()
+                works[name]()
+                times[name].append(clock() - start)
+    return {name: statistics.median(values) for name, values in times.items()}
+
+
+def on_threads(work: Callable[[Any], object], items: Sequence[Any], threads: int) -> None:
+    """Does the work for every item, so many at a time."""
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(work, items):
+            pass
+
+
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def fit_exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
+    """The k of ``seconds ~ sizes^k``, by least squares of the logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+
+
+def fit_line(sizes: Sequence[float], seconds: Sequence[float]) -> Line:
+    """The line nearest to the costs, every one of them weighed by its own size."""
+    costs = np.array(seconds)
+    slope, intercept = np.polyfit(sizes, costs, 1, w=1.0 / costs)
+    deviation = np.abs((intercept + slope * np.array(sizes)) / costs - 1.0).max()
+    return Line(float(intercept), float(slope), float(deviation))

@@ -1,0 +1,235 @@
+"""Accuracy against cost: the slip of the paper's cases and its end, by us and by others.
+
+Others get the torques of our run (`benchmarks.replay`), so their cost is that of stepping
+alone; ours includes the controller, its adaptation and the trace. Their event is not rounded
+to a step but extrapolated: the line through the slip speeds of two late steps meets zero.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.mujoco_replay import replay_in_mujoco
+from benchmarks.mujoco_torques import stepping
+from benchmarks.replay import CASES, DURATION, MOVING, Replay, record_case
+from benchmarks.report import Table
+from benchmarks.timing import MILLISECONDS, median_seconds
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.scenario import Scenario
+from core.simulator import simulate
+from core.types import ContactPhase
+
+__all__ = [
+    "DRAKE",
+    "MUJOCO",
+    "OURS",
+    "Point",
+    "Reference",
+    "measure_drake",
+    "measure_mujoco",
+    "measure_ours",
+    "oracle_difference",
+    "run",
+    "slip_ends",
+]
+
+ROUNDS = 9
+OUR_ROUNDS = 45  # a run takes a millisecond or two
+TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
+MUJOCO_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)  # [s]
+DRAKE_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)  # [s]
+
+OURS, MUJOCO, DRAKE = "slipgrasp", "MuJoCo", "Drake"
+
+_TIGHTEST = 1e-12
+_ABSOLUTE_PER_RELATIVE = 1e-2  # as in the default tolerances
+
+
+class Point(NamedTuple):
+    """One engine at one setting.
+
+    Attributes:
+        engine: Its name.
+        case: The preset.
+        setting: Relative tolerance, or time step [s].
+        seconds: CPU time [s].
+        event: Error of the time at which a contact stops, the worse one [s].
+        state: Error of the end state: of any displacement of object or fingertip [m].
+    """
+
+    engine: str
+    case: str
+    setting: float
+    seconds: float
+    event: float
+    state: float
+
+
+class Reference:
+    """The run with the tightest tolerance, and how far others are from it."""
+
+    def __init__(self, case: str, duration: float = DURATION) -> None:
+        """Simulates it, and once more to be played back.
+
+        Args:
+            case: The preset.
+            duration: Simulated time [s].
+        """
+        self.case = case
+        self.duration = duration
+        self.result = simulate(self.scenario(_TIGHTEST))
+        self.torques = record_case(case, duration)
+        self.slip_ends = slip_ends(self.result)
+        self._half_width = self.result.scenario.object.half_width
+
+    def scenario(self, tolerance: float) -> Scenario:
+        """The case with continuous control and another tolerance."""
+        values = {
+            "controller.control_period": 0.0,
+            "simulation.duration": self.duration,
+            "simulation.relative_tolerance": tolerance,
+            "simulation.absolute_tolerance": _ABSOLUTE_PER_RELATIVE * tolerance,
+        }
+        return with_values(load_scenario(self.case), values)
+
+    def judge_run(self, result: RunResult) -> tuple[float, float]:
+        """Errors of the event [s] and of the end state [m] of one of our runs."""
+        event = float(np.abs(slip_ends(result) - self.slip_ends).max())
+        return event, self._state_error(result.trace.object_pose[-1], result.trace.slip[-1])
+
+    def judge_replay(self, replay: Replay) -> tuple[float, float]:
+        """Errors of the event [s] and of the end state [m] of another engine."""
+        event = float(np.abs(_extrapolated_ends(replay) - self.slip_ends).max())
+        return event, self._state_error(replay.object_pose[-1], replay.slip[-1])
+
+    def _state_error(self, pose: np.ndarray, slip: np.ndarray) -> float:
+        x, y, angle = np.abs(pose - self.result.trace.object_pose[-1])
+        slips = np.abs(slip - self.result.trace.slip[-1])
+        return float(max(x, y, self._half_width * angle, slips.max()))
+
+
+def run(docs: Path | None = None) -> list[Table]:
+    """The table ``work-precision`` and its diagram."""
+    references = [Reference(case) for case in CASES]
+    points, notes = [], []
+    for reference in references:
+        points += measure_ours(reference) + measure_mujoco(reference)
+        difference = oracle_difference(reference)
+        notes.append(
+            f"{reference.case}: the reference and SciPy's DOP853 at 1e-9 on independent equations "
+            f"agree on the end of slip to {difference:.0e} s."
+        )
+    if find_spec("pydrake") is None:
+        notes.append("Drake is not installed (pip install drake), so it is not here.")
+    else:
+        points += [point for reference in references for point in measure_drake(reference)]
+    if docs is not None:
+        from benchmarks.charts import draw_work_precision, save
+
+        save(draw_work_precision(points), docs / "images" / "work-precision.svg")
+    return [_tabulate(points, notes)]
+
+
+def measure_ours(
+    reference: Reference, tolerances: Sequence[float] = TOLERANCES, rounds: int = OUR_ROUNDS
+) -> list[Point]:
+    """Our runs, one per relative tolerance."""
+    scenarios = {f"{t:g}": reference.scenario(t) for t in tolerances}
+    works = {name: lambda s=scenario: simulate(s) for name, scenario in scenarios.items()}
+    seconds = median_seconds(works, rounds)
+    return [
+        Point(
+            OURS,
+            reference.case,
+            float(name),
+            seconds[name],
+            *reference.judge_run(simulate(scenario)),
+        )
+        for name, scenario in scenarios.items()
+    ]
+
+
+def measure_mujoco(
+    reference: Reference, steps: Sequence[float] = MUJOCO_STEPS, rounds: int = ROUNDS
+) -> list[Point]:
+    """MuJoCo under our torques, one replay per time step."""
+    works = {f"{step:g}": stepping(reference.torques, step) for step in steps}
+    seconds = median_seconds(works, rounds)
+    points = []
+    for step in steps:
+        errors = reference.judge_replay(replay_in_mujoco(reference.torques, step))
+        points.append(Point(MUJOCO, reference.case, step, seconds[f"{step:g}"], *errors))
+    return points
+
+
+def measure_drake(
+    reference: Reference, steps: Sequence[float] = DRAKE_STEPS, rounds: int = 3
+) -> list[Point]:
+    """Drake under our torques, one replay per time step; its own Python binding steps it."""
+    from benchmarks.drake_replay import replay_in_drake
+
+    replay_in_drake(reference.torques, steps[0])  # imports are not counted
+    points = []
+    for step in steps:
+        times, errors = [], (0.0, 0.0)
+        for _ in range(rounds):
+            start = time.process_time()
+            replay = replay_in_drake(reference.torques, step)
+            times.append(time.process_time() - start)
+            errors = reference.judge_replay(replay)
+        points.append(Point(DRAKE, reference.case, step, statistics.median(times), *errors))
+    return points
+
+
+def oracle_difference(reference: Reference) -> float:
+    """How far the reference is from the tests' oracle in the end of slip [s]."""
+    from tests.references.closed_loop import ClosedLoop
+    from tests.references.continuous import run_continuous
+
+    loop = ClosedLoop.from_scenario(load_scenario(reference.case))
+    oracle = run_continuous(loop, reference.duration, [])
+    contacts = range(len(reference.slip_ends))
+    return max(abs(oracle.slip_end(i) - reference.slip_ends[i]) for i in contacts)
+
+
+def slip_ends(result: RunResult) -> np.ndarray:
+    """When each contact of a run stops for the last time, shape ``(n,)`` [s]."""
+    ends = np.full(result.trace.shape.num_contacts, np.nan)
+    for change in result.phase_changes:
+        if change.to_phase is ContactPhase.STICK:
+            ends[change.contact] = change.time
+    return ends
+
+
+def _extrapolated_ends(replay: Replay) -> np.ndarray:
+    """The same of an engine with fixed steps, from late steps that surely are slip."""
+    step = replay.times[0]
+    speeds = np.abs(np.diff(replay.slip, axis=0, prepend=0.0)) / step
+    ends = []
+    for speed in speeds.T:
+        k = int(np.flatnonzero(speed > MOVING)[-1]) - 2
+        ends.append(replay.times[k] + 2.0 * step * speed[k] / (speed[k - 2] - speed[k]))
+    return np.array(ends)
+
+
+def _tabulate(points: list[Point], notes: list[str]) -> Table:
+    heads = ("0.3 s of", "setting", "CPU [ms]", "end of slip [s]", "end state [m]")
+    rows = tuple(
+        (
+            f"{point.case}, {point.engine}",
+            f"{point.setting:g}" if point.engine == OURS else f"{1e3 * point.setting:g} ms",
+            f"{MILLISECONDS * point.seconds:.2f}",
+            f"{point.event:.0e}",
+            f"{point.state:.0e}",
+        )
+        for point in points
+    )
+    return Table("work-precision", heads, rows, tuple(notes))

@@ -1,0 +1,283 @@
+"""A small sample of every benchmark, run for real: what it compares is comparable.
+
+Nothing here judges a time; times only have to agree with each other where they must.
+"""
+
+import shutil
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import memory, onset, scaling
+from benchmarks.__main__ import PARTS, main
+from benchmarks.batch import compare_batches, vary
+from benchmarks.charts import draw_scaling, draw_work_precision, save
+from benchmarks.hands import holding_hand
+from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
+from benchmarks.mujoco_replay import replay_in_mujoco
+from benchmarks.mujoco_torques import stepping
+from benchmarks.recording import measure_recording
+from benchmarks.report import Table, format_text, judge, update_page
+from benchmarks.speed import compare_speed, profile
+from benchmarks.timing import fit_exponent, fit_line, median_seconds
+from benchmarks.work_precision import (
+    Reference,
+    measure_mujoco,
+    measure_ours,
+    oracle_difference,
+)
+from core.loading import load_scenario
+from core.simulator import simulate
+from core.types import Outcome
+
+PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
+CASE_1 = load_scenario("paper-case-1")
+
+
+@cache
+def reference():
+    return Reference("paper-case-2")
+
+
+def column(table, index):
+    return [float(row[index]) for row in table.rows]
+
+
+# Timing
+
+
+def test_every_work_takes_its_turn_in_every_round_and_once_before():
+    calls = []
+    seconds = median_seconds({name: lambda n=name: calls.append(n) for name in "abc"}, 4)
+    assert calls[:3] == ["a", "b", "c"]
+    rounds = [calls[k : k + 3] for k in range(3, 15, 3)]
+    assert all(sorted(turn) == ["a", "b", "c"] for turn in rounds)
+    assert len({tuple(turn) for turn in rounds}) > 1
+    assert list(seconds) == ["a", "b", "c"]
+
+
+def test_median_is_of_the_clock_that_is_given():
+    ticks = iter([0.0, 1.0, 10.0, 15.0, 20.0, 22.0])
+    assert median_seconds({"work": lambda: None}, 3, lambda: next(ticks)) == {"work": 2.0}
+
+
+def test_fits_find_the_power_and_the_line_that_made_the_costs():
+    sizes = np.array([2.0, 3.0, 4.0, 6.0])
+    assert fit_exponent(sizes, 5.0 * sizes**3) == pytest.approx(3.0, rel=1e-12)
+    line = fit_line(sizes, 2.0 + 0.5 * sizes)
+    assert (line.intercept, line.slope) == pytest.approx((2.0, 0.5), rel=1e-12)
+    assert line.deviation < 1e-12
+    assert fit_line(sizes, 5.0 * sizes**3).deviation > 0.1
+
+
+# Speed and batch
+
+
+@pytest.mark.parametrize("hold", [hold_by_actuators, hold_by_numpy])
+def test_mujoco_holds_the_object_between_both_fingertips_in_every_run(hold):
+    """It sinks as its soft contacts and the springs of the PD law give, and no further."""
+    held = hold(CASE_1, 1.0)
+    sinking = []
+    for _ in range(2):
+        held.run()
+        assert held.data.ncon == 2
+        sinking.append(held.sinking())
+    # Without grip it would have fallen by 4.9 m.
+    assert 0.0 < sinking[0] < 0.01
+    assert sinking[1] == pytest.approx(sinking[0], rel=1e-2)
+
+
+def test_ratios_of_speed_are_those_of_the_times_beside_them():
+    table = compare_speed(rounds=1, duration=0.1)
+    cpu, alone, with_numpy = (column(table, index) for index in (1, 2, 3))
+    assert len(cpu) == 6
+    assert alone[0] == with_numpy[1] == 1.0
+    # Printed to 0.01 ms and to a tenth.
+    for k in range(2, 6):
+        assert alone[k] == pytest.approx(cpu[0] / cpu[k], rel=0.02, abs=0.06)
+        assert with_numpy[k] == pytest.approx(cpu[1] / cpu[k], rel=0.02, abs=0.06)
+
+
+def test_profile_tells_the_cost_of_a_tick_only_where_control_ticks():
+    table = profile(rounds=1, duration=0.1)
+    for row in table.rows:
+        assert min(float(part) for part in row[1:4]) > 0.0
+        assert bool(row[4]) == ("1 kHz" in row[0])
+        if row[4]:  # 100 ticks, printed to 0.01 ms and 0.01 us
+            assert float(row[4]) == pytest.approx(10.0 * float(row[2]), abs=0.11)
+
+
+def test_variants_of_a_batch_differ_and_are_the_same_every_time():
+    first, again = list(vary("paper-case-1", 20, 0.5)), list(vary("paper-case-1", 20, 0.5))
+    assert first == again
+    masses = [scenario.object.mass for scenario in first]
+    frictions = [finger.friction for scenario in first for finger in scenario.fingers]
+    assert len(set(masses)) == 20
+    assert 0.8 <= min(masses) < max(masses) <= 1.3
+    assert 0.2 <= min(frictions) < max(frictions) <= 0.4
+
+
+def test_batches_of_both_sides_are_compared_over_completed_runs():
+    table = compare_batches(count=5, rounds=1, duration=0.3)
+    rates, ratios = column(table, 1), column(table, 2)
+    assert ratios[0] == 1.0
+    # Rates are printed as whole numbers, ratios to a tenth.
+    assert ratios[1] == pytest.approx(rates[1] / rates[0], rel=0.1, abs=0.1)
+    assert table.notes[-1] == "How our runs ended: 5 completed."
+
+
+# Scaling and memory
+
+
+@pytest.mark.parametrize("number", scaling.FINGERS)
+def test_hands_of_two_to_six_fingers_hold_the_object_to_the_end(number):
+    result = simulate(holding_hand(number))
+    assert result.outcome is Outcome.COMPLETED
+    assert result.metrics.held
+    assert len(result.estimates) == 2 * number + 1
+    # Everything sticks from the first instant, so runs differ by their size alone.
+    assert result.phase_changes == ()
+    assert result.trace.friction_margin.min() > 0.0
+
+
+def test_scaling_is_drawn_with_every_size_it_measured(tmp_path):
+    durations = scaling.measure_duration((0.2, 0.4), rounds=1)
+    fingers = scaling.measure_fingers((2, 3, 4), rounds=1, duration=0.2)
+    assert durations.sizes == (0.2, 0.4)
+    for measured in (durations, fingers):
+        assert set(measured.seconds) == set(scaling.CONTROL)
+        for cost in measured.seconds.values():
+            assert len(cost) == len(measured.sizes)
+            assert min(cost) > 0.0
+    figure = draw_scaling(durations, fingers)
+    left, right = figure.axes
+    drawn = [list(line.get_xdata()) for line in (*left.lines, *right.lines[:2])]
+    assert drawn == [[0.2, 0.4]] * 2 + [[2.0, 3.0, 4.0]] * 2
+    save(figure, tmp_path / "images" / "scaling.svg")
+    assert (tmp_path / "images" / "scaling.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_peak_memory_is_that_of_a_process_of_its_own():
+    """A peak is never below what is in use, and the child's knows nothing of ours."""
+    ballast = np.ones(50_000_000)  # 400 MB
+    assert memory.peak_memory() > ballast.nbytes
+    peak = memory.measure_memory(8)
+    # An interpreter with the compiled kernel, and nothing like the ballast.
+    assert 5e7 < peak < ballast.nbytes
+
+
+# Accuracy
+
+
+def test_our_onset_is_the_closed_form_and_mujoco_s_is_within_its_step():
+    """MuJoCo tells whole steps; the line through two of them is nearer by about a half."""
+    for coasting in onset.COASTING[:3]:
+        scenario, exact = onset.turning_hand(coasting)
+        assert onset.our_onset(scenario) == pytest.approx(exact, abs=1e-9)
+        for step in (1e-3, 1e-4):
+            found = onset.mujoco_onset(scenario, step)
+            assert abs(found.told - exact) < 1.5 * step
+            assert abs(found.extrapolated - exact) < 0.5 * step
+
+
+def test_onsets_fall_on_all_parts_of_a_step():
+    parts = sorted((coasting / 1e-3) % 1.0 for coasting in onset.COASTING)
+    assert np.diff([*parts, parts[0] + 1.0]).max() < 0.2
+
+
+def test_reference_of_the_diagram_agrees_with_the_oracle_of_the_tests():
+    # The oracle's relative tolerance, on a time of 0.1 s that follows from speeds of 0.5 m/s.
+    assert oracle_difference(reference()) < 1e-9
+
+
+def test_errors_of_both_engines_fall_with_their_settings_and_ours_are_smaller():
+    ours = measure_ours(reference(), (1e-4, 1e-7, 1e-10), rounds=1)
+    mujoco = measure_mujoco(reference(), (1e-3, 2.5e-4), rounds=1)
+    for points in (ours, mujoco):
+        for error in ("event", "state"):
+            errors = [getattr(point, error) for point in points]
+            assert errors == sorted(errors, reverse=True)
+            assert errors[-1] > 0.0
+        assert all(point.seconds > 0.0 for point in points)
+    # Our loosest run against the finest MuJoCo: events are located, not stepped over.
+    assert ours[0].event < mujoco[-1].event
+    assert ours[0].state < mujoco[-1].state
+
+
+def test_replay_that_is_timed_is_the_one_that_is_judged():
+    replay = replay_in_mujoco(reference().torques, 1e-3)
+    states, _ = stepping(reference().torques, 1e-3)()
+    poses = states[0, :, 5:8]  # time, four joint angles, then the object
+    np.testing.assert_array_equal(poses, replay.object_pose)
+
+
+def test_diagram_of_the_same_points_is_the_same_file(tmp_path):
+    points = measure_ours(reference(), (1e-4, 1e-9), rounds=1)
+    points += measure_mujoco(reference(), (1e-3, 5e-4), rounds=1)
+    figures = [draw_work_precision(points) for _ in range(2)]
+    paths = [tmp_path / "first.svg", tmp_path / "second.svg"]
+    for figure, path in zip(figures, paths, strict=True):
+        save(figure, path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    written = {text.get_text() for text in figures[0].axes[0].texts}
+    assert {"slipgrasp", "MuJoCo", "1 ms", "tolerance $10^{-9}$, the default"} <= written
+
+
+# Report
+
+
+def test_text_aligns_its_columns():
+    table = Table("name", ("of", "CPU [ms]"), (("long words", "1.0"), ("x", "10.0")), ("Note.",))
+    lines = format_text(table).splitlines()
+    assert lines[0] == "of          CPU [ms]"
+    assert lines[2:] == ["long words       1.0", "x               10.0", "  Note."]
+
+
+def test_page_keeps_everything_outside_the_marks(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("before\n<!-- a -->\nold\n<!-- end a -->\nafter\n")
+    for _ in range(2):
+        update_page(page, [Table("a", ("x", "y"), (("one", "1"),))])
+        assert page.read_text() == (
+            "before\n<!-- a -->\n\n| x | y |\n| --- | --: |\n| one | 1 |\n\n<!-- end a -->\nafter\n"
+        )
+    with pytest.raises(ValueError, match="no marks for 'b'"):
+        update_page(page, [Table("b", ("x",), ())])
+
+
+def test_verdict_names_target_and_aim():
+    assert judge(12.0, 10.0, 25.0) == "12.0 times; target 10: met, aim 25: missed"
+    assert judge(24.0, 25.0) == "24.0 times; target 25: missed"
+
+
+def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
+    page = tmp_path / "benchmarks.md"
+    shutil.copy(PAGE, page)
+    main(["onset", "--docs", str(tmp_path)])
+    printed = capsys.readouterr().out
+    rows = [line for line in page.read_text().splitlines() if line.startswith("| MuJoCo, 1 ms")]
+    words = [" ".join(row.replace("|", " ").split()) for row in rows]
+    shown = [" ".join(line.split()) for line in printed.splitlines()]
+    assert len([line for line in words if line in shown]) == 2
+
+
+def test_page_has_a_place_for_the_tables_of_every_part():
+    text = PAGE.read_text()
+    names = {*PARTS, "setting", "profile", "scaling-duration", "scaling-fingers"} - {"scaling"}
+    for name in names:
+        assert text.index(f"<!-- {name} -->") < text.index(f"<!-- end {name} -->")
+
+
+def test_unknown_part_is_refused_with_the_known_ones(capsys):
+    with pytest.raises(SystemExit) as refusal:
+        main(["sped"])
+    assert refusal.value.code == 2
+    assert "no part sped; parts: speed, batch" in capsys.readouterr().err
+
+
+def test_recording_is_measured_on_the_file_it_writes():
+    table = measure_recording(rounds=1, duration=0.2)
+    assert min(column(table, 1)) > 0.0
+    assert "rows." in table.notes[0]
