@@ -56,9 +56,11 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
             return 0
         forces_to_torques(work.kin, n, work.tip_forces, row.torques)
     solve_plant(model, discrete, work)
-    if model.law.period == 0.0:
-        # The guards of estimates that rest on a bound look at them.
-        update_rates(model, discrete, row.state, work)
+    for k in range(model.num_unknowns):
+        if discrete.clamps[k] != 0:
+            # The guard of an estimate that rests on a bound looks at its rate.
+            update_rates(model, discrete, row.state, work)
+            break
     kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
     row.kinetic_energy, row.potential_energy = kinetic, potential
     finite = abs(kinetic + potential) < np.inf

@@ -8,7 +8,15 @@ from numba import types
 from core.kernel.compiler import call, compiled, compiled_apart
 from core.kernel.guards import GUARDS
 from core.kernel.model import MODEL
-from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record, make_record
+from core.kernel.records import (
+    MAX_FINGERS,
+    MAX_UNKNOWNS,
+    STATE,
+    Floats,
+    Record,
+    make_record,
+    make_unset_record,
+)
 from core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from core.kernel.selection import SELECTION_ROOM
 from core.kernel.stepper import STEP
@@ -105,8 +113,9 @@ def make_outlet(*, keeps_rows: bool, chatter_changes: int) -> Record:
         keeps_rows: Whether rows are stored, or only counted in the tally.
         chatter_changes: How many phase changes the history holds.
     """
-    outlet = make_record(OUTLET)
+    outlet = make_unset_record(OUTLET)
     outlet.keeps_rows = keeps_rows
+    outlet.num_rows = 0
     outlet.history[:chatter_changes] = -np.inf
     return outlet
 
