@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.mujoco_scene import (
     DAMPING,
-    STIFF_CONTACT,
+    DEFAULT_CONTACT,
     STIFFNESS,
     build_model,
     describe_scene,
@@ -109,7 +109,7 @@ def hold_by_numpy(scenario: Scenario, duration: float) -> Hold:
     """The law in NumPy, called at every step."""
     law = PdLaw(scenario)
     angles = law.goal.tolist()
-    text = describe_scene(scenario, angles, STEP, motors(scenario), STIFF_CONTACT)
+    text = describe_scene(scenario, angles, STEP, motors(scenario), DEFAULT_CONTACT)
     model = mujoco.MjModel.from_xml_string(text)
     start = np.concatenate((law.goal, scenario.trajectory.start, [0.0]))
     return Hold(model, mujoco.MjData(model), start, round(duration / STEP), law)

@@ -38,7 +38,7 @@ def replay_in_mujoco(result: RunResult, step: float) -> Replay:
     scenario, trace = result.scenario, result.trace
     angles = trace.joint_position[0]
     joints = len(angles)
-    text = describe_scene(scenario, angles.tolist(), step, motors(scenario), _contact(step))
+    text = describe_scene(scenario, angles.tolist(), step, motors(scenario), describe_contact(step))
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qpos[:joints] = angles
@@ -72,7 +72,7 @@ def measure_differences(
     return [*rows, compare(result.trace, extrapolate(*replays[-2:]), 0.0)]
 
 
-def _contact(step: float) -> Contact:
+def describe_contact(step: float) -> Contact:
     """A contact whose compliance falls with the square of the step.
 
     The contact is a spring and damper per unit of apparent mass: stiffness (0.3 / step)^2,

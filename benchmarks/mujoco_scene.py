@@ -16,7 +16,7 @@ from core.geometry import contact_frame
 from core.scenario import FingerParameters, Scenario
 from core.simulator import simulate
 
-__all__ = ["STIFF_CONTACT", "Contact", "build_model", "describe_scene", "motors"]
+__all__ = ["DEFAULT_CONTACT", "Contact", "build_model", "describe_scene", "motors"]
 
 STIFFNESS, DAMPING = 2000.0, 120.0
 NO_SLIP_ITERATIONS = 5  # three already give all digits that ten give
@@ -37,7 +37,7 @@ class Contact(NamedTuple):
 
 
 # MuJoCo's own defaults, with a tip that one can see.
-STIFF_CONTACT = Contact(tip_radius=0.005, attributes="", friction_hardness=1.0)
+DEFAULT_CONTACT = Contact(tip_radius=0.005, attributes="", friction_hardness=1.0)
 
 
 def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -49,7 +49,7 @@ def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco
     angles = trace.joint_position[0]
     gain = f'gainprm="{STIFFNESS}" biastype="affine" biasprm="0 {-STIFFNESS} {-DAMPING}"'
     actuators = "".join(f'<general joint="{name}" {gain}/>' for name in _joint_names(scenario))
-    text = describe_scene(scenario, angles.tolist(), step, actuators, STIFF_CONTACT)
+    text = describe_scene(scenario, angles.tolist(), step, actuators, DEFAULT_CONTACT)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qpos[: len(angles)] = angles

@@ -61,7 +61,7 @@ def _scene(result: RunResult, step: float) -> tuple[mujoco.MjModel, mujoco.MjDat
     """The scene that `replay_in_mujoco` plays in, at the start."""
     scenario, trace = result.scenario, result.trace
     angles = trace.joint_position[0]
-    contact = mujoco_replay._contact(step)
+    contact = mujoco_replay.describe_contact(step)
     text = describe_scene(scenario, angles.tolist(), step, motors(scenario), contact)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)

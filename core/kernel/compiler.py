@@ -1,7 +1,7 @@
 """How the kernel is compiled: in units, each apart, the first time on two processors.
 
 A unit is called through its symbol by the others, as with the object files of a C program,
-so that the compiler sees every function once. (Where numba's functions simply call each
+so that the compiler sees every unit once. (Where numba's functions simply call each
 other, each is compiled again with each of its callers, which takes minutes here.) Within a
 unit, small functions are inlined as usual.
 """
@@ -83,8 +83,13 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Declares a function that is compiled into the units that call it."""
-    return numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
+    """Declares a function that is compiled into the units that call it.
+
+    Always inlined: passing the arrays of a record to a function costs more than the call.
+    """
+    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(
+        function
+    )
 
 
 @cache
