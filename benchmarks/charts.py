@@ -15,6 +15,7 @@ from matplotlib.ticker import LogLocator
 from benchmarks.scaling import Scaling
 from benchmarks.timing import MILLISECONDS
 from benchmarks.work_precision import DRAKE, MUJOCO, OURS, Point
+from core.scenario import SimulationParameters
 from core.types import ContactPhase
 from recordings.figures.style import add_axes, new_figure, paint, paper_style
 from recordings.palette import MUTED, PHASES, Rgb
@@ -29,7 +30,7 @@ _COLOURS: dict[str, Rgb] = {
     "1 kHz": PHASES[ContactPhase.SLIP_FORWARD],
 }
 _NAME_OFFSETS = {OURS: (6.0, 10.0), MUJOCO: (8.0, 7.0), DRAKE: (8.0, 7.0)}  # [pt]
-_DEFAULT_TOLERANCE = 1e-9
+_DEFAULT_TOLERANCE = SimulationParameters().relative_tolerance
 
 
 def save(figure: Figure, path: Path) -> None:
