@@ -77,7 +77,8 @@ _ENDINGS = {
     INCONSISTENT: (
         Outcome.INCONSISTENT,
         "no_consistent_phase",
-        "use sampled control or a grip_safety above 1",
+        "at the start a finger often only leaves the object, which is not told apart here: squeeze "
+        "harder or start from estimates nearer to the truth; otherwise use sampled control",
     ),
     PAINLEVE: (
         Outcome.DIVERGED,
