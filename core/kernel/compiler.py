@@ -76,6 +76,7 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
 
     def declare(function: Callable[..., Any]) -> Any:
         unit = _Unit(function, result(*kinds))
+        assert unit.symbol not in _UNITS, f"two units are called {unit.symbol}"
         _UNITS[unit.symbol] = unit
         return types.ExternalFunction(unit.symbol, unit.signature)
 
