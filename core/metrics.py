@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.kernel.records import Record
 from core.result import Metrics
-from core.types import Outcome
+from core.trace import Trace
+from core.types import ContactPhase, Outcome, PhaseChange
 
-__all__ = ["compute_metrics"]
+__all__ = ["compute_metrics", "metrics_of_trace"]
 
 _HOLD_WINDOW = 0.5
 
@@ -54,3 +57,42 @@ def _root_mean_square(tally: Record) -> tuple[float, float, float]:
 def _triple(values: np.ndarray) -> tuple[float, float, float]:
     x, y, theta = values.tolist()
     return x, y, theta
+
+
+def metrics_of_trace(trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome) -> Metrics:
+    """Computes all metrics from a stored trace, for a run whose kernel is gone.
+
+    Args:
+        trace: What was stored.
+        changes: The phase changes.
+        outcome: How the run ended.
+    """
+    times, sticking = trace.times, trace.phase == ContactPhase.STICK
+    end, slipping = float(times[-1]), not sticking[-1].all()
+    last_stick = max((c.time for c in changes if c.to_phase is ContactPhase.STICK), default=None)
+    settled = bool(sticking[times > end - _HOLD_WINDOW].all())
+    return Metrics(
+        held=outcome is Outcome.COMPLETED and settled,
+        slipping_at_end=slipping,
+        last_slip_time=end if slipping else last_stick,
+        slip_path=tuple(np.abs(np.diff(trace.slip, axis=0)).sum(axis=0).tolist()),
+        peak_normal_force=tuple(trace.normal_force.max(axis=0).tolist()),
+        minimum_friction_margin=_least_margins(trace, sticking),
+        rms_tracking_error=_rms_over_time(trace),
+        final_tracking_error=_triple(trace.tracking_error[-1]),
+        torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), times)),
+        phase_change_count=len(changes),
+    )
+
+
+def _rms_over_time(trace: Trace) -> tuple[float, float, float]:
+    span = trace.times[-1] - trace.times[0]
+    if span == 0.0:
+        return _triple(np.abs(trace.tracking_error[-1]))
+    return _triple(np.sqrt(np.trapezoid(trace.tracking_error**2, trace.times, axis=0) / span))
+
+
+def _least_margins(trace: Trace, sticking: NDArray[np.bool_]) -> tuple[float | None, ...]:
+    """Least margin of each contact in stick, after the stick that is assumed at first."""
+    margins = np.where(sticking, trace.friction_margin, np.inf)[1:]
+    return tuple(_finite(m) for m in margins.min(axis=0, initial=np.inf).tolist())

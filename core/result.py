@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from core.provenance import Provenance
 from core.scenario import Scenario
 from core.trace import Trace
 from core.types import Outcome, PhaseChange, Reason, RunWarning
@@ -66,7 +67,18 @@ class RunSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunResult:
-    """A finished run, live or read back from a recording."""
+    """A finished run, live or read back from a recording.
+
+    Attributes:
+        scenario: What was simulated.
+        trace: What happened, over time.
+        phase_changes: Every contact's passages between stick and slip, in time order.
+        outcome: How it ended.
+        reason: Why, where it ended early.
+        warnings: What is worth knowing but did not end the run.
+        metrics: Figures of merit.
+        provenance: What computed it.
+    """
 
     scenario: Scenario
     trace: Trace
@@ -75,6 +87,7 @@ class RunResult:
     reason: Reason | None
     warnings: tuple[RunWarning, ...]
     metrics: Metrics
+    provenance: Provenance
 
     @property
     def end_time(self) -> float:

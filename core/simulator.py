@@ -16,6 +16,7 @@ from core.kernel.records import Record
 from core.kernel.run import ROWS_BEFORE_PAUSE, last_row, make_outlet, make_progress, rows_in
 from core.loading import with_values
 from core.metrics import compute_metrics
+from core.provenance import present_provenance
 from core.result import RunResult, RunSummary
 from core.run_warnings import describe_warnings
 from core.scenario import Change, Scenario
@@ -23,7 +24,14 @@ from core.trace import Trace, TraceShape
 from core.types import ContactPhase, Outcome, PhaseChange, Reason
 from core.validation import check_scenario
 
-__all__ = ["Simulation", "kernel_is_cached", "kernel_progress", "prepare_kernel", "simulate"]
+__all__ = [
+    "Simulation",
+    "kernel_is_cached",
+    "kernel_progress",
+    "prepare_kernel",
+    "run_to_end",
+    "simulate",
+]
 
 _STEPS_PER_PIECE = 1000
 
@@ -33,6 +41,7 @@ class Simulation:
 
     Attributes:
         scenario: What is simulated.
+        shape: Shape of its trace.
         outcome: How it ended, None while it goes on.
     """
 
@@ -50,7 +59,7 @@ class Simulation:
         self.scenario = scenario
         self.outcome: Outcome | None = None
         self._reason: Reason | None = None
-        self._shape = TraceShape(
+        self.shape = TraceShape(
             len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
         )
         self._run = _initial_run(scenario)
@@ -112,26 +121,49 @@ class Simulation:
         outcome = self.outcome or Outcome.STOPPED
         return RunResult(
             scenario=self.scenario,
-            trace=Trace.from_rows(self._shape, self._all_rows()),
+            trace=Trace.from_rows(self.shape, self._all_rows()),
             phase_changes=tuple(self._changes),
             outcome=outcome,
             reason=self._reason,
             warnings=describe_warnings(self._run),
-            metrics=compute_metrics(self._run, self._shape.num_contacts, outcome),
+            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            provenance=present_provenance(),
         )
+
+    @property
+    def num_rows(self) -> int:
+        """Rows of the trace so far."""
+        return sum(map(len, self._rows)) + int(self._outlet.num_rows)
+
+    def trace_from(self, row: int) -> Trace:
+        """The rows of the trace so far, from one of them on; they never change any more."""
+        blocks = [*self._rows, rows_in(self._outlet, self.shape.num_columns)]
+        parts: list[np.ndarray] = []
+        end = self.num_rows
+        while end > row:
+            block = blocks.pop()
+            start = end - len(block)
+            parts.append(block[max(row - start, 0) :])
+            end = start
+        parts.append(np.empty((0, self.shape.num_columns)))
+        return Trace.from_rows(self.shape, np.concatenate(parts[::-1]))
+
+    def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
+        """The phase changes so far, from one of them on."""
+        return tuple(self._changes[index:])
 
     def summary(self) -> RunSummary:
         """The same without trace."""
         outcome = self.outcome or Outcome.STOPPED
-        first = 6 + 2 * self._shape.num_contacts
-        estimates = self._run.step.start.x[first : first + len(self._shape.unknowns)]
+        first = 6 + 2 * self.shape.num_contacts
+        estimates = self._run.step.start.x[first : first + len(self.shape.unknowns)]
         return RunSummary(
             scenario=self.scenario,
             outcome=outcome,
             reason=self._reason,
             end_time=float(self._run.tally.time),
-            estimates=dict(zip(self._shape.unknowns, estimates.tolist(), strict=True)),
-            metrics=compute_metrics(self._run, self._shape.num_contacts, outcome),
+            estimates=dict(zip(self.shape.unknowns, estimates.tolist(), strict=True)),
+            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
             warnings=describe_warnings(self._run),
         )
 
@@ -139,7 +171,7 @@ class Simulation:
         """Takes rows and phase changes out of the kernel's buffers."""
         run, outlet = self._run, self._outlet
         if outlet.num_rows > ROWS_BEFORE_PAUSE:
-            self._rows.append(rows_in(outlet, self._shape.num_columns).copy())
+            self._rows.append(rows_in(outlet, self.shape.num_columns).copy())
             outlet.num_rows = 0
         if self._keeps_trace:
             for t, contact, before, after in outlet.changes[: run.num_changes].tolist():
@@ -173,13 +205,13 @@ class Simulation:
             self.outcome = Outcome.COMPLETED
             return
         contact = int(self._run.concerned)
-        trace = Trace.from_rows(self._shape, self._last_row())
+        trace = Trace.from_rows(self.shape, self._last_row())
         self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
 
     def _all_rows(self) -> np.ndarray:
-        rows = rows_in(self._outlet, self._shape.num_columns)
+        rows = rows_in(self._outlet, self.shape.num_columns)
         if self._run.tally.rows == 0:
-            return _start_row(self._shape, self.scenario)
+            return _start_row(self.shape, self.scenario)
         if self._rows:
             return np.concatenate([*self._rows, rows])
         # The buffer is written on while the run goes on.
@@ -187,9 +219,9 @@ class Simulation:
 
     def _last_row(self) -> np.ndarray:
         if self._run.tally.rows == 0:
-            return _start_row(self._shape, self.scenario)
+            return _start_row(self.shape, self.scenario)
         if self._keeps_trace:
-            rows = rows_in(self._outlet, self._shape.num_columns)
+            rows = rows_in(self._outlet, self.shape.num_columns)
             return rows[-1:] if len(rows) else self._rows[-1][-1:]
         return last_row(self._model, self._run)
 
@@ -216,18 +248,40 @@ def simulate(
         ScenarioError: If the scenario cannot be simulated.
     """
     simulation = Simulation(scenario)
+
+    def watch(simulation: Simulation) -> None:
+        if progress is not None:
+            progress(simulation.progress)
+
+    run_to_end(simulation, watch, should_stop=should_stop, wall_limit=wall_limit)
+    return simulation.result()
+
+
+def run_to_end(
+    simulation: Simulation,
+    watch: Callable[[Simulation], None],
+    *,
+    should_stop: Callable[[], bool] | None = None,
+    wall_limit: float | None = None,
+) -> None:
+    """Advances a simulation until it has ended.
+
+    Args:
+        simulation: What to advance.
+        watch: Called after every piece, the last one too; it may end the run.
+        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        wall_limit: Computing time after which the run ends as ``limit`` [s].
+    """
     started = time.monotonic()
     while not simulation.finished:
         simulation.advance()
-        if progress is not None:
-            progress(simulation.progress)
+        watch(simulation)
         if simulation.finished:
             break
         if should_stop is not None and should_stop():
             simulation.end(Outcome.STOPPED, describe_stop(simulation.time))
         elif wall_limit is not None and time.monotonic() - started > wall_limit:
             simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
-    return simulation.result()
 
 
 def prepare_kernel(progress: Callable[[float], None] | None = None) -> None:

@@ -166,13 +166,20 @@ class Trace:
     def to_rows(self) -> NDArray[np.float64]:
         """The inverse of `from_rows`: shape ``(rows, shape.num_columns)``."""
         columns = [
-            np.asarray(getattr(self, signal.name), dtype=np.float64).reshape(len(self), -1)
+            np.asarray(getattr(self, signal.name), dtype=np.float64).reshape(
+                len(self), self.shape.width(signal)
+            )
             for signal in SIGNALS
         ]
         return np.concatenate(columns, axis=1)
 
     def __len__(self) -> int:
         return len(self.times)
+
+    def __getitem__(self, rows: slice) -> Trace:
+        """The trace of some of the rows; its arrays are views."""
+        arrays = {signal.name: getattr(self, signal.name)[rows] for signal in SIGNALS}
+        return Trace(shape=self.shape, **arrays)
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:

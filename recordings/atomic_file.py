@@ -9,22 +9,27 @@ from pathlib import Path
 from typing import BinaryIO
 
 from recordings.exceptions import RecordingExistsError, RecordingWriteError
+from recordings.file_lock import try_lock
 
-__all__ = ["atomic_file"]
+__all__ = ["PART_SUFFIX", "atomic_file", "part_of"]
 
 PART_SUFFIX = ".part"
 
 
 @contextmanager
-def atomic_file(path: Path, *, overwrite: bool) -> Iterator[BinaryIO]:
+def atomic_file(
+    path: Path, *, overwrite: bool, part_suffix: str = PART_SUFFIX, keep_part: bool = False
+) -> Iterator[BinaryIO]:
     """Opens a new file that takes its name only once it is complete and on disk.
 
-    It grows as ``NAME.part``, which also keeps two writers of one file apart. After an
-    error nothing is left behind and a file that was there before is untouched.
+    It grows as ``NAME.part``, locked as long as this process writes it, which also keeps
+    two writers of one file apart. After an error a file that was there before is untouched.
 
     Args:
         path: Final name of the file.
         overwrite: Whether an existing file is replaced.
+        part_suffix: What the growing file's name ends with.
+        keep_part: Whether an error leaves what was written so far, to be recovered.
 
     Yields:
         The stream to write to.
@@ -33,14 +38,13 @@ def atomic_file(path: Path, *, overwrite: bool) -> Iterator[BinaryIO]:
         RecordingExistsError: If the file exists and may not be replaced.
         RecordingWriteError: If the disk or its permissions do not allow it.
     """
-    part = path.with_name(path.name + PART_SUFFIX)
+    part = path.with_name(path.name + part_suffix)
     if not overwrite and path.exists():
         raise RecordingExistsError(path)
     try:
         stream = _create(part)
     except FileExistsError:
-        cause = f"'{part.name}' exists; delete it unless another run is writing it right now"
-        raise RecordingWriteError(path, cause) from None
+        raise RecordingWriteError(path, _words_for_existing(part)) from None
     except OSError as error:
         raise RecordingWriteError(path, _words(error)) from error
     complete = False
@@ -49,21 +53,41 @@ def atomic_file(path: Path, *, overwrite: bool) -> Iterator[BinaryIO]:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())
-        if not overwrite and path.exists():
-            raise RecordingExistsError(path)
-        part.replace(path)
-        complete = True
+            if not overwrite and path.exists():
+                raise RecordingExistsError(path)
+            if os.name != "posix":
+                stream.close()  # elsewhere only a closed file can be renamed
+            part.replace(path)
+            complete = True
         _sync_folder(path.parent)
     except OSError as error:
         raise RecordingWriteError(path, _words(error)) from error
     finally:
-        if not complete:
+        if not complete and not keep_part:
             part.unlink(missing_ok=True)
+
+
+def part_of(path: Path) -> Path:
+    """What a file is called while it grows."""
+    return path.with_name(path.name + PART_SUFFIX)
 
 
 def _create(part: Path) -> BinaryIO:
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    return os.fdopen(os.open(part, flags, 0o666), "wb")
+    stream = os.fdopen(os.open(part, flags, 0o666), "wb")
+    # Where the file system has no locks, the name alone keeps writers apart.
+    try_lock(stream)
+    return stream
+
+
+def _words_for_existing(part: Path) -> str:
+    with part.open("rb") as stream:
+        if not try_lock(stream):
+            return f"another run is writing '{part.name}' right now"
+    return (
+        f"'{part.name}' is left of a run that was killed; keep what it holds with "
+        f"'slipgrasp recover', or delete it"
+    )
 
 
 def _sync_folder(folder: Path) -> None:

@@ -13,13 +13,17 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from core.loading import load_scenario, preset_names, scenario_from_mapping
 from core.parameters import Parameter, describe
+from core.provenance import Provenance
 from core.result import Metrics, RunResult
 from core.scenario import MAX_FINGERS, MAX_UNKNOWNS, Change, Scenario
 from core.trace import TraceShape
 from core.types import Outcome, Reason, RunWarning
-from recordings.versions import FORMAT_VERSION, program_version
+from recordings.state_hash import digest_of
+from recordings.versions import FORMAT_VERSION
 
 __all__ = [
     "PARAMETERS_ATTACHMENT",
@@ -28,14 +32,17 @@ __all__ = [
     "START",
     "STOP",
     "Ending",
+    "documents_hash",
     "parameter_templates",
     "parameters_document",
+    "read_provenance",
     "read_scenario",
     "read_shape",
     "read_stop",
     "scenario_document",
     "start_document",
     "stop_document",
+    "stop_is_unchanged",
 ]
 
 PROFILE = "slipgrasp"
@@ -47,23 +54,36 @@ PARAMETERS_ATTACHMENT = "parameters.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """How a recorded run ended, and how many messages each topic holds."""
+    """How a recorded run ended, how many messages each topic holds, and the run's hash."""
 
     outcome: Outcome
     reason: Reason | None
     warnings: tuple[RunWarning, ...]
     metrics: Metrics
     counts: dict[str, int]
+    state_hash: str
 
 
-def start_document(shape: TraceShape) -> dict[str, str]:
-    """Versions of format and program, and the widths of the signals."""
+def start_document(shape: TraceShape, provenance: Provenance) -> dict[str, str]:
+    """Versions of format and program, seed, and the widths of the signals."""
     return {
         "format": str(FORMAT_VERSION),
-        "program": program_version(),
+        "program": provenance.program,
+        "kernel": provenance.kernel,
+        "seed": "none",
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),
     }
+
+
+def read_provenance(start: Mapping[str, str]) -> Provenance:
+    """What computed the run; format 1 did not tell the kernel."""
+    return Provenance(program=start["program"], kernel=start.get("kernel", ""))
+
+
+def documents_hash(start: Mapping[str, str], scenario: bytes) -> bytes:
+    """The hash of what stands before the first sample."""
+    return digest_of(_canonical(start), scenario)
 
 
 def read_shape(start: Mapping[str, str]) -> TraceShape:
@@ -74,7 +94,7 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
         ValueError: If an entry is not what it should be.
     """
     num_contacts = int(start["contacts"])
-    unknowns = tuple(map(str, json.loads(start["unknowns"])))
+    unknowns = tuple(map(str, parse_json(start["unknowns"])))
     if not 1 <= num_contacts <= MAX_FINGERS or len(unknowns) > MAX_UNKNOWNS:
         raise ValueError("more contacts or unknowns than a scenario can have")
     return TraceShape(num_contacts, unknowns)
@@ -87,7 +107,7 @@ def scenario_document(scenario: Scenario) -> bytes:
 
 def read_scenario(document: bytes) -> Scenario:
     """The inverse of `scenario_document`, validated."""
-    return scenario_from_mapping(json.loads(document))
+    return scenario_from_mapping(parse_json(document))
 
 
 @cache
@@ -112,39 +132,88 @@ def parameters_document() -> bytes:
     return json.dumps(table, ensure_ascii=False, indent=1).encode()
 
 
-def stop_document(result: RunResult, counts: Mapping[str, int]) -> dict[str, str]:
-    """Outcome, reason, warnings, metrics and message counts by topic.
+def stop_document(
+    result: RunResult, counts: Mapping[str, int], documents: bytes, state: bytes
+) -> dict[str, str]:
+    """Outcome, reason, warnings, metrics, message counts by topic, and hashes.
+
+    Args:
+        result: The run.
+        counts: Messages of each topic.
+        documents: Hash of the documents at the start.
+        state: Hash of samples and phase changes.
 
     Raises:
         ValueError: If a number is not finite.
     """
-    return {
+    ending = {
         "outcome": result.outcome.value,
         "reason": _to_json(None if result.reason is None else asdict(result.reason)),
         "warnings": _to_json([asdict(warning) for warning in result.warnings]),
         "metrics": _to_json(asdict(result.metrics)),
         "counts": _to_json(dict(counts)),
+        "state_hash": state.hex(),
     }
+    return {**ending, "documents_hash": _ending_hash(ending, documents)}
+
+
+def _ending_hash(ending: Mapping[str, str], documents: bytes) -> str:
+    """Hash of all documents of a recording: those at its start and at its end."""
+    return digest_of(documents, _canonical(ending)).hex()
+
+
+def _canonical(document: Mapping[str, str]) -> bytes:
+    return json.dumps(dict(document), sort_keys=True).encode()
 
 
 def read_stop(document: Mapping[str, str]) -> Ending:
-    """The inverse of `stop_document`."""
-    reason = json.loads(document["reason"])
+    """The inverse of `stop_document`.
+
+    Raises:
+        KeyError: If an entry is missing.
+        ValueError: If an entry is not what `stop_document` makes of a run.
+    """
     return Ending(
         outcome=Outcome(document["outcome"]),
-        reason=None if reason is None else Reason(**reason),
-        warnings=tuple(RunWarning(**warning) for warning in json.loads(document["warnings"])),
-        metrics=_read_metrics(json.loads(document["metrics"])),
-        counts=json.loads(document["counts"]),
+        reason=_read(Reason | None, document["reason"]),
+        warnings=_read(tuple[RunWarning, ...], document["warnings"]),
+        metrics=_read(Metrics, document["metrics"]),
+        counts=_read(dict[str, int], document["counts"]),
+        state_hash=document.get("state_hash", ""),
     )
 
 
-def _read_metrics(values: Mapping[str, Any]) -> Metrics:
-    """JSON knows no tuples; every list of the metrics is one."""
-    fields: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
-    }
-    return Metrics(**fields)
+def stop_is_unchanged(stop: Mapping[str, str], documents: bytes) -> bool:
+    """Whether the documents of a recording are those that were written."""
+    ending = {key: value for key, value in stop.items() if key != "documents_hash"}
+    return stop.get("documents_hash") == _ending_hash(ending, documents)
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Reads JSON from a file that anyone may have made.
+
+    Raises:
+        ValueError: If it is not JSON, or nested deeper than any document of a recording.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def _read(kind: Any, text: str) -> Any:
+    """A value of a type from JSON, in which anything may stand."""
+    return _reader_of(kind).validate_python(_check_finite(parse_json(text)))
+
+
+@cache
+def _reader_of(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _check_finite(value: Any) -> Any:
+    _to_json(value)
+    return value
 
 
 def _to_json(value: Any) -> str:

@@ -7,9 +7,11 @@ from pathlib import Path
 from core.exceptions import SlipgraspError
 
 __all__ = [
+    "AlteredRecordingError",
     "DamagedRecordingError",
     "ForeignRecordingError",
     "NewerRecordingError",
+    "NothingToRecoverError",
     "RecordingError",
     "RecordingExistsError",
     "RecordingNotFoundError",
@@ -68,6 +70,20 @@ class DamagedRecordingError(RecordingError):
 
     def __init__(self, name: str, finding: str) -> None:
         super().__init__(f"the recording '{_shown(name)}' is damaged: {finding}")
+
+
+class AlteredRecordingError(DamagedRecordingError):
+    """Every checksum fits, yet the file does not hold what was written into it."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, "it was altered: its samples or documents do not fit their hash")
+
+
+class NothingToRecoverError(RecordingError):
+    """The file is whole, or holds no sample that could be kept."""
+
+    def __init__(self, name: str | Path, finding: str) -> None:
+        super().__init__(f"there is nothing to recover from '{_shown(name)}': {finding}")
 
 
 def _shown(name: str | Path) -> str:

@@ -32,9 +32,14 @@ _MESSAGE_HEAD = np.dtype(
 
 OPCODE_AND_LENGTH_BYTES = 9
 
-_ON_DISK = {"double": "<f8", "sint32": "u1", "fixed32": "<u4"}
+_ON_DISK = {"double": "<f8", "sint32": "u1", "fixed32": "<u4", "fixed64": "<u8"}
 _VARINT, _EIGHT_BYTES, _LENGTH_DELIMITED, _FOUR_BYTES = 0, 1, 2, 5
-_WIRE_TYPES = {"double": _EIGHT_BYTES, "sint32": _VARINT, "fixed32": _FOUR_BYTES}
+_WIRE_TYPES = {
+    "double": _EIGHT_BYTES,
+    "sint32": _VARINT,
+    "fixed32": _FOUR_BYTES,
+    "fixed64": _EIGHT_BYTES,
+}
 
 
 class MessageLayout:

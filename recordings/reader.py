@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from mcap.records import Attachment, Channel, Header, Metadata
+from mcap.records import Attachment, Channel, Header, McapRecord, Metadata
 from numpy.typing import NDArray
 
 from core.result import RunResult
-from core.scenario import Scenario
-from core.trace import Trace, TraceShape
-from core.types import ContactPhase, PhaseChange
-from recordings.documents import (
-    PROFILE,
-    SCENARIO_ATTACHMENT,
-    START,
-    STOP,
-    Ending,
-    read_scenario,
-    read_shape,
-    read_stop,
-)
+from core.trace import TraceShape
+from recordings.chunks import layouts_of
+from recordings.contents import Contents
+from recordings.documents import PROFILE, START, read_shape
 from recordings.exceptions import (
+    AlteredRecordingError,
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
@@ -34,13 +27,37 @@ from recordings.exceptions import (
 )
 from recordings.packing import MessageLayout, to_log_times
 from recordings.scan import ChannelMessages, RecordScanner
-from recordings.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TIME_SIGNAL
 from recordings.versions import FORMAT_VERSION
-from recordings.writer import layouts_of
 
-__all__ = ["read_recording"]
+__all__ = ["ReadBack", "Unfinished", "read_back", "read_recording", "read_unfinished"]
 
 Columns = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadBack:
+    """A run read from a file.
+
+    Attributes:
+        result: The run.
+        is_unaltered: Whether its hashes are those of what was written.
+    """
+
+    result: RunResult
+    is_unaltered: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unfinished:
+    """The part of a run that a file without its end still holds.
+
+    Attributes:
+        result: The run so far, ``recovered`` unless it had ended and only the index is missing.
+        unread_bytes: How much of the file could not be used.
+    """
+
+    result: RunResult
+    unread_bytes: int
 
 
 def read_recording(path: Path) -> RunResult:
@@ -60,9 +77,46 @@ def read_recording(path: Path) -> RunResult:
         DamagedRecordingError: If it is not complete and unchanged.
         RecordingError: If it cannot be opened.
     """
+    read = read_back(path)
+    if not read.is_unaltered:
+        raise AlteredRecordingError(str(path))
+    return read.result
+
+
+def read_back(path: Path) -> ReadBack:
+    """Reads a recording also where it was altered and every checksum made to fit.
+
+    Raises:
+        RecordingError: As `read_recording`.
+    """
+    with _open(path) as stream:
+        contents = _Reading(stream, str(path)).contents()
+        return ReadBack(contents.result(), contents.is_unaltered())
+
+
+def read_unfinished(path: Path) -> Unfinished:
+    """Reads what a file holds up to its first missing or damaged byte.
+
+    It may be still being written, or be left of a process that was killed.
+
+    Raises:
+        RecordingNotFoundError: If there is no such file.
+        ForeignRecordingError: If this program did not write it.
+        NewerRecordingError: If a newer version of this program wrote it.
+        DamagedRecordingError: If not even its beginning is whole.
+        RecordingError: If it cannot be opened, or holds no sample.
+    """
+    with _open(path) as stream:
+        reading = _Reading(stream, str(path), unfinished=True)
+        result = reading.contents().result_so_far()
+        return Unfinished(result, path.stat().st_size - reading.whole_bytes)
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[BinaryIO]:
     try:
         with path.open("rb") as stream:
-            return _Reading(stream, str(path)).run()
+            yield stream
     except FileNotFoundError:
         raise RecordingNotFoundError(str(path)) from None
     except OSError as error:
@@ -70,7 +124,7 @@ def read_recording(path: Path) -> RunResult:
 
 
 @dataclass(slots=True)
-class _TopicColumns:
+class TopicColumns:
     """What was read of one topic so far."""
 
     layout: MessageLayout
@@ -87,31 +141,49 @@ class _TopicColumns:
 class _Reading:
     """One pass through one file."""
 
-    def __init__(self, stream: BinaryIO, name: str) -> None:
+    def __init__(self, stream: BinaryIO, name: str, *, unfinished: bool = False) -> None:
         self._name = name
-        self._records = RecordScanner(stream, name).records()
+        self._scanner = RecordScanner(
+            stream, name, lambda channel: channel in self._channels, unfinished=unfinished
+        )
+        self._unfinished = unfinished
         self._metadata: dict[str, Mapping[str, str]] = {}
         self._attachments: dict[str, bytes] = {}
         self._shape: TraceShape | None = None
-        self._topics: dict[str, _TopicColumns] = {}
-        self._channels: dict[int, _TopicColumns] = {}
+        self._topics: dict[str, TopicColumns] = {}
+        self._channels: dict[int, TopicColumns] = {}
+        self.whole_bytes = 0
 
-    def run(self) -> RunResult:
-        """Reads the file to its end and builds the run."""
-        self._check_header(next(self._records))
-        for record in self._records:
-            match record:
-                case ChannelMessages():
-                    self._take_messages(record)
-                case Channel():
-                    self._take_channel(record)
-                case Attachment():
-                    self._attachments[record.name] = record.data
-                case Metadata():
-                    self._metadata[record.name] = record.metadata
-                    if record.name == START:
-                        self._take_start(record.metadata)
-        return self._result()
+    def contents(self) -> Contents:
+        """Reads the file, to its end or as far as it is whole."""
+        records = self._scanner.records()
+        self._check_header(next(records))
+        try:
+            for record in records:
+                self._take(record)
+                self.whole_bytes = self._scanner.offset
+        except DamagedRecordingError:
+            if not self._unfinished or self._shape is None:
+                raise
+        if self._shape is None:
+            raise self._damaged("how the run began is missing")
+        columns = {name: topic.joined() for name, topic in self._topics.items()}
+        return Contents(self._name, self._shape, self._metadata, self._attachments, columns)
+
+    def _take(self, record: McapRecord | ChannelMessages) -> None:
+        match record:
+            case ChannelMessages():
+                self._take_messages(record)
+            case Channel():
+                self._take_channel(record)
+            case Attachment():
+                self._attachments[record.name] = record.data
+            case Metadata():
+                self._metadata[record.name] = record.metadata
+                if record.name == START:
+                    self._take_start(record.metadata)
+            case _:
+                pass
 
     def _check_header(self, header: object) -> None:
         if not isinstance(header, Header):
@@ -126,10 +198,10 @@ class _Reading:
             if version > FORMAT_VERSION:
                 raise NewerRecordingError(self._name, version, FORMAT_VERSION)
             self._shape = read_shape(start)
-        except (KeyError, ValueError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
         for topic, layout in layouts_of(self._shape).items():
-            self._topics[topic.name] = _TopicColumns(layout, blocks=[layout.unpack([])])
+            self._topics[topic.name] = TopicColumns(layout, blocks=[layout.unpack([])])
 
     def _take_channel(self, channel: Channel) -> None:
         """Channels of topics that another program added are left alone."""
@@ -138,9 +210,7 @@ class _Reading:
             self._channels[channel.id] = columns
 
     def _take_messages(self, messages: ChannelMessages) -> None:
-        columns = self._channels.get(messages.channel)
-        if columns is None:
-            return
+        columns = self._channels[messages.channel]
         topic = columns.layout.topic.name
         try:
             block = columns.layout.unpack(messages.payloads)
@@ -153,73 +223,6 @@ class _Reading:
             raise self._damaged(f"messages of {topic} are missing or out of order")
         columns.count = count
         columns.blocks.append(block)
-
-    def _result(self) -> RunResult:
-        stop = self._metadata.get(STOP)
-        if self._shape is None or stop is None:
-            raise self._damaged("how the run began or ended is missing")
-        ending = self._ending(stop)
-        if ending.counts != {name: columns.count for name, columns in self._topics.items()}:
-            raise self._damaged("it does not hold as many messages as were written")
-        return RunResult(
-            scenario=self._scenario(self._shape),
-            trace=self._trace(self._shape),
-            phase_changes=self._phase_changes(self._shape),
-            outcome=ending.outcome,
-            reason=ending.reason,
-            warnings=ending.warnings,
-            metrics=ending.metrics,
-        )
-
-    def _ending(self, stop: Mapping[str, str]) -> Ending:
-        try:
-            return read_stop(stop)
-        except (KeyError, TypeError, ValueError) as error:
-            raise self._damaged("how the run ended is malformed") from error
-
-    def _scenario(self, shape: TraceShape) -> Scenario:
-        document = self._attachments.get(SCENARIO_ATTACHMENT)
-        if document is None:
-            raise self._damaged("its scenario is missing")
-        try:
-            scenario = read_scenario(document)
-        except ValueError as error:
-            raise self._damaged(f"its scenario is not valid: {error}") from error
-        unknowns = tuple(estimate.parameter for estimate in scenario.estimates)
-        if shape != TraceShape(len(scenario.fingers), unknowns):
-            raise self._damaged("its scenario does not belong to its samples")
-        return scenario
-
-    def _trace(self, shape: TraceShape) -> Trace:
-        arrays: Columns = {}
-        for topic in SAMPLE_TOPICS:
-            columns = self._topics[topic.name].joined()
-            times = columns.pop("t")
-            first = arrays.setdefault(TIME_SIGNAL.name, times)
-            if not np.array_equal(times, first):
-                raise self._damaged(f"the samples of {topic.name} lie at other times")
-            arrays |= columns
-        if (np.abs(arrays["phase"]) > 1).any() or (np.abs(arrays["believed_phase"]) > 1).any():
-            raise self._damaged("it holds a phase that does not exist")
-        return Trace(shape=shape, **arrays)
-
-    def _phase_changes(self, shape: TraceShape) -> tuple[PhaseChange, ...]:
-        columns = self._topics[PHASE_CHANGES.name].joined()
-        if (columns["contact"] >= shape.num_contacts).any():
-            raise self._damaged("it holds a phase change of a contact that does not exist")
-        rows = zip(*(columns[field.name].tolist() for field in PHASE_CHANGES.fields), strict=True)
-        try:
-            return tuple(
-                PhaseChange(
-                    time=time,
-                    contact=contact,
-                    from_phase=ContactPhase(from_phase),
-                    to_phase=ContactPhase(to_phase),
-                )
-                for time, contact, from_phase, to_phase in rows
-            )
-        except ValueError as error:
-            raise self._damaged("it holds a phase that does not exist") from error
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self._name, finding)

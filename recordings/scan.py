@@ -1,7 +1,8 @@
 """Reading an MCAP file record by record, believing nothing it says about itself.
 
 Sizes are checked before anything is read or unpacked, every checksum is compared, and
-what the file states about itself at its end must be what was found on the way.
+what the file states about itself at its end must be what was found on the way. Nothing
+may come in such numbers that a small file takes long to read.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import os
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import BinaryIO, TypeVar
@@ -37,12 +38,15 @@ from recordings.exceptions import DamagedRecordingError, ForeignRecordingError
 
 __all__ = ["ChannelMessages", "RecordScanner"]
 
-MAX_RECORD_BYTES = 1 << 24
 MAX_CHUNK_BYTES = 1 << 23
-MAX_SUMMARY_BYTES = 1 << 27
+MAX_RECORD_BYTES = 1 << 20
+MAX_SUMMARY_BYTES = 1 << 25
+MAX_RECORDS_PER_KIND = 256
+MAX_UNWANTED_MESSAGES = 500_000
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
+_FOOTER_HEAD = _RECORD_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH)
 _TAIL_BYTES = _RECORD_HEAD.size + FOOTER_LENGTH + len(MAGIC)
 
 Record = TypeVar(
@@ -75,16 +79,34 @@ class RecordScanner:
     Args:
         stream: The file, opened for reading bytes.
         name: What to call it in errors.
+        is_wanted: Whether the messages of a channel are to be given; all others are counted.
+        unfinished: Whether the file may end anywhere; it then is damaged where it ends.
     """
 
-    def __init__(self, stream: BinaryIO, name: str) -> None:
+    def __init__(
+        self,
+        stream: BinaryIO,
+        name: str,
+        is_wanted: Callable[[int], bool],
+        *,
+        unfinished: bool = False,
+    ) -> None:
         self._stream = stream
         self._name = name
+        self._is_wanted = is_wanted
+        self._tail = 0 if unfinished else _TAIL_BYTES
         self._size = os.fstat(stream.fileno()).st_size
         self._offset = 0
         self._checksum = 0
         self._counts: Counter[type] = Counter()
         self._message_counts: Counter[int] = Counter()
+        self._num_unwanted = 0
+        self._indexes_left = 0
+
+    @property
+    def offset(self) -> int:
+        """How many bytes were read so far."""
+        return self._offset
 
     def records(self) -> Iterator[McapRecord | ChannelMessages]:
         """Yields header, schemas, channels, attachments, metadata and blocks of messages.
@@ -110,8 +132,8 @@ class RecordScanner:
                     yield self._parse(Metadata, body)
                 case Opcode.CHUNK:
                     yield from self._unpack_chunk(self._parse(Chunk, body))
-                case Opcode.MESSAGE_INDEX:
-                    pass
+                case Opcode.MESSAGE_INDEX if self._indexes_left > 0:
+                    self._indexes_left -= 1
                 case Opcode.DATA_END:
                     self._check_ending(self._parse(DataEnd, body), checksum)
                     return
@@ -124,16 +146,20 @@ class RecordScanner:
         start = self._read(min(len(MAGIC), self._size))
         if start != MAGIC[: len(start)]:
             raise ForeignRecordingError(self._name, "it is not an MCAP file")
+        if self._tail == 0:
+            return
         self._stream.seek(-min(len(MAGIC), self._size), os.SEEK_END)
         if self._size < len(MAGIC) + _TAIL_BYTES or self._stream.read() != MAGIC:
-            raise self._damaged("its end is missing")
+            finding = "its end is missing; 'slipgrasp recover' keeps what it holds"
+            raise self._damaged(finding)
         self._stream.seek(self._offset)
 
     def _next_record(self) -> tuple[int, bytes]:
-        if self._size - self._offset < _RECORD_HEAD.size + _TAIL_BYTES:
+        if self._size - self._offset < _RECORD_HEAD.size + self._tail:
             raise self._damaged("its data end too early")
         opcode, length = _RECORD_HEAD.unpack(self._read(_RECORD_HEAD.size))
-        if length > min(MAX_RECORD_BYTES, self._size - self._offset - _TAIL_BYTES):
+        limit = 2 * MAX_CHUNK_BYTES if opcode == Opcode.CHUNK else MAX_RECORD_BYTES
+        if length > min(limit, self._size - self._offset - self._tail):
             raise self._damaged(f"a record claims to be {length} bytes long")
         return opcode, self._read(length)
 
@@ -147,15 +173,19 @@ class RecordScanner:
 
     def _parse(self, kind: type[Record], body: bytes) -> Record:
         self._counts[kind] += 1
+        if self._counts[kind] > MAX_RECORDS_PER_KIND and kind is not Chunk:
+            raise self._damaged(f"it holds more {kind.__name__.lower()} records than any recording")
         try:
             return kind.read(ReadDataStream(BytesIO(body)))
-        except (McapError, struct.error, ValueError) as error:
+        except (McapError, OverflowError, struct.error, ValueError) as error:
             raise self._damaged(f"a {kind.__name__.lower()} record is malformed") from error
 
     def _unpack_chunk(self, chunk: Chunk) -> Iterator[McapRecord | ChannelMessages]:
         data = self._decompress(chunk)
-        if zlib.crc32(data) != chunk.uncompressed_crc:
+        if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
             raise self._damaged("the checksum of a chunk does not match")
+        self._indexes_left = MAX_RECORDS_PER_KIND
+        before = self._message_counts.total()
         blocks: dict[int, ChannelMessages] = {}
         offset = 0
         while offset + _RECORD_HEAD.size <= len(data):
@@ -173,7 +203,7 @@ class RecordScanner:
             else:
                 break
             offset = end
-        if offset != len(data):
+        if offset != len(data) or self._message_counts.total() == before:
             raise self._damaged("a chunk does not consist of whole messages")
         yield from blocks.values()
 
@@ -181,13 +211,18 @@ class RecordScanner:
         self, data: bytes, start: int, end: int, blocks: dict[int, ChannelMessages]
     ) -> None:
         _, _, channel, sequence, log_time, _ = _MESSAGE_HEAD.unpack_from(data, start)
+        self._message_counts[channel] += 1
+        if not self._is_wanted(channel):
+            self._num_unwanted += 1
+            if self._num_unwanted > MAX_UNWANTED_MESSAGES:
+                raise self._damaged("it holds more messages of other programs than are read")
+            return
         block = blocks.get(channel)
         if block is None:
             block = blocks[channel] = ChannelMessages(channel)
         block.sequences.append(sequence)
         block.log_times.append(log_time)
         block.payloads.append(data[start + _MESSAGE_HEAD.size : end])
-        self._message_counts[channel] += 1
 
     def _decompress(self, chunk: Chunk) -> bytes:
         size = chunk.uncompressed_size
@@ -207,16 +242,21 @@ class RecordScanner:
         return data
 
     def _check_ending(self, data_end: DataEnd, checksum: int) -> None:
-        if data_end.data_section_crc != checksum:
+        """Compares checksums; 0 stands for none, as other programs write it."""
+        if data_end.data_section_crc not in (0, checksum):
             raise self._damaged("the checksum of its data does not match")
         start = self._offset
+        if self._tail == 0:
+            return
         if self._size - start > MAX_SUMMARY_BYTES:
             raise self._damaged("its index is larger than any that is read")
         rest = self._read(self._size - start)
         footer = self._parse(Footer, rest[-FOOTER_LENGTH - len(MAGIC) : -len(MAGIC)])
         summary = rest[:-_TAIL_BYTES]
+        if not rest[len(summary) :].startswith(_FOOTER_HEAD):
+            raise self._damaged("its footer is malformed")
         expected = summary_checksum(summary, footer.summary_start, footer.summary_offset_start)
-        if footer.summary_start != start or footer.summary_crc != expected:
+        if footer.summary_start != start or footer.summary_crc not in (0, expected):
             raise self._damaged("the checksum of its index does not match")
         self._check_statistics(summary)
 

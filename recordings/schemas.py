@@ -15,10 +15,14 @@ from typing import Literal
 import numpy as np
 
 from core.trace import SIGNALS, Signal, Trace, TraceShape
+from recordings.state_hash import HASH_BYTES
 
 __all__ = [
+    "CHECKPOINTS",
+    "OWN_TOPICS",
     "PHASE_CHANGES",
     "SAMPLE_TOPICS",
+    "SCHEMA_VERSION",
     "Field",
     "Topic",
     "file_descriptor_set",
@@ -27,6 +31,10 @@ __all__ = [
 
 TIME_SIGNAL = SIGNALS[0]
 PACKAGE = "slipgrasp"
+SCHEMA_VERSION = 1
+"""Version of the messages; new fields keep it, a changed meaning of a field would raise it."""
+
+HASH_WORDS = HASH_BYTES // 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +46,14 @@ class Field:
         kind: Protobuf type; ``sint32`` only for values that fit one byte (-64 … 63).
         repeated: Whether it is a packed list.
         text: What it means, with its unit.
+        width: Entries of a list that is always as long; signals have their trace's width.
     """
 
     name: str
-    kind: Literal["double", "sint32", "fixed32"]
+    kind: Literal["double", "sint32", "fixed32", "fixed64"]
     repeated: bool
     text: str
+    width: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +112,21 @@ PHASE_CHANGES = Topic(
     ),
 )
 
+CHECKPOINTS = Topic(
+    "/slipgrasp/checkpoints",
+    "Checkpoint",
+    (
+        Field("t", "double", False, "Time of the last sample so far. [s]"),
+        Field("samples", "fixed32", False, "How many samples there are so far."),
+        Field("phase_changes", "fixed32", False, "How many phase changes there are so far."),
+        Field("documents_hash", "fixed64", True, "Hash of start and scenario.", HASH_WORDS),
+        Field("state_hash", "fixed64", True, "Hash of the run so far.", HASH_WORDS),
+    ),
+)
+"""One message at the end of every chunk: what proves that a file without an end is whole so far."""
+
+OWN_TOPICS = (*SAMPLE_TOPICS, PHASE_CHANGES, CHECKPOINTS)
+
 
 @cache
 def file_descriptor_set(topic: Topic) -> bytes:
@@ -112,6 +137,7 @@ def file_descriptor_set(topic: Topic) -> bytes:
         "double": FieldDescriptorProto.TYPE_DOUBLE,
         "sint32": FieldDescriptorProto.TYPE_SINT32,
         "fixed32": FieldDescriptorProto.TYPE_FIXED32,
+        "fixed64": FieldDescriptorProto.TYPE_FIXED64,
     }
     labels = (FieldDescriptorProto.LABEL_OPTIONAL, FieldDescriptorProto.LABEL_REPEATED)
     descriptors = FileDescriptorSet()

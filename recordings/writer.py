@@ -1,29 +1,33 @@
-"""From a run to its recording."""
+"""From a run to its recording, while it goes on or afterwards."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO, Self
 
 import numpy as np
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
+from core.provenance import Provenance, present_provenance
 from core.result import RunResult
 from core.scenario import Scenario
-from core.trace import Trace, TraceShape
+from core.trace import SIGNALS, Trace, TraceShape
 from core.types import PhaseChange
-from recordings.atomic_file import atomic_file
-from recordings.container import ChannelBlock, McapContainer
+from recordings.atomic_file import PART_SUFFIX, atomic_file
+from recordings.chunks import ChunkWriter
+from recordings.container import McapContainer
 from recordings.documents import (
     PARAMETERS_ATTACHMENT,
     PROFILE,
     SCENARIO_ATTACHMENT,
     START,
     STOP,
+    documents_hash,
     parameters_document,
     scenario_document,
     start_document,
@@ -31,22 +35,21 @@ from recordings.documents import (
 )
 from recordings.exceptions import RecordingWriteError
 from recordings.packing import MessageLayout
-from recordings.schemas import (
-    PHASE_CHANGES,
-    SAMPLE_TOPICS,
-    TIME_SIGNAL,
-    Topic,
-    file_descriptor_set,
-    signals_of,
-)
-from recordings.versions import program_version
+from recordings.schemas import SCHEMA_VERSION, file_descriptor_set
 
-__all__ = ["RecordingWriter", "layouts_of", "write_recording"]
+__all__ = ["RecordingWriter", "write_recording"]
 
-CHUNK_BYTES = 1 << 19
+CHUNK_BYTES = 1 << 18
+MAX_CHANGES_PER_CHUNK = 4096
 
 
-def write_recording(result: RunResult, path: Path, *, overwrite: bool = False) -> None:
+def write_recording(
+    result: RunResult,
+    path: Path,
+    *,
+    overwrite: bool = False,
+    part_suffix: str = PART_SUFFIX,
+) -> None:
     """Writes a run as an MCAP file, complete or not at all.
 
     Nothing but the run decides the bytes: no wall clock, host, path or id is inside.
@@ -55,39 +58,74 @@ def write_recording(result: RunResult, path: Path, *, overwrite: bool = False) -
         result: The run.
         path: The file to write.
         overwrite: Whether an existing file is replaced.
+        part_suffix: What the file's name ends with until it is complete.
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
         RecordingWriteError: If it cannot be written, or a number of the run is not finite.
     """
-    with RecordingWriter(path, result.scenario, result.trace.shape, overwrite=overwrite) as writer:
-        writer.write_samples(result.trace)
-        writer.write_phase_changes(result.phase_changes)
+    with RecordingWriter(
+        path,
+        result.scenario,
+        result.trace.shape,
+        provenance=result.provenance,
+        overwrite=overwrite,
+        part_suffix=part_suffix,
+    ) as writer:
+        writer.write(result.trace, result.phase_changes)
         writer.write_ending(result)
 
 
 class RecordingWriter:
-    """Writes one recording; leaving its ``with`` block by an error leaves no file.
+    """Writes one recording; leaving its ``with`` block by an error leaves no whole file.
+
+    Samples wait until they fill a chunk, so that equal runs give equal files in whatever
+    pieces they come. `flush` writes a chunk before it is full; see `is_regular`.
 
     Args:
         path: The file to write.
         scenario: What decides the run; it stands in the file before the first sample.
         shape: Shape of the samples to come.
+        provenance: What computes the run; this process if None.
         overwrite: Whether an existing file is replaced.
+        part_suffix: What the file's name ends with until it is complete.
+        keep_part: Whether an error leaves what was written so far, to be recovered.
     """
 
     def __init__(
-        self, path: Path, scenario: Scenario, shape: TraceShape, *, overwrite: bool = False
+        self,
+        path: Path,
+        scenario: Scenario,
+        shape: TraceShape,
+        *,
+        provenance: Provenance | None = None,
+        overwrite: bool = False,
+        part_suffix: str = PART_SUFFIX,
+        keep_part: bool = False,
     ) -> None:
         self._path = path
         self._scenario = scenario
         self._shape = shape
+        self._provenance = provenance or present_provenance()
         self._overwrite = overwrite
+        self._part_suffix = part_suffix
+        self._keep_part = keep_part
+        self._rows = np.empty((0, shape.num_columns))
+        self._changes: list[PhaseChange] = []
+        self.num_samples = 0
+        self.num_phase_changes = 0
+        self.is_regular = True
 
     def __enter__(self) -> Self:
         with ExitStack() as stack:
-            stream = stack.enter_context(atomic_file(self._path, overwrite=self._overwrite))
-            self._begin(stream)
+            file = atomic_file(
+                self._path,
+                overwrite=self._overwrite,
+                part_suffix=self._part_suffix,
+                keep_part=self._keep_part,
+            )
+            self._stream = stack.enter_context(file)
+            self._begin(self._stream)
             self._stack = stack.pop_all()
         return self
 
@@ -99,39 +137,52 @@ class RecordingWriter:
     ) -> None:
         self._stack.__exit__(kind, error, traceback)
 
-    def write_samples(self, trace: Trace) -> None:
-        """Appends samples, each as one message per topic."""
-        layouts = [self._layouts[topic] for topic in SAMPLE_TOPICS]
-        row_type = np.dtype([(layout.topic.name, layout.record_type) for layout in layouts])
-        rows_per_chunk = max(1, CHUNK_BYTES // row_type.itemsize)
-        for start in range(0, len(trace), rows_per_chunk):
-            rows = slice(start, start + rows_per_chunk)
-            table = np.empty(len(trace.times[rows]), row_type)
-            columns = [self._sample_columns(layout.topic, trace, rows) for layout in layouts]
-            self._write_chunk(table, dict(zip(layouts, columns, strict=True)))
+    @property
+    def samples_per_chunk(self) -> int:
+        """How many samples fill a chunk."""
+        return max(1, CHUNK_BYTES // self._chunks.row_bytes)
 
-    def write_phase_changes(self, changes: Sequence[PhaseChange]) -> None:
-        """Appends phase changes, one message each."""
-        layout = self._layouts[PHASE_CHANGES]
-        row_type = np.dtype([(PHASE_CHANGES.name, layout.record_type)])
-        rows_per_chunk = CHUNK_BYTES // row_type.itemsize
-        for start in range(0, len(changes), rows_per_chunk):
-            block = changes[start : start + rows_per_chunk]
-            columns = {
-                "t": np.array([change.time for change in block]),
-                "contact": np.array([change.contact for change in block]),
-                "from_phase": np.array([change.from_phase for change in block]),
-                "to_phase": np.array([change.to_phase for change in block]),
-            }
-            self._check_finite(columns)
-            self._write_chunk(np.empty(len(block), row_type), {layout: columns})
+    def write(self, trace: Trace, changes: Sequence[PhaseChange]) -> None:
+        """Appends samples, each as one message per topic, and phase changes.
+
+        Args:
+            trace: The next samples.
+            changes: The next phase changes; together with the samples of their times.
+
+        Raises:
+            RecordingWriteError: If a number is not finite.
+        """
+        rows = trace.to_rows()
+        self._check_finite(rows, changes)
+        self._rows = np.concatenate([self._rows, rows]) if len(self._rows) else rows
+        self._changes += changes
+        self.num_samples += len(rows)
+        self.num_phase_changes += len(changes)
+        full = self.samples_per_chunk
+        while len(self._rows) >= full:
+            self._write_chunk(self._rows[:full])
+            self._rows = self._rows[full:]
+            self._stream.flush()
+
+    def flush(self) -> None:
+        """Writes what waits, so that it outlives this process; the chunk is not a full one."""
+        if len(self._rows):
+            self.is_regular = False
+            self._write_chunk(self._rows)
+            self._rows = self._rows[:0]
+        self._stream.flush()
+
+    def sync(self) -> None:
+        """Has the disk keep what was flushed, so that it outlives a power cut."""
+        os.fsync(self._stream.fileno())
 
     def write_ending(self, result: RunResult) -> None:
-        """Writes how the run ended and closes the file; nothing can follow."""
+        """Writes what waits and how the run ended, and closes the file; nothing can follow."""
+        self._write_rest()
         by_channel = self._container.message_counts
-        counts = {t.name: by_channel[layout.channel] for t, layout in self._layouts.items()}
+        counts = {topic: by_channel[channel] for topic, channel in self._channels.items()}
         try:
-            document = stop_document(result, counts)
+            document = stop_document(result, counts, self._documents, self._chunks.state)
         except ValueError as error:
             raise RecordingWriteError(self._path, "a metric is not a finite number") from error
         self._container.add_metadata(STOP, document)
@@ -139,16 +190,20 @@ class RecordingWriter:
 
     def _begin(self, stream: BinaryIO) -> None:
         """Writes everything that stands before the first sample."""
-        library = f"slipgrasp {program_version()}"
+        library = f"slipgrasp {self._provenance.program}"
         self._container = McapContainer(stream, profile=PROFILE, library=library)
-        self._container.add_metadata(START, start_document(self._shape))
+        start = start_document(self._shape, self._provenance)
+        self._container.add_metadata(START, start)
         scenario = scenario_document(self._scenario)
         self._container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
         parameters = parameters_document()
         self._container.add_attachment(PARAMETERS_ATTACHMENT, "application/json", parameters)
-        self._layouts = layouts_of(self._shape)
-        for layout in self._layouts.values():
+        self._documents = documents_hash(start, scenario)
+        self._chunks = ChunkWriter(self._container, self._shape, self._documents)
+        self._channels: dict[str, int] = {}
+        for layout in self._chunks.layouts.values():
             self._register(layout)
+        self._stream.flush()
 
     def _register(self, layout: MessageLayout) -> None:
         topic = layout.topic
@@ -158,51 +213,38 @@ class RecordingWriter:
             encoding="protobuf",
             data=file_descriptor_set(topic),
         )
+        texts = {field.name: field.text for field in topic.fields}
         channel = Channel(
             id=layout.channel,
             topic=topic.name,
             message_encoding="protobuf",
             schema_id=schema.id,
-            metadata={field.name: field.text for field in topic.fields},
+            metadata={"schema_version": str(SCHEMA_VERSION), **texts},
         )
         self._container.add_schema(schema)
         self._container.add_channel(channel)
+        self._channels[topic.name] = layout.channel
 
-    def _sample_columns(self, topic: Topic, trace: Trace, rows: slice) -> dict[str, NDArray[Any]]:
-        columns = {signal.name: getattr(trace, signal.name)[rows] for signal in signals_of(topic)}
-        columns["t"] = trace.times[rows]
-        self._check_finite(columns)
-        return columns
+    def _write_chunk(self, rows: NDArray[np.float64]) -> None:
+        """Writes samples with the phase changes before the last of them."""
+        due = sum(change.time < rows[-1, 0] for change in self._changes)
+        changes, self._changes = self._changes[:due], self._changes[due:]
+        while len(changes) > MAX_CHANGES_PER_CHUNK:
+            self._chunks.write(rows[:0], changes[:MAX_CHANGES_PER_CHUNK])
+            changes = changes[MAX_CHANGES_PER_CHUNK:]
+        self._chunks.write(rows, changes)
 
-    def _check_finite(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        for name, values in columns.items():
-            if not np.isfinite(values).all():
-                shown = TIME_SIGNAL.name if name == "t" else name
-                raise RecordingWriteError(self._path, f"{shown} holds a number that is not finite")
+    def _write_rest(self) -> None:
+        if len(self._rows):
+            self._write_chunk(self._rows)
+        for start in range(0, len(self._changes), MAX_CHANGES_PER_CHUNK):
+            changes = self._changes[start : start + MAX_CHANGES_PER_CHUNK]
+            self._chunks.write(self._rows[:0], changes)
 
-    def _write_chunk(
-        self, table: NDArray[Any], columns: Mapping[MessageLayout, Mapping[str, NDArray[Any]]]
-    ) -> None:
-        """Fills a table with one column of message records per topic and writes it."""
-        counts = self._container.message_counts
-        rows = table.itemsize * np.arange(len(table), dtype=np.uint64)
-        first_offset = 0
-        blocks = []
-        for layout, values in columns.items():
-            records = table[layout.topic.name]
-            layout.pack(records, values, first_sequence=counts[layout.channel])
-            log_times = records["head"]["log_time"]
-            blocks.append(ChannelBlock(layout.channel, log_times, rows + np.uint64(first_offset)))
-            first_offset += records.itemsize
-        self._container.add_chunk(table.tobytes(), blocks)
-
-
-def layouts_of(shape: TraceShape) -> dict[Topic, MessageLayout]:
-    """The message layouts of a recording, in the order of their channels."""
-    layouts: dict[Topic, MessageLayout] = {}
-    for channel, topic in enumerate((*SAMPLE_TOPICS, PHASE_CHANGES), start=1):
-        widths = [1] * len(topic.fields)
-        if topic is not PHASE_CHANGES:
-            widths = [1, *(shape.width(signal) for signal in signals_of(topic))]
-        layouts[topic] = MessageLayout(topic, channel, widths)
-    return layouts
+    def _check_finite(self, rows: NDArray[np.float64], changes: Sequence[PhaseChange]) -> None:
+        if not np.isfinite(rows).all():
+            trace = Trace.from_rows(self._shape, rows)
+            (wrong, *_) = (s.name for s in SIGNALS if not np.isfinite(getattr(trace, s.name)).all())
+            raise RecordingWriteError(self._path, f"{wrong} holds a number that is not finite")
+        if not all(np.isfinite(change.time) for change in changes):
+            raise RecordingWriteError(self._path, "a phase change has no finite time")

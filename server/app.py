@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 
 from recordings.store import RecordingStore
-from recordings.versions import program_version
+from core.provenance import program_version
 from server.access import AccessGuard
 from server.body_limit import BodyLimit
 from server.errors import add_error_handlers

@@ -20,7 +20,7 @@ import numba
 import platformdirs
 from numba.core import config
 
-__all__ = ["ROOT_VARIABLE", "cache_root", "functions_in_cache", "in_cache_folder"]
+__all__ = ["ROOT_VARIABLE", "cache_root", "functions_in_cache", "in_cache_folder", "kernel_name"]
 
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
 
@@ -30,8 +30,8 @@ def cache_root() -> Path:
     """The user's cache folder, or a temporary one where that cannot be written."""
     root = Path(os.environ.get(ROOT_VARIABLE) or platformdirs.user_cache_dir("slipgrasp"))
     try:
-        (root / _kernel_name()).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=root / _kernel_name()):
+        (root / kernel_name()).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root / kernel_name()):
             return root
     except OSError:
         temporary = tempfile.mkdtemp(prefix="slipgrasp-")
@@ -43,7 +43,7 @@ def cache_root() -> Path:
 def in_cache_folder() -> Iterator[None]:
     """Within it numba keeps what it compiles in the folder of this kernel."""
     previous = config.CACHE_DIR
-    config.CACHE_DIR = str(cache_root() / _kernel_name())
+    config.CACHE_DIR = str(cache_root() / kernel_name())
     try:
         yield
     finally:
@@ -52,13 +52,14 @@ def in_cache_folder() -> Iterator[None]:
 
 def functions_in_cache() -> set[str]:
     """Names of the kernel functions whose machine code lies on disk."""
-    paths = (cache_root() / _kernel_name()).rglob("*.nbc")
+    paths = (cache_root() / kernel_name()).rglob("*.nbc")
     # A file is called module.function-line.python.number.nbc.
     return {path.name.split(".")[1].rpartition("-")[0] for path in paths}
 
 
 @cache
-def _kernel_name() -> str:
+def kernel_name() -> str:
+    """Name of this kernel: its sources and the compiler's version decide it."""
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from core.simulator import kernel_progress
-from recordings.versions import program_version
+from core.provenance import program_version
 from server.dependencies import RunServiceDep
 from server.schemas import HealthPublic
 

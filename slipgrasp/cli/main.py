@@ -75,7 +75,7 @@ class _Version(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the version and ends the program."""
-        from recordings.versions import program_version
+        from core.provenance import program_version
 
         print(f"slipgrasp {program_version()}")
         parser.exit()

@@ -1,9 +1,12 @@
 """Metrics, which the kernel adds up row by row, against NumPy on the stored trace."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
 from core.loading import load_scenario, with_values
+from core.metrics import metrics_of_trace
 from core.simulator import simulate
 from core.types import ContactPhase, Outcome
 
@@ -58,3 +61,14 @@ def test_held_means_completed_and_at_rest_for_half_a_second(run):
     ends = [c.time for c in run.phase_changes if c.to_phase is ContactPhase.STICK]
     expected = trace.times[-1] if slipping[-1] else max(ends, default=None)
     assert metrics.last_slip_time == expected
+
+
+def test_a_stored_trace_gives_the_metrics_that_the_kernel_added_up(run):
+    found = asdict(metrics_of_trace(run.trace, run.phase_changes, run.outcome))
+    for name, expected in asdict(run.metrics).items():
+        if isinstance(expected, tuple) and None not in expected:
+            close(found[name], expected)
+        elif isinstance(expected, float):
+            assert found[name] == pytest.approx(expected, rel=1e-12)
+        else:
+            assert found[name] == expected, name

@@ -59,6 +59,7 @@ def assert_same_run(actual: RunResult, expected: RunResult) -> None:
     assert actual.reason == expected.reason
     assert actual.warnings == expected.warnings
     assert actual.metrics == expected.metrics
+    assert actual.provenance == expected.provenance
 
 
 @pytest.fixture(scope="session")

@@ -10,9 +10,10 @@ from mcap.records import Attachment, Message, Metadata
 from mcap.stream_reader import StreamReader
 
 from core.loading import scenario_from_mapping
+from core.provenance import program_version
 from core.trace import SIGNALS
 from recordings import write_recording
-from recordings.versions import FORMAT_VERSION, program_version
+from recordings.versions import FORMAT_VERSION
 
 SAMPLE_TOPICS = {f"/slipgrasp/{s.topic}" for s in SIGNALS if s.topic != "time"}
 
@@ -41,7 +42,8 @@ def messages(path):
 
 
 def test_every_group_of_signals_is_a_topic_and_so_are_the_phase_changes(messages):
-    assert set(messages) == SAMPLE_TOPICS | {"/slipgrasp/phase_changes"}
+    others = {"/slipgrasp/phase_changes", "/slipgrasp/checkpoints"}
+    assert set(messages) == SAMPLE_TOPICS | others
 
 
 def test_every_sample_is_one_message_per_topic_with_the_exact_time(messages, short_run):

@@ -78,7 +78,9 @@ def test_an_mcap_file_of_another_program_is_foreign(tmp_path):
 def test_a_recording_of_a_newer_format_is_refused_with_the_way_out(small, tmp_path):
     with (tmp_path / "newer.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 99")
-        container.add_metadata(START, {**start_document(small.trace.shape), "format": "99"})
+        container.add_metadata(
+            START, {**start_document(small.trace.shape, small.provenance), "format": "99"}
+        )
         container.finish()
 
     with pytest.raises(NewerRecordingError, match=r"format 99.*install a newer slipgrasp"):
@@ -88,7 +90,7 @@ def test_a_recording_of_a_newer_format_is_refused_with_the_way_out(small, tmp_pa
 def test_a_recording_without_an_ending_is_damaged(small, tmp_path):
     with (tmp_path / "cut.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 1")
-        container.add_metadata(START, start_document(small.trace.shape))
+        container.add_metadata(START, start_document(small.trace.shape, small.provenance))
         container.finish()
 
     with pytest.raises(DamagedRecordingError, match="missing"):
@@ -133,7 +135,7 @@ def assert_bomb_is_refused(small, folder, content, claimed):
     )
     with (folder / "bomb.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 1")
-        container.add_metadata(START, start_document(small.trace.shape))
+        container.add_metadata(START, start_document(small.trace.shape, small.provenance))
         stream.write(struct.pack("<BQ", 6, len(chunk) + len(compressed)) + chunk + compressed)
         container.finish()
 

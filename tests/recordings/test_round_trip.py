@@ -1,4 +1,5 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,8 +82,8 @@ def test_samples_written_in_pieces_are_the_samples_written_at_once(short_run, sa
 
     with RecordingWriter(path, short_run.scenario, shape) as writer:
         for piece in np.array_split(rows, 7):
-            writer.write_samples(Trace.from_rows(shape, piece))
-        writer.write_phase_changes(short_run.phase_changes)
+            writer.write(Trace.from_rows(shape, piece), ())
+        writer.write(Trace.from_rows(shape, rows[:0]), short_run.phase_changes)
         writer.write_ending(short_run)
 
     same_run(read_recording(path), short_run)
@@ -95,3 +96,14 @@ def test_the_whole_of_a_sample_case_reads_back_bit_for_bit(name, same_run, tmp_p
     write_recording(run, tmp_path / "run.mcap")
 
     same_run(read_recording(tmp_path / "run.mcap"), run)
+
+
+def test_a_recording_of_the_first_format_reads_back_and_is_written_in_the_present_one(
+    same_run, tmp_path
+):
+    run = read_recording(Path(__file__).parent / "data" / "format-1.mcap")
+    assert (len(run.trace), len(run.phase_changes), run.provenance.kernel) == (17, 4, "")
+
+    write_recording(run, tmp_path / "present.mcap")
+
+    same_run(read_recording(tmp_path / "present.mcap"), run)

@@ -1,0 +1,36 @@
+"""Locks on open files that end with the process that holds them, however it ends."""
+
+from __future__ import annotations
+
+import sys
+from typing import BinaryIO
+
+__all__ = ["try_lock"]
+
+if sys.platform == "win32":
+    import msvcrt
+
+    _FAR_BEYOND_THE_END = 1 << 62
+
+    def try_lock(stream: BinaryIO) -> bool:
+        """Locks a file until it is closed; False if another process holds it."""
+        position = stream.tell()
+        stream.seek(_FAR_BEYOND_THE_END)
+        try:
+            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        finally:
+            stream.seek(position)
+        return True
+
+else:
+    import fcntl
+
+    def try_lock(stream: BinaryIO) -> bool:
+        """Locks a file until it is closed; False if another process holds it."""
+        try:
+            fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True
