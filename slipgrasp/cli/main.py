@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from core.exceptions import SlipgraspError
-from slipgrasp.cli import export, figures, run, scenarios, serve
+from slipgrasp.cli import export, figures, recover, run, scenarios, serve
 from slipgrasp.cli.status import ExitStatus, complain
 
 __all__ = ["main"]
@@ -87,7 +87,7 @@ def _make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for command in (run, export, figures, scenarios, serve):
+    for command in (run, export, figures, recover, scenarios, serve):
         command.add_command(commands)
     return parser
 

@@ -1,0 +1,104 @@
+"""Keeping what is left of recordings whose writer was killed, or whose file was cut off."""
+
+from __future__ import annotations
+
+import logging
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from core.result import RunResult
+from recordings.atomic_file import PART_SUFFIX
+from recordings.exceptions import NothingToRecoverError, RecordingError
+from recordings.file_lock import try_lock
+from recordings.reader import read_recording, read_unfinished
+from recordings.writer import write_recording
+
+__all__ = ["Recovered", "recover", "recover_orphans", "recovered_name"]
+
+RECORDING_SUFFIX = ".mcap"
+DAMAGED_SUFFIX = ".damaged"
+RECOVERING_SUFFIX = ".recovering.part"
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recovered:
+    """What was kept of a file.
+
+    Attributes:
+        path: The new, whole recording.
+        result: The run so far.
+        lost_bytes: How much of the old file could not be used.
+    """
+
+    path: Path
+    result: RunResult
+    lost_bytes: int
+
+
+def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered:
+    """Writes what a file holds up to its first missing or damaged byte as a whole recording.
+
+    Args:
+        source: The damaged or unfinished file; it stays as it is.
+        output: The recording to write.
+        overwrite: Whether an existing file is replaced.
+
+    Raises:
+        NothingToRecoverError: If the file is whole, or holds no sample.
+        RecordingError: If it cannot be read at all, or the output cannot be written.
+    """
+    if _is_whole(source):
+        raise NothingToRecoverError(source, "it is a whole recording")
+    unfinished = read_unfinished(source)
+    write_recording(unfinished.result, output, overwrite=overwrite, part_suffix=RECOVERING_SUFFIX)
+    return Recovered(output, unfinished.result, unfinished.unread_bytes)
+
+
+def recovered_name(source: Path) -> Path:
+    """Where the rest of a file goes unless told otherwise: beside it."""
+    name = source.name.removesuffix(PART_SUFFIX)
+    stem = name.removesuffix(RECORDING_SUFFIX)
+    return source.with_name(name if name != source.name else f"{stem}.recovered{RECORDING_SUFFIX}")
+
+
+def recover_orphans(folder: Path) -> list[Recovered]:
+    """Recovers every recording in a folder that nobody writes any more.
+
+    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but a part whose
+    whole content lies in a recording.
+    """
+    found: list[Recovered] = []
+    for part in sorted(folder.glob(f"*{RECORDING_SUFFIX}{PART_SUFFIX}")):
+        try:
+            if part.is_symlink() or part.stat().st_size == 0:
+                continue  # a link leads elsewhere; a file that was just made is not locked yet
+            with part.open("rb") as stream:
+                if try_lock(stream):
+                    found.append(_recover_orphan(part))
+        except (OSError, RecordingError) as error:
+            _logger.warning("'%s' could not be recovered: %s", part, error)
+    return found
+
+
+def _recover_orphan(part: Path) -> Recovered:
+    """Turns a part into a recording of its age; the part goes once that is on disk."""
+    times = part.stat()
+    try:
+        recovered = recover(part, recovered_name(part))
+    except RecordingError:
+        part.replace(part.with_name(part.name.removesuffix(PART_SUFFIX) + DAMAGED_SUFFIX))
+        raise
+    os.utime(recovered.path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    part.unlink()
+    return recovered
+
+
+def _is_whole(path: Path) -> bool:
+    try:
+        read_recording(path)
+    except RecordingError:
+        return False
+    return True

@@ -1,0 +1,51 @@
+"""``slipgrasp recover``: what is left of a recording that was cut off or damaged."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import ExitStatus
+
+__all__ = ["add_command"]
+
+DESCRIPTION = (
+    "Writes what a damaged or unfinished recording holds, up to its first missing or damaged "
+    "byte, as a whole recording of outcome 'recovered'. The original stays as it is."
+)
+EPILOG = "exit status: 0 recovered, 2 nothing to recover"
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "recover",
+        help="keep what is left of a damaged recording",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument("recording", metavar="FILE", type=Path, help="the damaged recording")
+    parser.add_argument(
+        "--output",
+        metavar="FILE.mcap",
+        type=Path,
+        help="where to write what is left (default: NAME.mcap for NAME.mcap.part, "
+        "NAME.recovered.mcap for NAME.mcap)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an existing --output file")
+    parser.set_defaults(execute=_execute)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    from recordings.recovery import recover, recovered_name
+
+    source: Path = arguments.recording
+    output: Path = arguments.output or recovered_name(source)
+    with Progress("reading what is left"):
+        recovered = recover(source, output, overwrite=arguments.force)
+    result = recovered.result
+    print(f"{len(result.trace)} samples up to {result.end_time:.6g} s recovered: {recovered.path}")
+    if recovered.lost_bytes:
+        print(f"the last {recovered.lost_bytes} bytes of '{source}' could not be used")
+    return ExitStatus.COMPLETED
