@@ -22,6 +22,7 @@ PARTS = {
     "memory": "peak memory of large batches",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
+    "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "recording": "writing and reading a recording, a slider's change",
 }
 

@@ -1,0 +1,54 @@
+"""What recordings survive: kills, cuts, flipped bits, bombs, failing disks, power cuts.
+
+Every campaign is seeded and raises `AssertionError` at the first thing that went wrong;
+the tests run a small sample of each.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.faults.bombs import defuse_all
+from benchmarks.faults.damage import cut_everywhere, flip_bits
+from benchmarks.faults.disk import cut_the_power, fail_every_write
+from benchmarks.faults.kills import kill_writers
+from benchmarks.report import Table
+
+__all__ = ["run"]
+
+KILLS = 100
+FLIPS = 2000
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The tables ``faults`` and ``bombs``."""
+    kills = kill_writers(KILLS, seed=1)
+    cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
+    failures, power = fail_every_write(), cut_the_power(seed=1)
+    rows = (
+        (
+            "SIGKILL while a run is written, at a random moment",
+            f"{kills.count} of {kills.count} still writing, {kills.readable} readable up to the "
+            f"last flush ({kills.fewest} to {kills.most} samples)",
+        ),
+        (
+            "cut off after every byte",
+            f"{cuts.finished} of a whole file refused; of an unfinished one {cuts.prefixes} read "
+            f"as a prefix, {cuts.empty} hold no sample yet and say so",
+        ),
+        (
+            "one bit flipped, at random",
+            f"{flips.refused} of {flips.count} refused, {flips.identical} read identical, 0 wrong; "
+            f"{flips.recovered} recovered as a prefix",
+        ),
+        (
+            "the k-th write fails, for every k (disk full, input/output error, torn)",
+            f"{failures.count} failures, {failures.readable} readable as a prefix, "
+            f"{failures.empty} before the first sample; every earlier recording unharmed",
+        ),
+        (
+            "power cut: what was not synced is lost",
+            f"{power.moments} moments, never more than {power.longest_loss:.2f} s lost",
+        ),
+    )
+    return [Table("faults", ("what happens to a recording", "what is left"), rows), defuse_all()]

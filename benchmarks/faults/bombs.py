@@ -1,0 +1,291 @@
+"""Small or lying files that would cost a trusting reader minutes or gigabytes."""
+
+from __future__ import annotations
+
+import json
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import zstandard
+from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
+
+from benchmarks.faults.damage import small_run
+from benchmarks.memory import peak_memory
+from benchmarks.report import Table
+from core.loading import load_scenario
+from core.provenance import present_provenance
+from core.trace import TraceShape
+from recordings.chunks import ChunkWriter
+from recordings.container import MAGIC, McapContainer
+from recordings.documents import (
+    PROFILE,
+    SCENARIO_ATTACHMENT,
+    START,
+    STOP,
+    documents_hash,
+    scenario_document,
+    start_document,
+    stop_document,
+)
+from recordings.exceptions import RecordingError
+from recordings.reader import read_recording, read_unfinished
+
+__all__ = ["BOMBS", "Defused", "defuse", "defuse_all", "write_bombs"]
+
+_READER = """
+import json, sys
+from pathlib import Path
+from benchmarks.faults.bombs import defuse
+print(json.dumps(defuse(Path(sys.argv[1]))))
+"""
+
+MAX_SECONDS = 1.0
+MAX_MEGABYTES = 64.0
+CHUNK = 1 << 23
+FOREIGN = 77
+
+_MESSAGE = struct.Struct("<BQHIQQ")
+_RECORD = struct.Struct("<BQ")
+
+
+@dataclass(frozen=True, slots=True)
+class Defused:
+    """What a hostile file cost.
+
+    Attributes:
+        name: What it is.
+        size: Its size [bytes].
+        seconds: Time until it was refused [s].
+        megabytes: Growth of the process's peak memory [MB].
+        finding: The sentence it was refused with.
+    """
+
+    name: str
+    size: int
+    seconds: float
+    megabytes: float
+    finding: str
+
+
+class Bomb:
+    """A file under construction that begins like a recording."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        scenario = load_scenario("paper-case-2")
+        shape = TraceShape(2, tuple(estimate.parameter for estimate in scenario.estimates))
+        self.stream = stream
+        self.container = McapContainer(stream, profile=PROFILE, library="bomb")
+        self.start = start_document(shape, present_provenance())
+        self.container.add_metadata(START, self.start)
+        self.container.add_attachment(
+            SCENARIO_ATTACHMENT, "application/json", scenario_document(scenario)
+        )
+
+    def chunk(self, content: bytes, claimed: int | None = None, level: int = 19) -> bytes:
+        """A compressed chunk record, which may lie about its size."""
+        data = zstandard.ZstdCompressor(level=level).compress(content)
+        size = len(content) if claimed is None else claimed
+        head = struct.pack("<QQQII4sQ", 0, 0, size, zlib.crc32(content), 4, b"zstd", len(data))
+        return self.record(Opcode.CHUNK, head + data)
+
+    def record(self, opcode: int, body: bytes, claimed: int | None = None) -> bytes:
+        """Any record, which may lie about its length."""
+        return _RECORD.pack(opcode, len(body) if claimed is None else claimed) + body
+
+
+def _inflating(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.chunk(bytes(1 << 28), claimed=1000))
+
+
+def _huge_claim(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.chunk(bytes(1 << 20), claimed=1 << 30))
+
+
+def _zeros(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.chunk(bytes(CHUNK)) * 1000)
+
+
+def _wide_window(bomb: Bomb) -> None:
+    parameters = zstandard.ZstdCompressionParameters(window_log=27, compression_level=1)
+    compressor = zstandard.ZstdCompressor(compression_params=parameters).compressobj()
+    data = compressor.compress(bytes(CHUNK)) + compressor.flush()
+    head = struct.pack("<QQQII4sQ", 0, 0, CHUNK, 0, 4, b"zstd", len(data))
+    bomb.stream.write(bomb.record(Opcode.CHUNK, head + data) * 100)
+
+
+def _foreign_messages(bomb: Bomb) -> None:
+    bomb.container.add_schema(Schema(id=1, name="x", encoding="", data=b""))
+    bomb.container.add_channel(
+        Channel(id=FOREIGN, topic="/x", message_encoding="", schema_id=1, metadata={})
+    )
+    message = _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE.size - _RECORD.size, FOREIGN, 0, 0, 0)
+    bomb.stream.write(bomb.chunk(message * (CHUNK // len(message)), level=1) * 200)
+
+
+def _schemas(bomb: Bomb) -> None:
+    body = struct.pack("<HI1sI0sI", 1, 1, b"x", 0, b"", 0)
+    bomb.stream.write(bomb.record(Opcode.SCHEMA, body) * 1_000_000)
+
+
+def _channels(bomb: Bomb) -> None:
+    body = struct.pack("<HHI1sI0sI", 1, 0, 1, b"x", 0, b"", 0)
+    bomb.stream.write(bomb.record(Opcode.CHANNEL, body) * 1_000_000)
+
+
+def _huge_schema(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.record(Opcode.SCHEMA, bytes(1 << 26)))
+
+
+def _huge_attachment(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.record(Opcode.ATTACHMENT, bytes(1 << 26)))
+
+
+def _endless_record(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.record(Opcode.METADATA, bytes(100), claimed=1 << 63))
+
+
+def _empty_chunks(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.chunk(b"") * 200_000)
+
+
+def _indexes(bomb: Bomb) -> None:
+    bomb.stream.write(bomb.record(Opcode.MESSAGE_INDEX, struct.pack("<HI", 1, 0)) * 1_000_000)
+
+
+def _deep_documents(bomb: Bomb) -> None:
+    deep = "[" * 100_000 + "]" * 100_000
+    bomb.container.add_metadata(STOP, dict.fromkeys(("reason", "warnings", "metrics"), deep))
+
+
+def _deep_scenario(bomb: Bomb) -> None:
+    _finish_run(bomb, b"[" * 100_000 + b"]" * 100_000)
+
+
+def _many_changes(bomb: Bomb) -> None:
+    scenario = load_scenario("paper-case-2").to_mapping()
+    change = {"time": 1.0, "parameter": "object.mass", "value": 1.0}
+    _finish_run(bomb, json.dumps({**scenario, "changes": [change] * 15_000}).encode())
+
+
+def _finish_run(bomb: Bomb, scenario: bytes) -> None:
+    """A run with another scenario, all hashes made to fit."""
+    run, container = small_run(), bomb.container
+    container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
+    documents = documents_hash(bomb.start, scenario)
+    chunks = ChunkWriter(container, run.trace.shape, documents)
+    for layout in chunks.layouts.values():
+        container.add_channel(
+            Channel(
+                id=layout.channel,
+                topic=layout.topic.name,
+                message_encoding="protobuf",
+                schema_id=0,
+                metadata={},
+            )
+        )
+    chunks.write(run.trace.to_rows(), run.phase_changes)
+    by_channel = container.message_counts
+    counts = {topic.name: by_channel[lay.channel] for topic, lay in chunks.layouts.items()}
+    container.add_metadata(STOP, stop_document(run, counts, documents, chunks.state))
+
+
+def _long_numbers(bomb: Bomb) -> None:
+    bomb.container.add_metadata(STOP, {"outcome": "completed", "reason": "9" * 900_000})
+
+
+def _huge_index(bomb: Bomb) -> None:
+    bomb.container.finish()
+    bomb.stream.write(bytes(1 << 26) + MAGIC)
+
+
+BOMBS: dict[str, Callable[[Bomb], None]] = {
+    "a chunk of 12 kB that inflates to 256 MiB": _inflating,
+    "a chunk that claims to hold 1 GiB": _huge_claim,
+    "1000 chunks that inflate to 8 MiB of zeros each": _zeros,
+    "100 chunks that ask for a window of 128 MiB": _wide_window,
+    "54 million messages of another program": _foreign_messages,
+    "a million schemas": _schemas,
+    "a million channels": _channels,
+    "a schema of 64 MiB": _huge_schema,
+    "an attachment of 64 MiB": _huge_attachment,
+    "a record that claims 2^63 bytes": _endless_record,
+    "200 000 empty chunks": _empty_chunks,
+    "a million message indexes": _indexes,
+    "an ending nested 100 000 deep": _deep_documents,
+    "a scenario nested 100 000 deep": _deep_scenario,
+    "a scenario of 15 000 timed changes": _many_changes,
+    "a number of 900 000 digits": _long_numbers,
+    "an index of 64 MiB": _huge_index,
+}
+
+
+def write_bombs(folder: Path) -> dict[str, Path]:
+    """Writes every hostile file; each is sealed with a fitting index and checksums."""
+    paths = {}
+    for i, (name, make) in enumerate(BOMBS.items()):
+        paths[name] = folder / f"{i}.mcap"
+        with paths[name].open("wb") as stream:
+            bomb = Bomb(stream)
+            make(bomb)
+            if make is not _huge_index:
+                bomb.container.finish()
+    return paths
+
+
+def defuse(path: Path) -> tuple[float, float, list[str]]:
+    """Reads a hostile file in both ways, in this process.
+
+    Returns:
+        The longer time [s], growth of the process's peak memory [MB], and what was said.
+
+    Raises:
+        AssertionError: If it is read as a recording.
+    """
+    before, seconds, findings = peak_memory(), [], []
+    for read in (read_recording, read_unfinished):
+        started = time.perf_counter()
+        try:
+            read(path)
+        except RecordingError as error:
+            findings.append(str(error))
+        seconds.append(time.perf_counter() - started)
+    assert len(findings) == 2, f"{path} was read as a recording"
+    return max(seconds), (peak_memory() - before) / 1e6, findings
+
+
+def defuse_all() -> Table:
+    """The table ``bombs``: every hostile file, each read by a process of its own.
+
+    Raises:
+        AssertionError: If one is not refused within the limits.
+    """
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, path in write_bombs(Path(folder)).items():
+            command = [sys.executable, "-c", _READER, str(path)]
+            answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+            seconds, megabytes, findings = json.loads(answer)
+            finding = findings[0].partition("damaged: ")[2]
+            found.append(Defused(name, path.stat().st_size, seconds, megabytes, finding))
+    for bomb in found:
+        assert bomb.seconds < MAX_SECONDS and bomb.megabytes < MAX_MEGABYTES, bomb
+    return _table(found)
+
+
+def _table(found: Sequence[Defused]) -> Table:
+    rows = tuple(
+        (bomb.name, f"{bomb.size / 1e6:.2f}", f"{bomb.seconds:.3f}", f"{bomb.megabytes:.1f}")
+        for bomb in found
+    )
+    note = f"All refused; limits: {MAX_SECONDS:g} s, {MAX_MEGABYTES:g} MB."
+    heads = ("hostile file", "size [MB]", "refused after [s]", "memory [MB]")
+    return Table("bombs", heads, rows, (note,))

@@ -1,0 +1,147 @@
+"""Files that are cut off, and files in which one bit is wrong."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.simulator import simulate
+from recordings.atomic_file import part_of
+from recordings.exceptions import RecordingError
+from recordings.reader import read_recording, read_unfinished
+from recordings.writer import RecordingWriter, write_recording
+
+__all__ = ["Cuts", "Flips", "cut_everywhere", "flip_bits", "small_run", "write_part"]
+
+SAMPLES_PER_CHUNK = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Cuts:
+    """What came of files that were cut off.
+
+    Attributes:
+        finished: Cuts of a finished file, each refused.
+        prefixes: Cuts of an unfinished file that gave a prefix of the run.
+        empty: Cuts of an unfinished file before its first sample, each refused.
+    """
+
+    finished: int
+    prefixes: int
+    empty: int
+
+
+@dataclass(frozen=True, slots=True)
+class Flips:
+    """What came of files with a wrong bit.
+
+    Attributes:
+        count: How many.
+        refused: How many were refused.
+        identical: How many gave the same run.
+        recovered: Of how many a prefix could be recovered.
+    """
+
+    count: int
+    refused: int
+    identical: int
+    recovered: int
+
+
+def small_run() -> RunResult:
+    """A run whose file is small, with two slips."""
+    values = {"simulation.duration": 0.25, "simulation.output_rate": 50.0}
+    return simulate(with_values(load_scenario("paper-case-2"), values))
+
+
+def write_part(run: RunResult, path: Path, samples_per_chunk: int = SAMPLES_PER_CHUNK) -> bytes:
+    """The file of a writer that is stopped before it can finish, in small chunks."""
+    writer = RecordingWriter(path, run.scenario, run.trace.shape, keep_part=True)
+    try:
+        with writer:
+            for start in range(0, len(run.trace), samples_per_chunk):
+                piece = run.trace[start : start + samples_per_chunk]
+                changes = run.phase_changes[writer.num_phase_changes :]
+                writer.write(piece, [c for c in changes if c.time <= piece.times[-1]])
+                writer.flush()
+            raise InterruptedError
+    except RecordingError:
+        return part_of(path).read_bytes()
+
+
+def cut_everywhere(step: int = 1) -> Cuts:
+    """Cuts a finished and an unfinished file after every ``step``-th byte.
+
+    Raises:
+        AssertionError: If one reads as something that was not written.
+    """
+    run = small_run()
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / "whole.mcap"
+        write_recording(run, whole)
+        data, part = whole.read_bytes(), write_part(run, Path(folder) / "part.mcap")
+        file = Path(folder) / "cut.mcap"
+        finished = [_read(file, data[:length], run) for length in range(0, len(data), step)]
+        lengths = range(0, len(part), step)
+        left = [_recover(file, part[:length], run) for length in lengths]
+    assert not any(finished), "a file without its end was read as if it were whole"
+    assert left == sorted(left), "a longer file gave less"
+    return Cuts(len(finished), sum(map(bool, left)), left.count(0))
+
+
+def flip_bits(count: int, seed: int) -> Flips:
+    """Flips single bits of a finished file at random.
+
+    Raises:
+        AssertionError: If one reads as something that was not written.
+    """
+    run = small_run()
+    source = random.Random(seed)
+    found: Counter[str] = Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "flipped.mcap"
+        write_recording(run, file)
+        data = file.read_bytes()
+        for _ in range(count):
+            flipped = bytearray(data)
+            flipped[source.randrange(len(data))] ^= 1 << source.randrange(8)
+            found["identical" if _read(file, flipped, run) else "refused"] += 1
+            found["recovered"] += _recover(file, flipped, run) > 0
+    return Flips(count, found["refused"], found["identical"], found["recovered"])
+
+
+def _read(file: Path, data: bytes | bytearray, run: RunResult) -> bool:
+    """Whether it reads, which it may only as the same run."""
+    file.write_bytes(data)
+    try:
+        result = read_recording(file)
+    except RecordingError:
+        return False
+    assert_prefix(result, run)
+    assert len(result.trace) == len(run.trace)
+    assert result.metrics == run.metrics
+    return True
+
+
+def _recover(file: Path, data: bytes | bytearray, run: RunResult) -> int:
+    """How many samples are left of it."""
+    file.write_bytes(data)
+    try:
+        result = read_unfinished(file).result
+    except RecordingError:
+        return 0
+    assert_prefix(result, run)
+    return len(result.trace)
+
+
+def assert_prefix(result: RunResult, whole: RunResult) -> None:
+    """Checks that a run is the beginning of another, to the bit."""
+    rows = result.trace.to_rows()
+    assert rows.tobytes() == whole.trace.to_rows()[: len(rows)].tobytes()
+    assert result.phase_changes == whole.phase_changes[: len(result.phase_changes)]
+    assert result.scenario == whole.scenario

@@ -1,0 +1,222 @@
+"""Disks that fail while a recording is written, and power cuts."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import random
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from benchmarks.faults.damage import assert_prefix
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.scenario import Scenario
+from core.simulator import simulate
+from core.types import Outcome
+from recordings import atomic_file, recorder
+from recordings.exceptions import RecordingError
+from recordings.reader import read_recording, read_unfinished
+from recordings.recorder import record
+from recordings.writer import write_recording
+
+__all__ = ["Failures", "PowerCuts", "cut_the_power", "fail_every_write"]
+
+KINDS = ("full", "broken", "torn")
+
+
+@dataclass(frozen=True, slots=True)
+class Failures:
+    """What came of recordings whose disk failed.
+
+    Attributes:
+        count: How many.
+        readable: How many left a prefix of the run.
+        empty: How many failed before the first sample.
+    """
+
+    count: int
+    readable: int
+    empty: int
+
+
+@dataclass(frozen=True, slots=True)
+class PowerCuts:
+    """What came of power cuts.
+
+    Attributes:
+        moments: At how many moments of a run the power was cut.
+        longest_loss: Longest time before a cut of which nothing was left [s].
+    """
+
+    moments: int
+    longest_loss: float
+
+
+class FailingFile(io.FileIO):
+    """A file whose k-th write fails, as do all after it."""
+
+    def __init__(self, descriptor: int, failing: int, kind: str) -> None:
+        super().__init__(descriptor, "wb")
+        self._left = failing
+        self._kind = kind
+
+    def write(self, data: Any) -> int:
+        """Writes, or fails: at once, or after half of the bytes."""
+        self._left -= 1
+        if self._left > 0:
+            return super().write(data)
+        if self._kind == "torn" and self._left == 0:
+            return super().write(memoryview(data)[: len(data) // 2])
+        number = errno.EIO if self._kind == "broken" else errno.ENOSPC
+        raise OSError(number, os.strerror(number))
+
+
+def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
+    """Lets every ``step``-th write of a run's recording fail, in each of three ways.
+
+    Args:
+        duration: Simulated time of the run [s].
+        step: Distance of the writes.
+
+    Raises:
+        AssertionError: If anything that was written before cannot be read, or any
+            other recording is touched.
+    """
+    scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": duration})
+    whole = simulate(scenario)
+    left = []
+    with tempfile.TemporaryDirectory() as folder:
+        earlier = Path(folder) / "earlier.mcap"
+        write_recording(whole, earlier)
+        for kind in KINDS:
+            number = 1
+            while (samples := _fail_write(Path(folder), whole, number, kind)) is not None:
+                left.append(samples)
+                number += step
+        assert_prefix(read_recording(earlier), whole)
+    return Failures(len(left), sum(map(bool, left)), left.count(0))
+
+
+def _fail_write(folder: Path, whole: RunResult, number: int, kind: str) -> int | None:
+    """How many samples are left when a write fails; None if there are not so many writes."""
+    path = folder / "run.mcap"
+    with _files(lambda descriptor: FailingFile(descriptor, number, kind)):
+        try:
+            recorded = record(whole.scenario, path)
+        except RecordingError:
+            return _left_of(path, whole)
+    if recorded.failure is None:
+        assert_prefix(read_recording(path), whole)
+        path.unlink()
+        return None
+    assert recorded.result.outcome in (Outcome.FAILED, Outcome.COMPLETED)
+    assert not path.exists(), "an incomplete file took its final name"
+    return _left_of(path, whole)
+
+
+def _left_of(path: Path, whole: RunResult) -> int:
+    part = atomic_file.part_of(path)
+    try:
+        result = read_unfinished(part).result
+    except RecordingError:
+        return 0
+    finally:
+        part.unlink()
+    assert_prefix(result, whole)
+    return len(result.trace)
+
+
+class SyncedFile(io.FileIO):
+    """A file that remembers when it had which size."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__(descriptor, "wb")
+        self.sizes: list[tuple[float, int]] = []
+
+    def write(self, data: Any) -> int:
+        """Writes and remembers."""
+        written = super().write(data)
+        self.sizes.append((time.monotonic(), self.tell()))
+        return written
+
+
+def cut_the_power(seed: int, moments: int = 200, duration: float = 300.0) -> PowerCuts:
+    """Drops what was not synced at random moments of a run.
+
+    Args:
+        seed: Of the moments.
+        moments: How many.
+        duration: Simulated time of the run [s].
+
+    Raises:
+        AssertionError: If more is lost than the time between two syncs allows.
+    """
+    written, synced = _watch_a_slow_run(_slow_scenario(duration))
+    source = random.Random(seed)
+    losses = []
+    for _ in range(moments):
+        cut = source.uniform(written[0][0], written[-1][0])
+        safe = max((size for at, size in synced if at <= cut), default=0)
+        lost = [at for at, size in written if at <= cut and size > safe]
+        losses.append(cut - lost[0] if lost else 0.0)
+    assert max(losses) <= recorder.SYNC_INTERVAL + recorder.FLUSH_INTERVAL
+    return PowerCuts(moments, max(losses))
+
+
+def _slow_scenario(duration: float) -> Scenario:
+    values = {
+        "simulation.duration": duration,
+        "controller.control_period": 0.0001,
+        "simulation.max_steps": 100_000_000,
+    }
+    return with_values(load_scenario("paper-case-1"), values)
+
+
+def _watch_a_slow_run(
+    scenario: Scenario,
+) -> tuple[list[tuple[float, int]], list[tuple[float, int]]]:
+    """When the file of a run had which size, and which of them were synced when."""
+    opened: list[SyncedFile] = []
+    synced: list[tuple[float, int]] = []
+    real_sync = os.fsync
+
+    def remember(descriptor: int) -> SyncedFile:
+        opened.append(SyncedFile(descriptor))
+        return opened[-1]
+
+    def sync(descriptor: int) -> None:
+        size = opened[0].sizes[-1][1]
+        real_sync(descriptor)
+        synced.append((time.monotonic(), size))
+
+    with tempfile.TemporaryDirectory() as folder, _files(remember), _replaced(os, "fsync", sync):
+        record(scenario, Path(folder) / "run.mcap")
+    return opened[0].sizes, synced
+
+
+@contextmanager
+def _files(make: Callable[[int], io.FileIO]) -> Iterator[None]:
+    """Within it every file that grows is made by ``make``."""
+
+    def open_raw(descriptor: int, mode: str) -> BinaryIO:
+        return io.BufferedWriter(make(descriptor))
+
+    with _replaced(os, "fdopen", open_raw):
+        yield
+
+
+@contextmanager
+def _replaced(owner: Any, name: str, value: object) -> Iterator[None]:
+    before = getattr(owner, name)
+    setattr(owner, name, value)
+    try:
+        yield
+    finally:
+        setattr(owner, name, before)

@@ -1,0 +1,42 @@
+"""A small sample of what recordings survive; ``python -m benchmarks faults`` does it all."""
+
+from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, defuse, write_bombs
+from benchmarks.faults.damage import cut_everywhere, flip_bits
+from benchmarks.faults.disk import cut_the_power, fail_every_write
+from benchmarks.faults.kills import kill_writers
+
+
+def test_what_a_killed_process_had_flushed_is_read_to_the_last_sample():
+    kills = kill_writers(2, seed=3, duration=300.0)
+    assert kills.readable == kills.count == 2
+    assert kills.fewest > 1000
+
+
+def test_files_cut_off_anywhere_are_refused_and_unfinished_ones_give_a_prefix():
+    cuts = cut_everywhere(step=97)
+    assert cuts.finished > 200
+    assert min(cuts.prefixes, cuts.empty) > 50
+
+
+def test_flipped_bits_are_refused_or_change_nothing():
+    flips = flip_bits(200, seed=3)
+    assert flips.refused + flips.identical == flips.count
+    assert 0 < flips.recovered < flips.count
+
+
+def test_a_disk_that_fails_at_any_write_leaves_a_prefix():
+    failures = fail_every_write(duration=30.0, step=4)
+    assert min(failures.readable, failures.empty) > 0
+
+
+def test_a_power_cut_loses_no_more_than_the_time_between_two_syncs():
+    assert 0.0 < cut_the_power(seed=3, duration=150.0).longest_loss < 1.3
+
+
+def test_hostile_files_are_refused_in_little_memory(tmp_path):
+    paths = write_bombs(tmp_path)
+    assert len(paths) == len(BOMBS) >= 10
+    for name, path in paths.items():
+        _, megabytes, findings = defuse(path)
+        assert megabytes < MAX_MEGABYTES, name
+        assert all(len(finding) < 500 for finding in findings), name
