@@ -125,9 +125,8 @@ def _check_what_is_left(part: Path, whole: RunResult) -> int:
 def _count_samples(part: Path) -> int:
     """Samples in complete chunks, by another reader than ours, which then meets the cut."""
     found: dict[int, int] = {}
-    with part.open("rb") as stream:
-        with suppress(McapError, struct.error, zstandard.ZstdError):
-            for entry in StreamReader(stream, validate_crcs=True).records:
-                if isinstance(entry, Message):
-                    found[entry.channel_id] = found.get(entry.channel_id, 0) + 1
+    with part.open("rb") as stream, suppress(McapError, struct.error, zstandard.ZstdError):
+        for entry in StreamReader(stream, validate_crcs=True).records:
+            if isinstance(entry, Message):
+                found[entry.channel_id] = found.get(entry.channel_id, 0) + 1
     return found.get(1, 0)

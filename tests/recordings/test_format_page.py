@@ -1,0 +1,56 @@
+"""The page on the format says of every topic what the schemas say."""
+
+import hashlib
+import struct
+from pathlib import Path
+
+from core.trace import SIGNALS
+from recordings.schemas import OWN_TOPICS, SAMPLE_TOPICS
+from recordings.state_hash import state_hash
+from recordings.versions import FORMAT_VERSION
+
+PAGE = Path(__file__).parents[2] / "docs" / "recordings.md"
+ENTRIES = {
+    "": "",
+    "coordinate": "3",
+    "contact": "contacts",
+    "joint": "joints",
+    "unknown": "unknowns",
+}
+
+
+def topics_table() -> str:
+    """The table of all topics, as it stands in the page."""
+    per = {signal.name: signal.per for signal in SIGNALS}
+    lines = ["| topic, schema | field | type | meaning and unit |", "|---|---|---|---|"]
+    for topic in OWN_TOPICS:
+        head = f"`{topic.name}`, `{topic.schema_name}`"
+        for field in topic.fields:
+            count = ENTRIES.get(per.get(field.name, "")) if topic in SAMPLE_TOPICS else field.width
+            kind = f"{field.kind}[{count}]" if field.repeated else field.kind
+            meaning = field.text.replace("|", "\\|")
+            lines.append(f"| {head} | `{field.name}` | {kind} | {meaning} |")
+            head = ""
+    return "\n".join(lines)
+
+
+def test_every_topic_and_field_is_on_the_page():
+    assert topics_table() in PAGE.read_text(encoding="utf-8")
+
+
+def test_the_page_is_about_the_present_format():
+    assert f"**format {FORMAT_VERSION}**" in PAGE.read_text(encoding="utf-8")
+
+
+def test_the_hash_is_what_the_page_says(short_run):
+    def blake(data: bytes) -> bytes:
+        return hashlib.blake2b(data, digest_size=16).digest()
+
+    samples, changes = b"", b""
+    for row in short_run.trace.to_rows():
+        samples += struct.pack(f"<{len(row)}d", *row)
+    for c in short_run.phase_changes:
+        changes += struct.pack("<dibb", c.time, c.contact, c.from_phase, c.to_phase)
+    length = (16).to_bytes(8, "little")
+    expected = blake(length + blake(samples) + length + blake(changes))
+    assert state_hash(short_run) == expected.hex()
