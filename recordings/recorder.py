@@ -10,17 +10,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from core.result import RunResult
 from core.scenario import Scenario
 from core.simulator import Simulation, run_to_end
-from core.types import Outcome, Reason
-from recordings.exceptions import RecordingWriteError
+from core.types import Outcome, Reason, RunWarning
+from recordings.atomic_file import part_of
+from recordings.exceptions import RecordingError, RecordingWriteError
+from recordings.reader import read_unfinished
 from recordings.writer import RecordingWriter, write_recording
 
-__all__ = ["FLUSH_INTERVAL", "SYNC_INTERVAL", "Recorded", "record"]
+__all__ = ["FLUSH_INTERVAL", "SYNC_INTERVAL", "Recorded", "record", "unsaved"]
 
 FLUSH_INTERVAL = 0.25
 SYNC_INTERVAL = 1.0
@@ -33,7 +35,8 @@ class Recorded:
     """A run that was to be recorded while it was simulated.
 
     Attributes:
-        result: The run; ``failed`` if the disk failed while it went on.
+        result: The run; ``failed`` if the disk failed while it went on. It has a warning
+            ``not_saved`` if its recording is not complete.
         failure: Why its recording is not complete; None if it is.
     """
 
@@ -53,7 +56,7 @@ def record(
     """Runs a scenario to its end and records it on the way, in ``PATH.part``.
 
     The file is that which `recordings.writer.write_recording` makes of the result. Where
-    the disk fails, what was written so far stays in ``PATH.part`` to be recovered.
+    the disk fails, the samples that were written stay in ``PATH.part`` to be recovered.
 
     Args:
         scenario: What to simulate.
@@ -87,7 +90,8 @@ def record(
     except RecordingWriteError as failure:
         if result is None:
             raise
-        return Recorded(result, failure)
+        _drop_if_empty(part_of(path))
+        return Recorded(unsaved(result, failure), failure)
     if not writer.is_regular:
         _make_regular(result, path)
     return Recorded(result, None)
@@ -146,6 +150,22 @@ def _disk_failed(error: OSError | RecordingWriteError, t: float) -> Reason:
         limit=None,
         hint="make room on the disk; 'slipgrasp recover' keeps what was written until then",
     )
+
+
+def unsaved(result: RunResult, failure: RecordingError) -> RunResult:
+    """The run with a warning that it is not saved."""
+    warning = RunWarning(
+        code="not_saved", message=str(failure), count=1, first_time=result.end_time
+    )
+    return replace(result, warnings=(*result.warnings, warning))
+
+
+def _drop_if_empty(part: Path) -> None:
+    """Removes a part from which not even one sample could be recovered."""
+    try:
+        read_unfinished(part)
+    except RecordingError:
+        part.unlink(missing_ok=True)
 
 
 def _make_regular(result: RunResult, path: Path) -> None:

@@ -128,7 +128,7 @@ def _left_of(path: Path, whole: RunResult) -> int:
     except RecordingError:
         return 0
     finally:
-        part.unlink()
+        part.unlink(missing_ok=True)
     assert_prefix(result, whole)
     return len(result.trace)
 
