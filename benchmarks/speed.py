@@ -12,7 +12,8 @@ from benchmarks.report import Table, judge
 from benchmarks.timing import MILLISECONDS, median_seconds
 from core.loading import load_scenario, with_values
 from core.scenario import Scenario
-from core.simulator import Simulation, simulate
+from core.simulation import Simulation
+from core.simulator import simulate
 
 __all__ = ["compare_speed", "profile", "run"]
 

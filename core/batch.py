@@ -10,7 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from core.kernel import entry as kernel
 from core.result import RunSummary
 from core.scenario import Scenario
-from core.simulator import Simulation
+from core.simulation import Simulation
 
 __all__ = ["simulate_many"]
 

@@ -15,7 +15,8 @@ from pathlib import Path
 
 from core.result import RunResult
 from core.scenario import Scenario
-from core.simulator import Simulation, run_to_end
+from core.simulation import Simulation
+from core.simulator import run_to_end
 from core.types import Outcome, Reason, RunWarning
 from recordings.atomic_file import part_of
 from recordings.exceptions import RecordingError, RecordingWriteError

@@ -9,7 +9,8 @@ import pytest
 from core.batch import simulate_many
 from core.exceptions import ScenarioError
 from core.loading import load_scenario, with_values
-from core.simulator import Simulation, simulate
+from core.simulation import Simulation
+from core.simulator import simulate
 
 
 def varied(count):

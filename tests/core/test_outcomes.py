@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulator import Simulation, simulate
+from core.simulation import Simulation
+from core.simulator import simulate
 from core.types import ContactPhase, Outcome
 from tests.references.closed_loop import ClosedLoop
 from tests.references.continuous import run_continuous

@@ -1,0 +1,247 @@
+"""A run in progress: stretches between timed changes, advanced in short pieces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.endings import describe_end
+from core.kernel import entry as kernel
+from core.kernel.jump import REACHED, RUNNING
+from core.kernel.model import pack_model
+from core.kernel.records import Record
+from core.kernel.run import ROWS_BEFORE_PAUSE, last_row, make_outlet, make_progress, rows_in
+from core.loading import with_values
+from core.metrics import compute_metrics
+from core.provenance import present_provenance
+from core.result import RunResult, RunSummary
+from core.run_warnings import describe_warnings
+from core.scenario import Change, Scenario
+from core.trace import Trace, TraceShape
+from core.types import ContactPhase, Outcome, PhaseChange, Reason
+from core.validation import check_scenario
+
+__all__ = ["Simulation"]
+
+_STEPS_PER_PIECE = 1000
+
+
+class Simulation:
+    """One run in progress, advanced piece by piece so that it can be watched and stopped.
+
+    Attributes:
+        scenario: What is simulated.
+        shape: Shape of its trace.
+        outcome: How it ended, None while it goes on.
+    """
+
+    def __init__(self, scenario: Scenario, *, keep_trace: bool = True) -> None:
+        """Prepares the run.
+
+        Args:
+            scenario: What to simulate.
+            keep_trace: Whether to store the trace; without it only `summary` can be had.
+
+        Raises:
+            ScenarioError: If the scenario cannot be simulated.
+        """
+        check_scenario(scenario)
+        self.scenario = scenario
+        self.outcome: Outcome | None = None
+        self._reason: Reason | None = None
+        self.shape = TraceShape(
+            len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
+        )
+        self._run = _initial_run(scenario)
+        self._keeps_trace = keep_trace
+        self._outlet = make_outlet(
+            keeps_rows=keep_trace, chatter_changes=scenario.simulation.chatter_changes
+        )
+        self._pending = sorted(scenario.changes, key=lambda change: change.time)
+        self._present = replace(scenario, changes=())
+        self._model = pack_model(self._present)
+        self._first = True
+        self._same_ticks = False
+        self._rows: list[np.ndarray] = []
+        self._changes: list[PhaseChange] = []
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run has ended."""
+        return self.outcome is not None
+
+    @property
+    def time(self) -> float:
+        """Simulation time reached [s]."""
+        return float(self._run.now)
+
+    @property
+    def progress(self) -> float:
+        """Simulated share of the duration, 0 to 1."""
+        return min(1.0, self.time / self.scenario.simulation.duration)
+
+    def advance(self) -> None:
+        """Advances by one piece of at most about 50 ms of computing."""
+        if self.finished:
+            return
+        stop = self._pending[0].time if self._pending else self.scenario.simulation.duration
+        status = kernel.advance(
+            self._model,
+            self._run,
+            self._outlet,
+            stop,
+            first=self._first,
+            same_ticks=self._same_ticks,
+            max_steps=_STEPS_PER_PIECE,
+        )
+        self._collect()
+        if status == REACHED and self._pending:
+            self._change_parameters(stop)
+        elif status != RUNNING:
+            self._finish(status)
+
+    def end(self, outcome: Outcome, reason: Reason) -> None:
+        """Ends the run early for a reason outside the model; what was simulated is kept."""
+        if not self.finished:
+            self.outcome, self._reason = outcome, reason
+
+    def result(self) -> RunResult:
+        """What there is so far; ``stopped`` if the run has not ended."""
+        assert self._keeps_trace, "a run that keeps no trace has only a summary"
+        outcome = self.outcome or Outcome.STOPPED
+        return RunResult(
+            scenario=self.scenario,
+            trace=Trace.from_rows(self.shape, self._all_rows()),
+            phase_changes=tuple(self._changes),
+            outcome=outcome,
+            reason=self._reason,
+            warnings=describe_warnings(self._run),
+            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            provenance=present_provenance(),
+        )
+
+    @property
+    def num_rows(self) -> int:
+        """Rows of the trace so far."""
+        return sum(map(len, self._rows)) + int(self._outlet.num_rows)
+
+    def trace_from(self, row: int) -> Trace:
+        """The rows of the trace so far, from one of them on; they never change any more."""
+        blocks = [*self._rows, rows_in(self._outlet, self.shape.num_columns)]
+        parts: list[np.ndarray] = []
+        end = self.num_rows
+        while end > row:
+            block = blocks.pop()
+            start = end - len(block)
+            parts.append(block[max(row - start, 0) :])
+            end = start
+        parts.append(np.empty((0, self.shape.num_columns)))
+        return Trace.from_rows(self.shape, np.concatenate(parts[::-1]))
+
+    def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
+        """The phase changes so far, from one of them on."""
+        return tuple(self._changes[index:])
+
+    def summary(self) -> RunSummary:
+        """The same without trace."""
+        outcome = self.outcome or Outcome.STOPPED
+        first = 6 + 2 * self.shape.num_contacts
+        estimates = self._run.step.start.x[first : first + len(self.shape.unknowns)]
+        return RunSummary(
+            scenario=self.scenario,
+            outcome=outcome,
+            reason=self._reason,
+            end_time=float(self._run.tally.time),
+            estimates=dict(zip(self.shape.unknowns, estimates.tolist(), strict=True)),
+            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            warnings=describe_warnings(self._run),
+        )
+
+    def _collect(self) -> None:
+        """Takes rows and phase changes out of the kernel's buffers."""
+        run, outlet = self._run, self._outlet
+        if outlet.num_rows > ROWS_BEFORE_PAUSE:
+            self._rows.append(rows_in(outlet, self.shape.num_columns).copy())
+            outlet.num_rows = 0
+        if self._keeps_trace:
+            for t, contact, before, after in outlet.changes[: run.num_changes].tolist():
+                self._changes.append(
+                    PhaseChange(
+                        time=t,
+                        contact=int(contact),
+                        from_phase=ContactPhase(int(before)),
+                        to_phase=ContactPhase(int(after)),
+                    )
+                )
+        run.num_changes = 0
+
+    def _change_parameters(self, t: float) -> None:
+        """Goes over to the parameters that hold from ``t`` on."""
+        due = [change for change in self._pending if change.time == t]
+        self._pending = self._pending[len(due) :]
+        before = self._model
+        self._present = with_values(
+            self._present, {change.parameter: _plain(change) for change in due}
+        )
+        self._model = pack_model(self._present)
+        for change in due:
+            _reset_estimate(self._run, self._present, change)
+        self._same_ticks = before.law.period == self._model.law.period
+        self._first = False
+        self._run.begun = 0
+
+    def _finish(self, status: int) -> None:
+        if status == REACHED:
+            self.outcome = Outcome.COMPLETED
+            return
+        contact = int(self._run.concerned)
+        trace = Trace.from_rows(self.shape, self._last_row())
+        self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
+
+    def _all_rows(self) -> np.ndarray:
+        rows = rows_in(self._outlet, self.shape.num_columns)
+        if self._run.tally.rows == 0:
+            return _start_row(self.shape, self.scenario)
+        if self._rows:
+            return np.concatenate([*self._rows, rows])
+        # The buffer is written on while the run goes on.
+        return rows if self.finished else rows.copy()
+
+    def _last_row(self) -> np.ndarray:
+        if self._run.tally.rows == 0:
+            return _start_row(self.shape, self.scenario)
+        if self._keeps_trace:
+            rows = rows_in(self._outlet, self.shape.num_columns)
+            return rows[-1:] if len(rows) else self._rows[-1][-1:]
+        return last_row(self._model, self._run)
+
+
+def _initial_run(scenario: Scenario) -> Record:
+    run = make_progress()
+    offset = 6 + 2 * len(scenario.fingers)
+    run.step.start.x[:3] = scenario.trajectory.start
+    run.step.start.x[offset : offset + len(scenario.estimates)] = [
+        estimate.initial for estimate in scenario.estimates
+    ]
+    return run
+
+
+def _plain(change: Change) -> object:
+    return list(change.value) if isinstance(change.value, tuple) else change.value
+
+
+def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
+    """A timed change of an initial estimate sets the estimate anew."""
+    head, _, tail = change.parameter.partition(".")
+    index, _, field = tail.partition(".")
+    if head == "estimates" and field == "initial":
+        offset = 6 + 2 * len(scenario.fingers)
+        run.step.start.x[offset + int(index)] = scenario.estimates[int(index)].initial
+
+
+def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
+    """All that is known of a run whose first row is not finite: where it starts."""
+    row = np.zeros((1, shape.num_columns))
+    row[0, 1:4] = scenario.trajectory.start
+    return row
