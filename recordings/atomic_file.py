@@ -8,7 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from recordings.exceptions import RecordingExistsError, RecordingWriteError
+from recordings.exceptions import (
+    RecordingBusyError,
+    RecordingExistsError,
+    RecordingWriteError,
+)
 from recordings.file_lock import try_lock
 
 __all__ = ["PART_SUFFIX", "atomic_file", "part_of"]
@@ -36,6 +40,7 @@ def atomic_file(
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
+        RecordingBusyError: If its ``.part`` exists.
         RecordingWriteError: If the disk or its permissions do not allow it.
     """
     part = path.with_name(path.name + part_suffix)
@@ -44,7 +49,7 @@ def atomic_file(
     try:
         stream = _create(part)
     except FileExistsError:
-        raise RecordingWriteError(path, _words_for_existing(part)) from None
+        raise RecordingBusyError(path, _words_for_existing(part)) from None
     except OSError as error:
         raise RecordingWriteError(path, _words(error)) from error
     complete = False

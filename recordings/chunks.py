@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from core.trace import Trace, TraceShape
 from core.types import PhaseChange
 from recordings.container import ChannelBlock, McapContainer
+from recordings.foxglove import DisplayLayout, FrameClock
 from recordings.packing import MessageLayout
 from recordings.schemas import (
     CHECKPOINTS,
@@ -45,10 +46,21 @@ class ChunkWriter:
         container: Where they go.
         shape: Shape of the samples.
         documents: Hash of what stands before them.
+        display: Layouts of the display topics.
+        clock: Which samples they show.
     """
 
-    def __init__(self, container: McapContainer, shape: TraceShape, documents: bytes) -> None:
+    def __init__(
+        self,
+        container: McapContainer,
+        shape: TraceShape,
+        documents: bytes,
+        display: Sequence[DisplayLayout],
+        clock: FrameClock,
+    ) -> None:
         self._container = container
+        self._display = display
+        self._clock = clock
         self._shape = shape
         self._documents = np.frombuffer(documents, "<u8")
         self._state = StateHash()
@@ -77,7 +89,9 @@ class ChunkWriter:
         time = changes[-1].time if changes else 0.0
         if len(rows):
             time = rows[-1, 0]
-            self._add_samples(chunk, Trace.from_rows(self._shape, rows))
+            trace = Trace.from_rows(self._shape, rows)
+            self._add_samples(chunk, trace)
+            self._add_display(chunk, trace)
         if changes:
             self._add_one_by_one(chunk, PHASE_CHANGES, _columns_of_changes(changes))
         self._state.add_samples(rows)
@@ -92,6 +106,16 @@ class ChunkWriter:
             columns["t"] = trace.times
             self._pack(layout, table[layout.topic.name], columns)
         chunk.add(table, {layout.topic.name: layout.channel for layout in self._samples})
+
+    def _add_display(self, chunk: _Chunk, trace: Trace) -> None:
+        shown = self._clock.take(trace.times) if self._display else np.empty(0, np.intp)
+        if len(shown) == 0:
+            return
+        for layout in self._display:
+            table = np.empty(len(shown), [(layout.topic, layout.record_type)])
+            first = self._container.message_counts[layout.channel]
+            layout.pack(table[layout.topic], trace[shown], first)
+            chunk.add(table, {layout.topic: layout.channel})
 
     def _add_one_by_one(self, chunk: _Chunk, topic: Topic, columns: Columns) -> None:
         layout = self.layouts[topic]

@@ -64,13 +64,16 @@ class Ending:
     state_hash: str
 
 
-def start_document(shape: TraceShape, provenance: Provenance) -> dict[str, str]:
+def start_document(
+    shape: TraceShape, provenance: Provenance, display_rate: float
+) -> dict[str, str]:
     """Versions of format and program, seed, and the widths of the signals."""
     return {
         "format": str(FORMAT_VERSION),
         "program": provenance.program,
         "kernel": provenance.kernel,
         "seed": "none",
+        "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),
     }

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Self
 
 from core.exceptions import SlipgraspError
 
 __all__ = [
     "AlteredRecordingError",
+    "AnnotationError",
     "DamagedRecordingError",
+    "FolderInUseError",
     "ForeignRecordingError",
     "NewerRecordingError",
     "NothingToRecoverError",
+    "QueryError",
+    "RecordingBusyError",
+    "RecordingChangedError",
     "RecordingError",
     "RecordingExistsError",
     "RecordingNotFoundError",
     "RecordingWriteError",
+    "StorageFullError",
+    "UploadError",
 ]
 
 
@@ -38,6 +47,14 @@ class RecordingExistsError(RecordingError):
         super().__init__(
             f"'{_shown(path)}' already exists; it is replaced only on request (--force)"
         )
+
+
+class RecordingBusyError(RecordingError):
+    """A file of that name is being written, or was left by a writer that was killed."""
+
+    def __init__(self, path: Path, cause: str) -> None:
+        self.path = path
+        super().__init__(f"cannot write '{_shown(path)}': {cause}")
 
 
 class RecordingWriteError(RecordingError):
@@ -84,6 +101,77 @@ class NothingToRecoverError(RecordingError):
 
     def __init__(self, name: str | Path, finding: str) -> None:
         super().__init__(f"there is nothing to recover from '{_shown(name)}': {finding}")
+
+
+class AnnotationError(RecordingError):
+    """A name, notes or tags beyond what may be written about a run."""
+
+    def __init__(self, field: str, finding: str) -> None:
+        self.field = field
+        super().__init__(f"{field}: {finding}")
+
+
+class QueryError(RecordingError):
+    """A search of the recordings that names something unknown, or cannot be read.
+
+    Attributes:
+        value: What was asked for.
+        known: What can be asked for instead; empty where there is no list of it.
+    """
+
+    def __init__(self, value: str, finding: str, known: Sequence[str] = ()) -> None:
+        self.value = value
+        self.known = tuple(known)
+        super().__init__(finding)
+
+
+class RecordingChangedError(RecordingError):
+    """What is stored of a run is no longer what the change was made for."""
+
+    def __init__(self, run_id: str) -> None:
+        super().__init__(f"run '{_shown(run_id)}' was changed meanwhile; read it again")
+
+
+class UploadError(RecordingError):
+    """A file that was sent is no recording that can be kept."""
+
+
+class StorageFullError(RecordingError):
+    """There is no room for another recording, by the quota of the folder or on its disk."""
+
+    @classmethod
+    def over_quota(cls, folder: Path, used: int, quota: int) -> Self:
+        """The files of the folder take as much as they may, or would with what is to come."""
+        return cls(
+            f"the recordings in '{_shown(folder)}' take {_size(used)} of the {_size(quota)} they "
+            "may take and there is no room for another; delete some, or raise the quota"
+        )
+
+    @classmethod
+    def low_disk(cls, folder: Path, free: int, floor: int) -> Self:
+        """The disk would be left with less than must stay free."""
+        return cls(
+            f"the disk of '{_shown(folder)}' has {_size(free)} free and {_size(floor)} must stay "
+            "free; delete recordings or other files"
+        )
+
+
+class FolderInUseError(RecordingError):
+    """Another service keeps its recordings in the same folder."""
+
+    def __init__(self, folder: Path, owner: str) -> None:
+        by = f" (process {owner})" if owner else ""
+        super().__init__(
+            f"another service keeps its recordings in '{_shown(folder)}'{by}; stop it, or choose "
+            "another folder with --data-dir"
+        )
+
+
+def _size(num_bytes: int) -> str:
+    for unit, factor in (("TB", 10**12), ("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if num_bytes >= factor:
+            return f"{num_bytes / factor:.4g} {unit}"
+    return f"{num_bytes} bytes"
 
 
 def _shown(name: str | Path) -> str:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from recordings.schemas import Field, Topic
 
-__all__ = ["MessageLayout", "to_log_times"]
+__all__ = ["MESSAGE_HEAD", "MessageLayout", "fill_heads", "to_log_times"]
 
-_MESSAGE_HEAD = np.dtype(
+MESSAGE_HEAD = np.dtype(
     [
         ("opcode", "u1"),
         ("length", "<u8"),
@@ -58,7 +58,7 @@ class MessageLayout:
         self._present = [field for field in topic.fields if self._widths[field.name] > 0]
         self._tags = {f.name: self._tag(f) for f in self._present}
         self.payload_type = np.dtype([entry for f in self._present for entry in self._entries(f)])
-        self.record_type = np.dtype([("head", _MESSAGE_HEAD), ("payload", self.payload_type)])
+        self.record_type = np.dtype([("head", MESSAGE_HEAD), ("payload", self.payload_type)])
 
     def _tag(self, field: Field) -> NDArray[np.uint8]:
         """The bytes before the value: field number with wire type, and a list's length."""
@@ -85,12 +85,8 @@ class MessageLayout:
             columns: For each field one entry or row per message; ``t`` in [s].
             first_sequence: Sequence number of the first message.
         """
-        head, payload = records["head"], records["payload"]
-        head["opcode"] = Opcode.MESSAGE
-        head["length"] = self.record_type.itemsize - OPCODE_AND_LENGTH_BYTES
-        head["channel"] = self.channel
-        head["sequence"] = first_sequence + np.arange(len(records))
-        head["log_time"] = head["publish_time"] = to_log_times(columns["t"])
+        fill_heads(records, self.channel, columns["t"], first_sequence)
+        payload = records["payload"]
         for field in self._present:
             payload[f"{field.name} tag"] = self._tags[field.name]
             values = columns[field.name]
@@ -120,6 +116,25 @@ class MessageLayout:
             return np.empty((len(messages), 0))
         values = np.ascontiguousarray(messages[field.name])
         return _from_zigzag(values) if field.kind == "sint32" else values
+
+
+def fill_heads(
+    records: NDArray[Any], channel: int, times: NDArray[np.float64], first_sequence: int
+) -> None:
+    """Fills what stands before the payload of message records.
+
+    Args:
+        records: The records, shape ``(messages,)``, with a field ``head``; changed in place.
+        channel: Id of their channel.
+        times: Their times [s].
+        first_sequence: Sequence number of the first message.
+    """
+    head = records["head"]
+    head["opcode"] = Opcode.MESSAGE
+    head["length"] = records.dtype.itemsize - OPCODE_AND_LENGTH_BYTES
+    head["channel"] = channel
+    head["sequence"] = first_sequence + np.arange(len(records))
+    head["log_time"] = head["publish_time"] = to_log_times(times)
 
 
 def to_log_times(times: NDArray[np.float64]) -> NDArray[np.uint64]:

@@ -11,6 +11,7 @@ from core.types import ContactPhase
 __all__ = [
     "CONE",
     "FINGERS",
+    "GHOST",
     "GROUND",
     "JOINT",
     "LINK",
@@ -48,6 +49,8 @@ MOUNT: Rgb = (88, 98, 114)
 GROUND: Rgb = (176, 182, 190)
 OBJECT: Rgb = (226, 221, 208)
 OBJECT_EDGE: Rgb = (120, 112, 96)
+GHOST: Rgb = (0, 133, 97)
+"""Outline of the pose that the object should have."""
 CONE: Rgb = (70, 76, 88)
 MUTED: Rgb = (120, 128, 140)
 MARK: Rgb = (30, 30, 30)

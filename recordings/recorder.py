@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from core.result import RunResult
@@ -19,11 +20,12 @@ from core.simulation import Simulation
 from core.simulator import run_to_end
 from core.types import Outcome, Reason, RunWarning
 from recordings.atomic_file import part_of
-from recordings.exceptions import RecordingError, RecordingWriteError
+from recordings.exceptions import RecordingError, RecordingExistsError, RecordingWriteError
+from recordings.foxglove import DISPLAY_RATE
 from recordings.reader import read_unfinished
 from recordings.writer import RecordingWriter, write_recording
 
-__all__ = ["FLUSH_INTERVAL", "SYNC_INTERVAL", "Recorded", "record", "unsaved"]
+__all__ = ["FLUSH_INTERVAL", "REGULAR_SUFFIX", "SYNC_INTERVAL", "Recorded", "record", "unsaved"]
 
 FLUSH_INTERVAL = 0.25
 SYNC_INTERVAL = 1.0
@@ -42,7 +44,7 @@ class Recorded:
     """
 
     result: RunResult
-    failure: RecordingWriteError | None
+    failure: RecordingError | None
 
 
 def record(
@@ -50,6 +52,7 @@ def record(
     path: Path,
     *,
     overwrite: bool = False,
+    display_rate: float = DISPLAY_RATE,
     progress: Callable[[float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     wall_limit: float | None = None,
@@ -63,6 +66,7 @@ def record(
         scenario: What to simulate.
         path: The file to write.
         overwrite: Whether an existing file is replaced.
+        display_rate: How often the display topics show hand and object, 0 for never [Hz].
         progress: Called with the simulated share, 0 to 1, after every piece.
         should_stop: Asked after every piece; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
@@ -70,31 +74,42 @@ def record(
     Raises:
         ScenarioError: If the scenario cannot be simulated.
         RecordingExistsError: If the file exists and may not be replaced.
-        RecordingWriteError: If it cannot be begun.
+        RecordingBusyError: If its ``.part`` exists.
     """
     simulation = Simulation(scenario)
+    recorder: _Recorder | None = None
     result: RunResult | None = None
+
+    def watch(simulation: Simulation) -> None:
+        if recorder is not None:
+            recorder.take(simulation)
+        if progress is not None:
+            progress(simulation.progress)
+
+    run = partial(run_to_end, simulation, watch, should_stop=should_stop, wall_limit=wall_limit)
+    writer = RecordingWriter(
+        path,
+        scenario,
+        simulation.shape,
+        overwrite=overwrite,
+        display_rate=display_rate,
+        keep_part=True,
+    )
     try:
-        with RecordingWriter(
-            path, scenario, simulation.shape, overwrite=overwrite, keep_part=True
-        ) as writer:
+        with writer:
             recorder = _Recorder(writer)
-
-            def watch(simulation: Simulation) -> None:
-                recorder.take(simulation)
-                if progress is not None:
-                    progress(simulation.progress)
-
-            run_to_end(simulation, watch, should_stop=should_stop, wall_limit=wall_limit)
+            run()
             result = simulation.result()
             recorder.finish(result)
-    except RecordingWriteError as failure:
+    except (RecordingExistsError, RecordingWriteError) as failure:
         if result is None:
-            raise
+            if isinstance(failure, RecordingExistsError):
+                raise
+            run()
         _drop_if_empty(part_of(path))
-        return Recorded(unsaved(result, failure), failure)
+        return Recorded(unsaved(simulation.result(), failure), failure)
     if not writer.is_regular:
-        _make_regular(result, path)
+        _make_regular(result, path, display_rate)
     return Recorded(result, None)
 
 
@@ -169,8 +184,14 @@ def _drop_if_empty(part: Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def _make_regular(result: RunResult, path: Path) -> None:
+def _make_regular(result: RunResult, path: Path, display_rate: float) -> None:
     """Lays the file of a slow run out as that of a fast one: equal runs are equal files."""
     # Where there is no room for it, the file that is there already is as good to read.
     with suppress(RecordingWriteError):
-        write_recording(result, path, overwrite=True, part_suffix=REGULAR_SUFFIX)
+        write_recording(
+            result,
+            path,
+            overwrite=True,
+            display_rate=display_rate,
+            part_suffix=REGULAR_SUFFIX,
+        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from recordings.atomic_file import PART_SUFFIX
 from recordings.exceptions import NothingToRecoverError, RecordingError
 from recordings.file_lock import try_lock
 from recordings.reader import read_recording, read_unfinished
+from recordings.recorder import REGULAR_SUFFIX
 from recordings.writer import write_recording
 
 __all__ = ["Recovered", "recover", "recover_orphans", "recovered_name"]
@@ -19,6 +21,7 @@ __all__ = ["Recovered", "recover", "recover_orphans", "recovered_name"]
 RECORDING_SUFFIX = ".mcap"
 DAMAGED_SUFFIX = ".damaged"
 RECOVERING_SUFFIX = ".recovering.part"
+COPY_SUFFIXES = (RECOVERING_SUFFIX, REGULAR_SUFFIX)
 
 _logger = logging.getLogger(__name__)
 
@@ -50,7 +53,7 @@ def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered
         NothingToRecoverError: If the file is whole, or holds no sample.
         RecordingError: If it cannot be read at all, or the output cannot be written.
     """
-    if _is_whole(source):
+    if source.suffix != PART_SUFFIX and _is_whole(source):
         raise NothingToRecoverError(source, "it is a whole recording")
     unfinished = read_unfinished(source)
     write_recording(unfinished.result, output, overwrite=overwrite, part_suffix=RECOVERING_SUFFIX)
@@ -67,9 +70,12 @@ def recovered_name(source: Path) -> Path:
 def recover_orphans(folder: Path) -> list[Recovered]:
     """Recovers every recording in a folder that nobody writes any more.
 
-    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but a part whose
-    whole content lies in a recording.
+    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but what lies in
+    another file whole.
     """
+    for suffix in COPY_SUFFIXES:
+        for copy in folder.glob(f"*{RECORDING_SUFFIX}{suffix}"):
+            _delete_if_orphaned(copy)
     found: list[Recovered] = []
     for part in sorted(folder.glob(f"*{RECORDING_SUFFIX}{PART_SUFFIX}")):
         try:
@@ -94,6 +100,12 @@ def _recover_orphan(part: Path) -> Recovered:
     os.utime(recovered.path, ns=(times.st_atime_ns, times.st_mtime_ns))
     part.unlink()
     return recovered
+
+
+def _delete_if_orphaned(copy: Path) -> None:
+    with suppress(OSError), copy.open("rb") as stream:
+        if try_lock(stream):
+            copy.unlink()
 
 
 def _is_whole(path: Path) -> bool:

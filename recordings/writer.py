@@ -34,8 +34,9 @@ from recordings.documents import (
     stop_document,
 )
 from recordings.exceptions import RecordingWriteError
+from recordings.foxglove import DISPLAY_RATE, DisplayLayout, FrameClock, display_layouts
 from recordings.packing import MessageLayout
-from recordings.schemas import SCHEMA_VERSION, file_descriptor_set
+from recordings.schemas import OWN_TOPICS, SCHEMA_VERSION, file_descriptor_set
 
 __all__ = ["RecordingWriter", "write_recording"]
 
@@ -48,6 +49,7 @@ def write_recording(
     path: Path,
     *,
     overwrite: bool = False,
+    display_rate: float = DISPLAY_RATE,
     part_suffix: str = PART_SUFFIX,
 ) -> None:
     """Writes a run as an MCAP file, complete or not at all.
@@ -58,6 +60,7 @@ def write_recording(
         result: The run.
         path: The file to write.
         overwrite: Whether an existing file is replaced.
+        display_rate: How often the display topics show hand and object, 0 for never [Hz].
         part_suffix: What the file's name ends with until it is complete.
 
     Raises:
@@ -70,6 +73,7 @@ def write_recording(
         result.trace.shape,
         provenance=result.provenance,
         overwrite=overwrite,
+        display_rate=display_rate,
         part_suffix=part_suffix,
     ) as writer:
         writer.write(result.trace, result.phase_changes)
@@ -88,6 +92,7 @@ class RecordingWriter:
         shape: Shape of the samples to come.
         provenance: What computes the run; this process if None.
         overwrite: Whether an existing file is replaced.
+        display_rate: How often the display topics show hand and object, 0 for never [Hz].
         part_suffix: What the file's name ends with until it is complete.
         keep_part: Whether an error leaves what was written so far, to be recovered.
     """
@@ -100,6 +105,7 @@ class RecordingWriter:
         *,
         provenance: Provenance | None = None,
         overwrite: bool = False,
+        display_rate: float = DISPLAY_RATE,
         part_suffix: str = PART_SUFFIX,
         keep_part: bool = False,
     ) -> None:
@@ -108,6 +114,7 @@ class RecordingWriter:
         self._shape = shape
         self._provenance = provenance or present_provenance()
         self._overwrite = overwrite
+        self._display_rate = display_rate
         self._part_suffix = part_suffix
         self._keep_part = keep_part
         self._rows = np.empty((0, shape.num_columns))
@@ -192,38 +199,46 @@ class RecordingWriter:
         """Writes everything that stands before the first sample."""
         library = f"slipgrasp {self._provenance.program}"
         self._container = McapContainer(stream, profile=PROFILE, library=library)
-        start = start_document(self._shape, self._provenance)
+        start = start_document(self._shape, self._provenance, self._display_rate)
         self._container.add_metadata(START, start)
         scenario = scenario_document(self._scenario)
         self._container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
         parameters = parameters_document()
         self._container.add_attachment(PARAMETERS_ATTACHMENT, "application/json", parameters)
         self._documents = documents_hash(start, scenario)
-        self._chunks = ChunkWriter(self._container, self._shape, self._documents)
+        display: tuple[DisplayLayout, ...] = ()
+        if self._display_rate > 0.0:
+            display = display_layouts(self._scenario, len(OWN_TOPICS) + 1)
+        clock = FrameClock(self._display_rate)
+        self._chunks = ChunkWriter(self._container, self._shape, self._documents, display, clock)
         self._channels: dict[str, int] = {}
         for layout in self._chunks.layouts.values():
-            self._register(layout)
+            self._register_own(layout)
+        for shown in display:
+            self._register(shown.channel, shown.topic, shown.schema_name, shown.schema, {})
         self._stream.flush()
 
-    def _register(self, layout: MessageLayout) -> None:
+    def _register_own(self, layout: MessageLayout) -> None:
         topic = layout.topic
-        schema = Schema(
-            id=layout.channel,
-            name=topic.schema_name,
-            encoding="protobuf",
-            data=file_descriptor_set(topic),
-        )
         texts = {field.name: field.text for field in topic.fields}
-        channel = Channel(
-            id=layout.channel,
-            topic=topic.name,
-            message_encoding="protobuf",
-            schema_id=schema.id,
-            metadata={"schema_version": str(SCHEMA_VERSION), **texts},
+        metadata = {"schema_version": str(SCHEMA_VERSION), **texts}
+        descriptors = file_descriptor_set(topic)
+        self._register(layout.channel, topic.name, topic.schema_name, descriptors, metadata)
+
+    def _register(
+        self, number: int, topic: str, name: str, schema: bytes, metadata: dict[str, str]
+    ) -> None:
+        self._container.add_schema(Schema(id=number, name=name, encoding="protobuf", data=schema))
+        self._container.add_channel(
+            Channel(
+                id=number,
+                topic=topic,
+                message_encoding="protobuf",
+                schema_id=number,
+                metadata=metadata,
+            )
         )
-        self._container.add_schema(schema)
-        self._container.add_channel(channel)
-        self._channels[topic.name] = layout.channel
+        self._channels[topic] = number
 
     def _write_chunk(self, rows: NDArray[np.float64]) -> None:
         """Writes samples with the phase changes before the last of them."""

@@ -12,17 +12,19 @@ from benchmarks.faults.bombs import defuse_all
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.kills import kill_writers
+from benchmarks.faults.services import kill_services
 from benchmarks.report import Table
 
 __all__ = ["run"]
 
 KILLS = 100
+SERVICE_KILLS = 20
 FLIPS = 2000
 
 
 def run(_docs: Path | None = None) -> list[Table]:
     """The tables ``faults`` and ``bombs``."""
-    kills = kill_writers(KILLS, seed=1)
+    kills, services = kill_writers(KILLS, seed=1), kill_services(SERVICE_KILLS, seed=1)
     cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
     failures, power = fail_every_write(), cut_the_power(seed=1)
     rows = (
@@ -30,6 +32,11 @@ def run(_docs: Path | None = None) -> list[Table]:
             "SIGKILL while a run is written, at a random moment",
             f"{kills.count} of {kills.count} still writing, {kills.readable} readable up to the "
             f"last flush ({kills.fewest} to {kills.most} samples)",
+        ),
+        (
+            "SIGKILL of a service that records two runs",
+            f"{services.count} of {services.count} restarted, all {services.recovered} runs listed "
+            f"as recovered, after {services.slowest:.1f} s at most",
         ),
         (
             "cut off after every byte",

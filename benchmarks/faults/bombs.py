@@ -37,6 +37,7 @@ from recordings.documents import (
     stop_document,
 )
 from recordings.exceptions import RecordingError
+from recordings.foxglove import FrameClock
 from recordings.reader import read_recording, read_unfinished
 
 __all__ = ["BOMBS", "Defused", "defuse", "defuse_all", "write_bombs"]
@@ -84,7 +85,7 @@ class Bomb:
         shape = TraceShape(2, tuple(estimate.parameter for estimate in scenario.estimates))
         self.stream = stream
         self.container = McapContainer(stream, profile=PROFILE, library="bomb")
-        self.start = start_document(shape, present_provenance())
+        self.start = start_document(shape, present_provenance(), 0.0)
         self.container.add_metadata(START, self.start)
         self.container.add_attachment(
             SCENARIO_ATTACHMENT, "application/json", scenario_document(scenario)
@@ -181,7 +182,7 @@ def _finish_run(bomb: Bomb, scenario: bytes) -> None:
     run, container = small_run(), bomb.container
     container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
     documents = documents_hash(bomb.start, scenario)
-    chunks = ChunkWriter(container, run.trace.shape, documents)
+    chunks = ChunkWriter(container, run.trace.shape, documents, (), FrameClock(0.0))
     for layout in chunks.layouts.values():
         container.add_channel(
             Channel(

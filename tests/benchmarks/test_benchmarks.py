@@ -13,6 +13,7 @@ import pytest
 from benchmarks import memory, onset, scaling
 from benchmarks.__main__ import PARTS, main
 from benchmarks.batch import compare_batches, vary
+from benchmarks.catalogue import measure_catalogue
 from benchmarks.charts import draw_scaling, draw_work_precision, save
 from benchmarks.hands import holding_hand
 from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
@@ -280,4 +281,10 @@ def test_unknown_part_is_refused_with_the_known_ones(capsys):
 def test_recording_is_measured_on_the_file_it_writes():
     table = measure_recording(rounds=1, duration=0.2)
     assert min(column(table, 1)) > 0.0
-    assert "rows." in table.notes[0]
+    assert "frames." in table.notes[1]
+
+
+def test_catalogue_is_measured_on_pages_that_it_gives():
+    table = measure_catalogue(rounds=1, count=30)
+    assert table.heads[0] == "30 recordings" and len(table.rows) == 5
+    assert min(column(table, 1)) >= 0.0 and "all 60 files" in table.notes[0]

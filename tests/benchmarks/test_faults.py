@@ -4,12 +4,18 @@ from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, defuse, write_bombs
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.kills import kill_writers
+from benchmarks.faults.services import kill_services
 
 
 def test_what_a_killed_process_had_flushed_is_read_to_the_last_sample():
     kills = kill_writers(2, seed=3, duration=300.0)
     assert kills.readable == kills.count == 2
     assert kills.fewest > 1000
+
+
+def test_a_service_that_is_killed_lists_its_runs_as_recovered_when_it_starts_again():
+    kills = kill_services(1, seed=3)
+    assert (kills.count, kills.recovered) == (1, 2)
 
 
 def test_files_cut_off_anywhere_are_refused_and_unfinished_ones_give_a_prefix():

@@ -67,7 +67,7 @@ def test_a_file_cut_off_anywhere_gives_a_prefix_or_says_that_nothing_is_left(par
     data = part.read_bytes()
     cut = tmp_path / "cut.mcap"
     lengths = []
-    for length in range(len(data) - 6000, len(data), 17):
+    for length in range(0, len(data), 67):
         cut.write_bytes(data[:length])
         try:
             result = read_unfinished(cut).result
@@ -155,6 +155,26 @@ def test_a_part_that_is_being_written_is_left_alone(part, tmp_path):
         assert try_lock(stream)
         assert recover_orphans(tmp_path) == []
     assert [file.name for file in tmp_path.iterdir()] == [growing.name]
+
+
+def test_a_part_that_lacks_only_its_name_becomes_the_recording_it_is(small, tmp_path):
+    write_recording(small, tmp_path / "abc.mcap")
+    data = (tmp_path / "abc.mcap").read_bytes()
+    (tmp_path / "abc.mcap").rename(tmp_path / "abc.mcap.part")
+
+    recover_orphans(tmp_path)
+
+    assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap"]
+    assert (tmp_path / "abc.mcap").read_bytes() == data
+
+
+def test_copies_that_were_not_finished_go_and_what_they_copied_stays(part, small, tmp_path):
+    write_recording(small, tmp_path / "abc.mcap")
+    for suffix in (".regular.part", ".recovering.part"):
+        shutil.copy(part, tmp_path / f"abc.mcap{suffix}")
+
+    assert recover_orphans(tmp_path) == []
+    assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap"]
 
 
 def test_an_orphan_without_a_sample_is_kept_under_another_name(part, tmp_path):

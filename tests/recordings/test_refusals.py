@@ -23,6 +23,7 @@ from recordings import (
 )
 from recordings.container import McapContainer
 from recordings.documents import START, start_document
+from recordings.exceptions import RecordingBusyError
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +80,7 @@ def test_a_recording_of_a_newer_format_is_refused_with_the_way_out(small, tmp_pa
     with (tmp_path / "newer.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 99")
         container.add_metadata(
-            START, {**start_document(small.trace.shape, small.provenance), "format": "99"}
+            START, {**start_document(small.trace.shape, small.provenance, 0.0), "format": "99"}
         )
         container.finish()
 
@@ -90,7 +91,7 @@ def test_a_recording_of_a_newer_format_is_refused_with_the_way_out(small, tmp_pa
 def test_a_recording_without_an_ending_is_damaged(small, tmp_path):
     with (tmp_path / "cut.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 1")
-        container.add_metadata(START, start_document(small.trace.shape, small.provenance))
+        container.add_metadata(START, start_document(small.trace.shape, small.provenance, 0.0))
         container.finish()
 
     with pytest.raises(DamagedRecordingError, match="missing"):
@@ -135,7 +136,7 @@ def assert_bomb_is_refused(small, folder, content, claimed):
     )
     with (folder / "bomb.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 1")
-        container.add_metadata(START, start_document(small.trace.shape, small.provenance))
+        container.add_metadata(START, start_document(small.trace.shape, small.provenance, 0.0))
         stream.write(struct.pack("<BQ", 6, len(chunk) + len(compressed)) + chunk + compressed)
         container.finish()
 
@@ -190,7 +191,7 @@ def test_a_failed_overwrite_leaves_the_file_that_was_there(small, tmp_path):
 def test_two_writers_of_one_file_keep_apart(small, tmp_path):
     (tmp_path / "run.mcap.part").write_bytes(b"another run is writing")
 
-    with pytest.raises(RecordingWriteError, match=r"run\.mcap\.part"):
+    with pytest.raises(RecordingBusyError, match=r"run\.mcap\.part.*slipgrasp recover"):
         write_recording(small, tmp_path / "run.mcap")
     assert (tmp_path / "run.mcap.part").read_bytes() == b"another run is writing"
 
