@@ -24,6 +24,8 @@ PARTS = {
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "recording": "writing and reading a recording, a slider's change",
+    "catalogue": "searching a folder of 10 000 recordings",
+    "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
 
 

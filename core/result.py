@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from functools import cache
 from typing import Any
 
 from core.provenance import Provenance
 from core.scenario import Scenario
-from core.trace import Trace
+from core.trace import OBJECT_COORDINATES, Trace
 from core.types import Outcome, PhaseChange, Reason, RunWarning
 
-__all__ = ["Metrics", "RunResult", "RunSummary"]
+__all__ = ["Metrics", "RunResult", "RunSummary", "metric_names"]
+
+_PER_CONTACT = ("slip_path", "peak_normal_force", "minimum_friction_margin")
+_PER_COORDINATE = ("rms_tracking_error", "final_tracking_error")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +44,32 @@ class Metrics:
     final_tracking_error: tuple[float, float, float]
     torque_effort: float
     phase_change_count: int
+
+    def flattened(self) -> dict[str, float | int | bool | None]:
+        """One value per name of `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
+        values: list[float | int | bool | None] = []
+        for field in fields(self):
+            value = getattr(self, field.name)
+            values += value if isinstance(value, tuple) else [value]
+        return dict(zip(metric_names(len(self.slip_path)), values, strict=True))
+
+
+@cache
+def metric_names(num_contacts: int) -> tuple[str, ...]:
+    """Names of the single values of `Metrics`: contacts by index, coordinates by letter.
+
+    Args:
+        num_contacts: Fingers of the hand.
+    """
+    names: list[str] = []
+    for field in fields(Metrics):
+        if field.name in _PER_CONTACT:
+            names += [f"{field.name}_{contact}" for contact in range(num_contacts)]
+        elif field.name in _PER_COORDINATE:
+            names += [f"{field.name}_{coordinate}" for coordinate in OBJECT_COORDINATES]
+        else:
+            names.append(field.name)
+    return tuple(names)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,9 +7,14 @@ recording's messages and of the charts; nothing else defines it again.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 __all__ = ["SIGNALS", "Signal", "Trace", "TraceShape"]
 
@@ -176,8 +181,8 @@ class Trace:
     def __len__(self) -> int:
         return len(self.times)
 
-    def __getitem__(self, rows: slice) -> Trace:
-        """The trace of some of the rows; its arrays are views."""
+    def __getitem__(self, rows: slice | NDArray[np.intp]) -> Trace:
+        """The trace of some of the rows; of a slice its arrays are views."""
         arrays = {signal.name: getattr(self, signal.name)[rows] for signal in SIGNALS}
         return Trace(shape=self.shape, **arrays)
 
@@ -191,3 +196,29 @@ class Trace:
         """Energy ledger that should stay 0 [J]: stored minus initial, supplied plus dissipated."""
         stored = self.kinetic_energy + self.potential_energy
         return (stored - stored[0]) - self.supplied_energy + self.dissipated_energy
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The trace as a table: one row per sample, its index the time ``t`` [s].
+
+        Columns are called as in the CSV export, with those of all other signals too
+        (`core.columns`); phases are categories of words; ``attrs["units"]`` has the SI units.
+
+        Raises:
+            MissingPackageError: If pandas is not installed.
+        """
+        from core.frames import trace_to_pandas
+
+        return trace_to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The trace as labelled arrays: one variable per signal, with its unit.
+
+        Dimensions are time, coordinate (x, y, theta), contact, joint (finger_joint) and
+        unknown (dotted keys); phases are the numbers of `core.types.ContactPhase`.
+
+        Raises:
+            MissingPackageError: If xarray is not installed.
+        """
+        from core.frames import trace_to_xarray
+
+        return trace_to_xarray(self)

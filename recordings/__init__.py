@@ -1,6 +1,5 @@
 """Runs as MCAP files: written, read back bit for bit, kept in a folder, exported as CSV."""
 
-from recordings.csv_export import csv_columns, write_csv
 from recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
@@ -10,6 +9,7 @@ from recordings.exceptions import (
     RecordingNotFoundError,
     RecordingWriteError,
 )
+from recordings.export import csv_columns, write_csv
 from recordings.reader import read_recording
 from recordings.store import RecordingStore, StoredRun, default_data_directory
 from recordings.writer import RecordingWriter, write_recording

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -81,7 +81,8 @@ def _create(part: Path) -> BinaryIO:
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     stream = os.fdopen(os.open(part, flags, 0o666), "wb")
     # Where the file system has no locks, the name alone keeps writers apart.
-    try_lock(stream)
+    with suppress(OSError):
+        try_lock(stream)
     return stream
 
 

@@ -51,6 +51,8 @@ STOP = "slipgrasp/stop"
 SCENARIO_ATTACHMENT = "scenario.json"
 PARAMETERS_ATTACHMENT = "parameters.json"
 
+_MAX_DIGITS = 18
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
@@ -199,14 +201,20 @@ def parse_json(text: str | bytes) -> Any:
         ValueError: If it is not JSON, or nested deeper than any document of a recording.
     """
     try:
-        return json.loads(text)
+        return json.loads(text, parse_int=_read_integer)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
 
 
+def _read_integer(digits: str) -> int:
+    if len(digits) > _MAX_DIGITS:
+        raise ValueError(f"it holds an integer of {len(digits)} digits")
+    return int(digits)
+
+
 def _read(kind: Any, text: str) -> Any:
     """A value of a type from JSON, in which anything may stand."""
-    return _reader_of(kind).validate_python(_check_finite(parse_json(text)))
+    return _reader_of(kind).validate_python(_check_writable(parse_json(text)))
 
 
 @cache
@@ -214,8 +222,9 @@ def _reader_of(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _check_finite(value: Any) -> Any:
-    _to_json(value)
+def _check_writable(value: Any) -> Any:
+    """Finite numbers, and text that is more than halves of characters."""
+    _to_json(value).encode()
     return value
 
 

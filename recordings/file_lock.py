@@ -13,12 +13,16 @@ if sys.platform == "win32":
     _FAR_BEYOND_THE_END = 1 << 62
 
     def try_lock(stream: BinaryIO) -> bool:
-        """Locks a file until it is closed; False if another process holds it."""
+        """Locks a file until it is closed; False if another process holds it.
+
+        Raises:
+            OSError: If its file system has no locks.
+        """
         position = stream.tell()
         stream.seek(_FAR_BEYOND_THE_END)
         try:
             msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
-        except OSError:
+        except PermissionError:
             return False
         finally:
             stream.seek(position)
@@ -28,9 +32,13 @@ else:
     import fcntl
 
     def try_lock(stream: BinaryIO) -> bool:
-        """Locks a file until it is closed; False if another process holds it."""
+        """Locks a file until it is closed; False if another process holds it.
+
+        Raises:
+            OSError: If its file system has no locks.
+        """
         try:
             fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except BlockingIOError:
             return False
         return True

@@ -1,58 +1,63 @@
 """The folder where runs are kept: one recording and one sidecar per run.
 
-What the recording must not hold, so that equal runs are equal files, lies beside it in
-``ID.json``: when it was made, and title and summary for lists. The recordings alone say
-what there is; a sidecar that is missing or unreadable is derived from its recording.
+The recordings alone say what there is; see `recordings.run_folder`. Searches go by way of
+a catalogue, which is made again from the files whenever it will not do.
 """
 
 from __future__ import annotations
 
-import json
+import logging
 import os
-import re
 import secrets
 import string
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
-from typing import Any
 
 import platformdirs
 
 from core.result import RunResult
-from recordings.atomic_file import atomic_file
-from recordings.exceptions import RecordingError, RecordingNotFoundError, RecordingWriteError
+from recordings.annotations import Annotations
+from recordings.description import Description
+from recordings.exceptions import (
+    RecordingChangedError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+)
+from recordings.file_lock import try_lock
 from recordings.reader import read_recording
+from recordings.run_folder import RunFolder, iso_time
+from recordings.run_index import FoundRuns, RunIndex
+from recordings.run_query import RunQuery
+from recordings.storage_limits import StorageLimits
+from recordings.stored_run import StoredRun
+from recordings.upload import UPLOAD_SUFFIX, Upload
 from recordings.writer import write_recording
 
-__all__ = ["RecordingStore", "StoredRun", "default_data_directory"]
+__all__ = ["RecordingStore", "Reservation", "StoredRun", "default_data_directory"]
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
 
-_ID = re.compile(r"[a-z0-9]{12}")
 _DIGITS = string.digits + string.ascii_lowercase
 _TIME_DIGITS = 8
 _RANDOM_DIGITS = 4
 
+_logger = logging.getLogger(__name__)
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StoredRun:
-    """A run in the store.
+
+@dataclass(frozen=True, slots=True)
+class Reservation:
+    """A place for a run that is to be recorded.
 
     Attributes:
-        id: Its name in the store, twelve letters and digits.
-        path: Its recording.
-        created: When it was saved, ISO 8601 in UTC.
-        title: Title of its scenario.
-        summary: The run without its trace (`RunResult.summary`).
+        id: The run's name in the store.
+        path: Where its recording is to be written.
     """
 
     id: str
     path: Path
-    created: str
-    title: str
-    summary: dict[str, Any]
 
 
 def default_data_directory() -> Path:
@@ -66,12 +71,16 @@ class RecordingStore:
 
     Args:
         folder: The folder; made with the first run.
+        limits: How much may be kept there.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, limits: StorageLimits | None = None) -> None:
+        self._folder = RunFolder(folder)
+        self._index = RunIndex(self._folder)
+        self._limits = limits or StorageLimits()
         self._last_stamp = 0
         self._lock = Lock()
+        self._change_lock = Lock()
 
     def prepare(self) -> None:
         """Makes the folder if it is missing.
@@ -79,50 +88,102 @@ class RecordingStore:
         Raises:
             RecordingWriteError: If nothing can be saved there.
         """
+        folder = self._folder.path
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise RecordingWriteError(self._folder, error.strerror or "no folder") from error
-        if not os.access(self._folder, os.W_OK | os.X_OK):
-            raise RecordingWriteError(self._folder, "no permission to write in this folder")
+            raise RecordingWriteError(folder, error.strerror or "no folder") from error
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise RecordingWriteError(folder, "no permission to write in this folder")
+
+    def close(self) -> None:
+        """Closes what the store keeps open; it can still be used."""
+        self._index.close()
+
+    def reserve(self, incoming: int = 0) -> Reservation:
+        """Finds a place for a run, before it is simulated or sent.
+
+        Args:
+            incoming: Bytes of its recording, as far as known.
+
+        Raises:
+            RecordingWriteError: If nothing can be saved.
+            StorageFullError: If there is no room.
+        """
+        self.prepare()
+        self._limits.check(self._folder.path, incoming)
+        run_id = self._new_id(datetime.now(UTC))
+        return Reservation(run_id, self._folder.recording(run_id))
+
+    def register(
+        self, reservation: Reservation, result: RunResult, annotations: Annotations | None = None
+    ) -> StoredRun:
+        """Describes a run whose recording was written at its place.
+
+        Where that cannot be written the run is kept all the same; it is then described by
+        its recording.
+
+        Raises:
+            RecordingNotFoundError: If its recording was not written, or is gone.
+        """
+        try:
+            size = reservation.path.stat().st_size
+        except FileNotFoundError:
+            raise RecordingNotFoundError(reservation.id) from None
+        stored = StoredRun.of(
+            reservation.id,
+            reservation.path,
+            created=iso_time(datetime.now(UTC)),
+            size=size,
+            description=Description.from_result(result),
+            annotations=annotations or Annotations(),
+        )
+        try:
+            self._folder.write_sidecar(stored)
+        except RecordingWriteError as error:
+            _logger.warning("run %s is kept without its sidecar: %s", stored.id, error)
+        return stored
 
     def save(self, result: RunResult) -> StoredRun:
         """Keeps a run.
 
         Raises:
             RecordingWriteError: If it cannot be written; then nothing of it is left.
+            StorageFullError: If there is no room.
         """
-        self.prepare()
-        now = datetime.now(UTC)
-        run_id = self._new_id(now)
-        stored = StoredRun(
-            id=run_id,
-            path=self._recording_path(run_id),
-            created=now.isoformat(timespec="milliseconds"),
-            title=result.scenario.title,
-            summary=_plain_summary(result),
-        )
-        write_recording(result, stored.path)
-        try:
-            self._write_sidecar(stored)
-        except RecordingWriteError:
-            stored.path.unlink(missing_ok=True)
-            raise
-        return stored
+        reservation = self.reserve()
+        write_recording(result, reservation.path)
+        return self.register(reservation, result)
+
+    def upload(self, reservation: Reservation) -> Upload:
+        """What takes a recording that is sent; `register` it once it is finished."""
+        return Upload(reservation.path, self._limits)
+
+    def discard_unfinished_uploads(self) -> None:
+        """Deletes what a service left of uploads when it was killed."""
+        for part in self._folder.path.glob(f"*{UPLOAD_SUFFIX}"):
+            try:
+                if not part.is_symlink() and not _is_being_written(part):
+                    part.unlink()
+            except OSError as error:
+                _logger.warning("'%s' could not be deleted: %s", part, error.strerror)
 
     def list(self, offset: int = 0, limit: int | None = None) -> list[StoredRun]:
-        """The runs, newest first; only the sidecars of those returned are read.
+        """The runs, newest first.
 
         Args:
             offset: How many of the newest to leave out.
             limit: How many to return at most; all if None.
         """
-        ids = self._ids()[offset:]
-        return [self._stored(run_id) for run_id in (ids if limit is None else ids[:limit])]
+        return self.find(RunQuery(offset=offset, limit=limit)).runs
+
+    def find(self, query: RunQuery) -> FoundRuns:
+        """The runs that a search asks for, and how many there are."""
+        return self._index.find(query)
 
     def count(self) -> int:
         """How many runs there are."""
-        return len(self._ids())
+        return len(self._folder.scan())
 
     def get(self, run_id: str) -> StoredRun:
         """One run by its id.
@@ -130,9 +191,9 @@ class RecordingStore:
         Raises:
             RecordingNotFoundError: If there is none, whatever the id looks like.
         """
-        if not _ID.fullmatch(run_id) or not _is_file(self._recording_path(run_id)):
+        if not self._folder.holds(run_id):
             raise RecordingNotFoundError(run_id)
-        return self._stored(run_id)
+        return self._folder.read(run_id)
 
     def open(self, run_id: str) -> RunResult:
         """Reads a run back.
@@ -143,24 +204,56 @@ class RecordingStore:
         """
         return read_recording(self.get(run_id).path)
 
+    def annotate(
+        self,
+        run_id: str,
+        *,
+        name: str | None = None,
+        notes: str | None = None,
+        tags: Sequence[str] | None = None,
+        expected: Collection[str] | None = None,
+    ) -> StoredRun:
+        """Changes what is written about a run; what is None stays.
+
+        Args:
+            run_id: The run.
+            name: At most 200 printable characters.
+            notes: At most 10 000 characters.
+            tags: At most 32 of at most 64 printable characters.
+            expected: Revisions for which the change is made; any if None.
+
+        Returns:
+            The run as it is told of now.
+
+        Raises:
+            RecordingNotFoundError: If there is none.
+            AnnotationError: If name, notes or tags are beyond their bounds.
+            RecordingChangedError: If the run's revision is none of those expected.
+            RecordingWriteError: If it cannot be written; then nothing has changed.
+        """
+        given = {"name": name, "notes": notes, "tags": tags}
+        changes = {key: value for key, value in given.items() if value is not None}
+        checked = Annotations.checked(changes)
+        with self._change_lock:
+            stored = self.get(run_id)
+            if expected is not None and stored.revision not in expected:
+                raise RecordingChangedError(run_id)
+            changed = replace(stored, **{key: getattr(checked, key) for key in changes})
+            self._folder.write_sidecar(changed)
+        self._index.forget(run_id)
+        return changed
+
     def delete(self, run_id: str) -> None:
         """Removes a run for good.
 
         Raises:
             RecordingNotFoundError: If there is none.
+            RecordingError: If it cannot be removed.
         """
-        path = self.get(run_id).path
-        path.unlink(missing_ok=True)
-        self._sidecar_path(run_id).unlink(missing_ok=True)
-
-    def _ids(self) -> list[str]:
-        """Ids of all runs, newest first: they begin with the time they were made."""
-        if not self._folder.is_dir():
-            return []
-        with os.scandir(self._folder) as entries:
-            names = [e.name for e in entries if e.is_file(follow_symlinks=False)]
-        ids = [name[: -len(".mcap")] for name in names if name.endswith(".mcap")]
-        return sorted(filter(_ID.fullmatch, ids), reverse=True)
+        with self._change_lock:
+            if not self._folder.holds(run_id):
+                raise RecordingNotFoundError(run_id)
+            self._folder.delete(run_id)
 
     def _new_id(self, now: datetime) -> str:
         """An id that sorts after all that this store has made before."""
@@ -174,56 +267,7 @@ class RecordingStore:
         random = [secrets.choice(_DIGITS) for _ in range(_RANDOM_DIGITS)]
         return "".join([*reversed(digits), *random])
 
-    def _stored(self, run_id: str) -> StoredRun:
-        path = self._recording_path(run_id)
-        try:
-            sidecar = json.loads(self._sidecar_path(run_id).read_bytes())
-            return StoredRun(
-                id=run_id,
-                path=path,
-                created=str(sidecar["created"]),
-                title=str(sidecar["title"]),
-                summary=dict(sidecar["summary"]),
-            )
-        except (OSError, ValueError, TypeError, KeyError):
-            return self._derived(run_id, path)
 
-    def _derived(self, run_id: str, path: Path) -> StoredRun:
-        """A run whose sidecar cannot be used, from its recording; a damaged one says so."""
-        created = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-        title: str
-        summary: dict[str, Any] = {}
-        try:
-            result = read_recording(path)
-            title, summary = result.scenario.title, _plain_summary(result)
-        except RecordingError as error:
-            title = str(error)
-        return StoredRun(
-            id=run_id,
-            path=path,
-            created=created.isoformat(timespec="milliseconds"),
-            title=title,
-            summary=summary,
-        )
-
-    def _write_sidecar(self, stored: StoredRun) -> None:
-        document = {"created": stored.created, "title": stored.title, "summary": stored.summary}
-        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)
-        with atomic_file(self._sidecar_path(stored.id), overwrite=True) as stream:
-            stream.write(text.encode())
-
-    def _recording_path(self, run_id: str) -> Path:
-        return self._folder / f"{run_id}.mcap"
-
-    def _sidecar_path(self, run_id: str) -> Path:
-        return self._folder / f"{run_id}.json"
-
-
-def _plain_summary(result: RunResult) -> dict[str, Any]:
-    """The summary as it reads back from a sidecar, with lists for tuples."""
-    return json.loads(json.dumps(result.summary()))
-
-
-def _is_file(path: Path) -> bool:
-    """Whether it is a file of its own; a link could lead anywhere."""
-    return path.is_file() and not path.is_symlink()
+def _is_being_written(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return not try_lock(stream)

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
+from contextlib import (
+    AbstractAsyncContextManager,
+    asynccontextmanager,
+    closing,
+    nullcontext,
+)
 
 import uvicorn
 from fastapi import APIRouter, FastAPI
 from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 
-from recordings.store import RecordingStore
 from core.provenance import program_version
+from recordings.store import RecordingStore
 from server.access import AccessGuard
 from server.body_limit import BodyLimit
 from server.errors import add_error_handlers
-from server.routes import docs, health, runs, scenarios
+from server.routes import diff, docs, health, recordings, runs, scenarios, tables
 from server.run_service import RunService
 from server.schemas import API_PATH
+from server.service_lock import service_lock
 from server.settings import Settings
 
 __all__ = ["Lifespan", "create_app", "server_config"]
@@ -41,14 +48,20 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def live(app: FastAPI) -> AsyncIterator[None]:
-        service = RunService(RecordingStore(settings.data_directory), settings)
-        app.state.run_service = service
-        service.start()
-        try:
-            async with lifespan(app) if lifespan else nullcontext():
-                yield
-        finally:
-            await run_in_threadpool(service.close)
+        store = RecordingStore(settings.data_directory, settings.storage_limits)
+        store.prepare()
+        lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
+        with lock, closing(store):
+            store.discard_unfinished_uploads()
+            service = RunService(store, settings)
+            app.state.run_service = service
+            app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
+            service.start()
+            try:
+                async with lifespan(app) if lifespan else nullcontext():
+                    yield
+            finally:
+                await run_in_threadpool(service.close)
 
     app = FastAPI(
         title="slipgrasp",
@@ -61,7 +74,11 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         lifespan=live,
         middleware=[
             Middleware(AccessGuard),
-            Middleware(BodyLimit, max_bytes=settings.max_body_bytes),
+            Middleware(
+                BodyLimit,
+                max_bytes=settings.max_body_bytes,
+                larger={recordings.UPLOAD_PATH: settings.max_upload_bytes},
+            ),
         ],
     )
     app.include_router(_api())
@@ -86,6 +103,6 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
 
 def _api() -> APIRouter:
     api = APIRouter(prefix=API_PATH)
-    for part in (health, scenarios, runs, docs):
+    for part in (health, scenarios, runs, recordings, tables, diff, docs):
         api.include_router(part.router)
     return api

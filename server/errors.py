@@ -17,11 +17,19 @@ from starlette.responses import JSONResponse
 from starlette.routing import Match
 
 from core.exceptions import FieldError, ScenarioError, SlipgraspError
-from recordings.exceptions import RecordingError, RecordingNotFoundError
+from recordings.exceptions import (
+    AnnotationError,
+    RecordingChangedError,
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+    StorageFullError,
+)
 
 __all__ = [
     "STATUSES",
     "BodyTooLargeError",
+    "BodyTooSlowError",
     "InvalidRequestError",
     "ServiceBusyError",
     "UnreadableBodyError",
@@ -46,19 +54,19 @@ class InvalidRequestError(SlipgraspError):
 
 
 class UnreadableBodyError(SlipgraspError):
-    """A request body that is not JSON."""
+    """A request body that is not what it should be, JSON unless told otherwise."""
 
-    def __init__(self, finding: str) -> None:
-        super().__init__(f"the body is not JSON: {finding}")
+    def __init__(self, finding: str, kind: str = "JSON") -> None:
+        super().__init__(f"the body is not {kind}: {finding}")
 
 
 class UnsupportedBodyError(SlipgraspError):
-    """A request body of another type than JSON."""
+    """A request body of another type than those that are read."""
 
-    def __init__(self, content_type: str) -> None:
+    def __init__(self, content_type: str, allowed: str = "application/json") -> None:
         super().__init__(
             f"the body is declared as '{printable(content_type)}'; send it with "
-            "Content-Type: application/json"
+            f"Content-Type: {allowed}"
         )
 
 
@@ -66,28 +74,41 @@ class BodyTooLargeError(SlipgraspError):
     """A request body beyond the limit."""
 
     def __init__(self, limit: int) -> None:
-        super().__init__(f"the body is larger than {limit} bytes; a scenario is a small document")
+        super().__init__(f"the body is larger than {limit} bytes, the most that is read here")
+
+
+class BodyTooSlowError(SlipgraspError):
+    """A request body that hardly arrives."""
+
+    def __init__(self) -> None:
+        super().__init__("the body arrives too slowly; send it again")
 
 
 class ServiceBusyError(SlipgraspError):
-    """No room for another run at the moment.
+    """No room for another run, or another upload, at the moment.
 
     Attributes:
         retry_after: When to come back [s].
     """
 
-    def __init__(self, waiting: int, retry_after: int) -> None:
+    def __init__(
+        self, waiting: int, retry_after: int, busy_with: str = "runs are waiting already"
+    ) -> None:
         self.retry_after = retry_after
-        super().__init__(f"{waiting} runs are waiting already; try again in {retry_after} s")
+        super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
 
 
 STATUSES: Mapping[type[SlipgraspError], int] = {
     UnreadableBodyError: 400,
     RecordingNotFoundError: 404,
+    BodyTooSlowError: 408,
+    RecordingChangedError: 412,
     BodyTooLargeError: 413,
     UnsupportedBodyError: 415,
     InvalidRequestError: 422,
     ScenarioError: 422,
+    RecordingWriteError: 507,
+    StorageFullError: 507,
     RecordingError: 422,
     ServiceBusyError: 503,
 }
@@ -127,11 +148,13 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     headers: dict[str, str] = {}
     if isinstance(error, (ScenarioError, InvalidRequestError)):
         errors = error.errors
+    elif isinstance(error, AnnotationError):
+        errors = (FieldError(field=error.field, value=None, limit=None, message=str(error)),)
     elif status in (400, 422):
         errors = (FieldError(field="", value=None, limit=None, message=str(error)),)
     if isinstance(error, ServiceBusyError):
         headers["Retry-After"] = str(error.retry_after)
-    if isinstance(error, BodyTooLargeError):
+    if isinstance(error, (BodyTooLargeError, BodyTooSlowError, StorageFullError)):
         # The rest of the body would have to be read and thrown away.
         headers["Connection"] = "close"
     return problem_response(status, str(error), errors=errors, headers=headers)
@@ -191,7 +214,8 @@ def _field_error(finding: Any, known: Sequence[str]) -> FieldError:
     bounds = finding.get("ctx", {})
     limit = ", ".join(f"{word} {bounds[name]}" for name, word in _BOUNDS.items() if name in bounds)
     told = "" if value is None else f" is '{value}'"
-    sentence = f"{field or 'the body'}{told}: {finding['msg'][:1].lower()}{finding['msg'][1:]}"
+    found = finding["msg"].removeprefix("Value error, ")
+    sentence = f"{field or 'the body'}{told}: {found[:1].lower()}{found[1:]}"
     return FieldError(field=field, value=value, limit=limit or None, message=sentence)
 
 
@@ -201,9 +225,9 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
-def printable(text: str) -> str:
-    """The first 80 characters of a text from outside, those that cannot be shown as ``?``."""
-    return "".join(c if c.isprintable() else "?" for c in text[:80])
+def printable(text: str, length: int = 80) -> str:
+    """The beginning of a text from outside, characters that cannot be shown as ``?``."""
+    return "".join(c if c.isprintable() else "?" for c in text[:length])
 
 
 def _echo(value: Any) -> float | int | bool | str | None:

@@ -11,13 +11,14 @@ import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from core.result import RunResult
 from core.scenario import Scenario
 from core.simulator import prepare_kernel, simulate
-from core.types import RunWarning
-from recordings.exceptions import RecordingError
+from recordings.exceptions import RecordingWriteError
+from recordings.recorder import record, unsaved
+from recordings.recovery import recover_orphans
 from recordings.store import RecordingStore, StoredRun
 from server.errors import ServiceBusyError
 from server.settings import Settings
@@ -54,7 +55,9 @@ class RunService:
         self._kernel_ready = threading.Event()
 
     def start(self) -> None:
-        """Begins to load or compile the kernel, so that the first run need not wait for it."""
+        """Recovers what a killed service left, and begins to load or compile the kernel."""
+        for recovered in recover_orphans(self._settings.data_directory):
+            _logger.warning("recovered '%s' of a run that was killed", recovered.path)
         threading.Thread(target=self._prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
@@ -129,21 +132,29 @@ class RunService:
         with self._lock:
             self._running += 1
         try:
-            result = self.preview(make_scenario())
-            return self._save_if_possible(result)
+            return self._record(make_scenario())
         finally:
             with self._lock:
                 self._running -= 1
 
-    def _save_if_possible(self, result: RunResult) -> tuple[RunResult, StoredRun | None]:
+    def _record(self, scenario: Scenario) -> tuple[RunResult, StoredRun | None]:
+        """Simulates and records at once; where that cannot be begun, only simulates."""
+        self._prepare()
         try:
-            return result, self.save(result)
-        except RecordingError as error:
-            _logger.error("a run was simulated but not saved: %s", error)
-            warning = RunWarning(
-                code="not_saved", message=str(error), count=1, first_time=result.end_time
-            )
-            return replace(result, warnings=(*result.warnings, warning)), None
+            reservation = self.store.reserve()
+        except RecordingWriteError as error:
+            _logger.error("a run is simulated but cannot be saved: %s", error)
+            return unsaved(self.preview(scenario), error), None
+        recorded = record(
+            scenario,
+            reservation.path,
+            should_stop=self._closing.is_set,
+            wall_limit=self._settings.wall_limit,
+        )
+        if recorded.failure is not None:
+            _logger.error("a run was simulated but not saved: %s", recorded.failure)
+            return recorded.result, None
+        return recorded.result, self.store.register(reservation, recorded.result)
 
     def _release(self, future: Future[tuple[RunResult, StoredRun | None]]) -> None:
         with self._lock:

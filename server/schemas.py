@@ -4,26 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, Field, ValidationError
 
-from core.loading import load_scenario, parameter_definitions
-from core.parameters import Parameter
 from core.result import RunResult
-from core.scenario import Change, Scenario
 from core.types import Outcome, Reason
-from recordings.store import StoredRun
+from recordings.description import Description
+from recordings.run_index import FoundRuns
+from recordings.stored_run import StoredRun
 
 __all__ = [
     "API_PATH",
     "HealthPublic",
-    "ParameterPublic",
-    "ParametersPublic",
-    "PresetPublic",
-    "PresetSummary",
-    "PresetsPublic",
     "ProblemPublic",
     "RunPublic",
     "RunsPublic",
@@ -92,8 +86,14 @@ class RunPublic(BaseModel):
     """A run without its signals: what ``slipgrasp run --json`` prints, its id and its links."""
 
     id: str | None = Field(description="null only if writing the recording failed")
-    title: str
+    title: str = Field(description="title of its scenario")
+    name: str = Field(description="what a user calls it")
+    notes: str
+    tags: list[str]
+    preset: str = Field(description="preset whose title its scenario has; empty if none")
+    controller: str = Field(description="kind of its controller; empty if it cannot be read")
     created: str | None
+    size: int | None = Field(description="bytes of its recording")
     outcome: Outcome
     reason: ReasonPublic | None
     end_time: FiniteOrNone
@@ -111,7 +111,13 @@ class RunPublic(BaseModel):
         kept = {
             "id": stored.id,
             "title": stored.title,
+            "name": stored.name,
+            "notes": stored.notes,
+            "tags": list(stored.tags),
+            "preset": stored.preset,
+            "controller": stored.controller,
             "created": stored.created,
+            "size": stored.size,
             "recording": str(stored.path),
             "links": {
                 "self": own,
@@ -128,8 +134,15 @@ class RunPublic(BaseModel):
     @classmethod
     def from_result(cls, result: RunResult) -> Self:
         """A run that could not be saved: nothing of it can be asked for again."""
-        unkept = {"id": None, "created": None, "recording": None, "links": {}}
-        return cls.model_validate({**result.summary(), "title": result.scenario.title, **unkept})
+        description = Description.from_result(result)
+        told = {
+            "title": description.title,
+            "preset": description.preset,
+            "controller": description.controller,
+        }
+        unkept = {"id": None, "created": None, "recording": None, "size": None, "links": {}}
+        unwritten = {"name": "", "notes": "", "tags": []}
+        return cls.model_validate({**description.summary, **told, **unkept, **unwritten})
 
 
 def _damaged_summary(finding: str) -> dict[str, Any]:
@@ -154,78 +167,21 @@ def _damaged_summary(finding: str) -> dict[str, Any]:
 
 
 class RunsPublic(BaseModel):
-    """A page of the saved runs, newest first, and how many there are in all."""
+    """A page of the saved runs that were asked for, and how many there are on all pages."""
 
     data: list[RunPublic]
     count: int
-
-
-class PresetSummary(BaseModel):
-    """A scenario that comes with the program."""
-
-    name: str
-    title: str
-    links: dict[str, str]
+    unread: int = Field(
+        description="recordings that were copied into the folder and are still being read; "
+        "a search may miss them until then"
+    )
+    links: dict[str, str] = Field(description="next and prev, where there is such a page")
 
     @classmethod
-    def from_name(cls, name: str) -> Self:
-        """The preset of that name."""
-        links = {"self": f"{API_PATH}/presets/{name}"}
-        return cls(name=name, title=load_scenario(name).title, links=links)
-
-
-class PresetsPublic(BaseModel):
-    """All presets."""
-
-    data: list[PresetSummary]
-    count: int
-
-
-class PresetPublic(PresetSummary):
-    """A preset with its scenario, as ``POST /runs`` takes it."""
-
-    scenario: dict[str, Any]
-
-
-class ParameterPublic(BaseModel):
-    """One parameter of a scenario: what it means and what it may be."""
-
-    key: str
-    value: float | int | str | list[float] | None
-    kind: Literal["number", "integer", "choice", "text", "number-or-list"]
-    unit: str
-    text: str
-    limit: str
-    minimum: float | None
-    maximum: float | None
-    exclusive_minimum: bool
-    typical: tuple[float, float] | None
-    choices: list[str]
-    optional: bool
-    changeable: bool
-
-    @classmethod
-    def from_parameter(cls, parameter: Parameter) -> Self:
-        """The same parameter for a client."""
-        return cls.model_validate(parameter, from_attributes=True)
-
-
-class ParametersPublic(BaseModel):
-    """The parameters of a preset by dotted key, list items by index."""
-
-    data: list[ParameterPublic]
-    count: int
-
-    @classmethod
-    def from_scenario(cls, scenario: Scenario) -> Self:
-        """All parameters, and those of a timed change without value where there is none."""
-        definitions = dict(parameter_definitions(scenario))
-        example = Change(time=1.0, parameter="object.mass", value=1.0)
-        changed = parameter_definitions(replace(scenario, changes=(example,)))
-        for key in changed.keys() - definitions.keys():
-            definitions[key] = replace(changed[key], value=None)
-        data = [ParameterPublic.from_parameter(p) for p in definitions.values()]
-        return cls(data=data, count=len(data))
+    def from_found(cls, found: FoundRuns, links: dict[str, str]) -> Self:
+        """What a search found."""
+        data = [RunPublic.from_stored(run) for run in found.runs]
+        return cls(data=data, count=found.count, unread=found.unread, links=links)
 
 
 class HealthPublic(BaseModel):

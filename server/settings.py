@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from core.exceptions import SlipgraspError
+from recordings.storage_limits import StorageLimits
 
 __all__ = ["LOOPBACK_HOSTS", "Settings", "SettingsError"]
 
@@ -28,7 +29,11 @@ class Settings:
         max_running: Runs simulated at the same time.
         max_waiting: Runs that may wait for their turn; more are told to come back.
         retry_after: When to come back [s].
-        max_body_bytes: Largest request body.
+        max_body_bytes: Largest request body, but for recordings.
+        max_upload_bytes: Largest recording that may be sent.
+        quota_bytes: How much the files in the data directory may take; then no run is begun.
+        min_free_bytes: How much must stay free on its disk; likewise.
+        exclusive: Whether no other service may use the data directory meanwhile.
     """
 
     data_directory: Path
@@ -39,6 +44,10 @@ class Settings:
     max_waiting: int = 100
     retry_after: int = 5
     max_body_bytes: int = 1_000_000
+    max_upload_bytes: int = 512_000_000
+    quota_bytes: int = StorageLimits().quota
+    min_free_bytes: int = StorageLimits().min_free
+    exclusive: bool = True
 
     def __post_init__(self) -> None:
         if self.host not in LOOPBACK_HOSTS:
@@ -48,3 +57,8 @@ class Settings:
             )
         if not 0 <= self.port <= 65535:
             raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")
+
+    @property
+    def storage_limits(self) -> StorageLimits:
+        """How much may be kept."""
+        return StorageLimits(quota=self.quota_bytes, min_free=self.min_free_bytes)

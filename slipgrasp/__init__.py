@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from core.batch import simulate_many
     from core.exceptions import ScenarioError, SlipgraspError
+    from core.frames import MissingPackageError
     from core.loading import (
         load_scenario,
         preset_names,
@@ -26,18 +27,24 @@ if TYPE_CHECKING:
     )
     from core.result import Metrics, RunResult, RunSummary
     from core.scenario import Scenario
-    from core.simulator import Simulation, simulate
+    from core.simulation import Simulation
+    from core.simulator import simulate
     from core.trace import SIGNALS, Trace
     from core.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
-    from recordings.csv_export import write_csv
+    from recordings.comparison import Comparison, IncomparableError, compare
     from recordings.exceptions import RecordingError
+    from recordings.export import write_csv, write_npz, write_parquet
     from recordings.reader import read_recording as open_recording
+    from recordings.verification import Verification, verify
     from recordings.writer import write_recording
 
 __all__ = [
     "SIGNALS",
+    "Comparison",
     "ContactPhase",
+    "IncomparableError",
     "Metrics",
+    "MissingPackageError",
     "Outcome",
     "PhaseChange",
     "Reason",
@@ -50,6 +57,8 @@ __all__ = [
     "Simulation",
     "SlipgraspError",
     "Trace",
+    "Verification",
+    "compare",
     "load_scenario",
     "open_recording",
     "preset_names",
@@ -57,15 +66,21 @@ __all__ = [
     "scenario_to_toml",
     "simulate",
     "simulate_many",
+    "verify",
     "with_values",
     "write_csv",
+    "write_npz",
+    "write_parquet",
     "write_recording",
 ]
 
 _ORIGINS = {
     "SIGNALS": "core.trace",
+    "Comparison": "recordings.comparison",
     "ContactPhase": "core.types",
+    "IncomparableError": "recordings.comparison",
     "Metrics": "core.result",
+    "MissingPackageError": "core.frames",
     "Outcome": "core.types",
     "PhaseChange": "core.types",
     "Reason": "core.types",
@@ -75,9 +90,11 @@ _ORIGINS = {
     "RunWarning": "core.types",
     "Scenario": "core.scenario",
     "ScenarioError": "core.exceptions",
-    "Simulation": "core.simulator",
+    "Simulation": "core.simulation",
     "SlipgraspError": "core.exceptions",
     "Trace": "core.trace",
+    "Verification": "recordings.verification",
+    "compare": "recordings.comparison",
     "load_scenario": "core.loading",
     "open_recording": "recordings.reader:read_recording",
     "preset_names": "core.loading",
@@ -85,8 +102,11 @@ _ORIGINS = {
     "scenario_to_toml": "core.loading",
     "simulate": "core.simulator",
     "simulate_many": "core.batch",
+    "verify": "recordings.verification",
     "with_values": "core.loading",
-    "write_csv": "recordings.csv_export",
+    "write_csv": "recordings.export",
+    "write_npz": "recordings.export",
+    "write_parquet": "recordings.export",
     "write_recording": "recordings.writer",
 }
 

@@ -12,26 +12,28 @@ from server.app import create_app
 from server.settings import Settings
 from server.viewer_relay import add_viewer_routes
 from web.dashboard import Dashboard
+from web.replay import Source
 
 __all__ = ["create_dashboard_app"]
 
 
-def create_dashboard_app(settings: Settings) -> FastAPI:
+def create_dashboard_app(settings: Settings, first: Source | None = None) -> FastAPI:
     """Builds the application with the dashboard at ``/`` and the API below ``/api/v1``.
 
     Args:
         settings: Where it keeps runs, and how much it takes on.
+        first: The recording that the dashboard opens on; a run of its own if None.
     """
-    app = create_app(settings, _live)
+
+    @asynccontextmanager
+    async def live(app: FastAPI) -> AsyncIterator[None]:
+        """Keeps a dashboard for as long as the application lives."""
+        app.state.dashboard = await run_in_threadpool(Dashboard, app.state.run_service, first)
+        try:
+            yield
+        finally:
+            await run_in_threadpool(app.state.dashboard.close)
+
+    app = create_app(settings, live)
     add_viewer_routes(app, lambda: app.state.dashboard.port)
     return app
-
-
-@asynccontextmanager
-async def _live(app: FastAPI) -> AsyncIterator[None]:
-    """Keeps a dashboard for as long as the application lives."""
-    app.state.dashboard = await run_in_threadpool(Dashboard, app.state.run_service)
-    try:
-        yield
-    finally:
-        await run_in_threadpool(app.state.dashboard.close)

@@ -18,6 +18,7 @@ from core.trace import JOINTS_PER_FINGER, Trace
 from core.types import ContactPhase
 from web.colours import FINGERS, Rgb
 from web.playback import TimeWindow
+from web.sampling import locate
 from web.words import key_words, unit_words
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "event_rows",
     "is_slipping",
     "rows_to_draw",
+    "values_at",
 ]
 
 Values = NDArray[np.float64]
@@ -164,37 +166,34 @@ def rows_to_draw(
 
 
 def chart_data(
-    trace: Trace, chart: Chart, window: TimeWindow, rows: NDArray[np.intp], time: float
+    trace: Trace, chart: Chart, window: TimeWindow, rows: NDArray[np.intp]
 ) -> tuple[Values, ...]:
-    """The columns of a chart: time, slipping, lines, and the mark of the play head.
+    """The columns of a chart: time, slipping, and the lines.
 
-    The first and the last point lie exactly on the ends of the window. The mark is one
-    vertical stroke: everywhere else its column is not a number.
+    The first and the last point lie exactly on the ends of the window.
 
     Args:
         trace: The run.
         chart: What to draw.
         window: What the chart shows.
         rows: The rows to draw, from `rows_to_draw`.
-        time: Where the play head stands [s].
     """
     inside = rows[(trace.times[rows] >= window.start) & (trace.times[rows] <= window.end)]
-    columns = [trace.times, is_slipping(trace).astype(float), *(l.values for l in chart.lines)]
-    table = np.stack([column[inside] for column in columns])
-    table = np.concatenate([table, np.full((1, table.shape[1]), np.nan)])
-    before, after = _point(trace, columns, window.start), _point(trace, columns, window.end)
-    stroke = np.stack([_point(trace, columns, time)] * 2, axis=1)
-    stroke[-1] = (0.0, 1.0)
-    place = int(np.searchsorted(table[0], time, side="right"))
-    parts = [before[:, None], table[:, :place], stroke, table[:, place:], after[:, None]]
-    return tuple(np.concatenate(parts, axis=1))
+    before, after = locate(trace.times, window.start), locate(trace.times, window.end)
+    columns = (trace.times, is_slipping(trace).astype(float), *(l.values for l in chart.lines))
+    return tuple(
+        np.concatenate([[before.read(column)], column[inside], [after.read(column)]])
+        for column in columns
+    )
 
 
-def _point(trace: Trace, columns: Sequence[Values], time: float) -> Values:
-    """All columns at one time, on the straight line between two rows; no mark."""
-    row = min(max(int(np.searchsorted(trace.times, time, side="right")) - 1, 0), len(trace) - 1)
-    following = min(row + 1, len(trace) - 1)
-    span = trace.times[following] - trace.times[row]
-    weight = (time - trace.times[row]) / span if span > 0.0 else 0.0
-    values = [c[row] + weight * (c[following] - c[row]) for c in columns]
-    return np.array([*values, np.nan])
+def values_at(trace: Trace, chart: Chart, time: float) -> list[float]:
+    """What each line of a chart shows at one time, on the straight line between two rows.
+
+    Args:
+        trace: The run.
+        chart: The chart.
+        time: Simulation time [s].
+    """
+    spot = locate(trace.times, time)
+    return [float(spot.read(line.values)) for line in chart.lines]

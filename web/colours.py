@@ -5,10 +5,10 @@ from __future__ import annotations
 from recordings.palette import (
     CONE,
     FINGERS,
+    GHOST,
     GROUND,
     JOINT,
     LINK,
-    MARK,
     MOUNT,
     MUTED,
     OBJECT,
@@ -19,7 +19,6 @@ from recordings.palette import (
 )
 
 __all__ = [
-    "AMBER",
     "BELIEVED_CONE",
     "CONE",
     "FINGERS",
@@ -28,7 +27,6 @@ __all__ = [
     "JOINT",
     "LENS",
     "LINK",
-    "MARK",
     "MOUNT",
     "MUTED",
     "OBJECT",
@@ -38,12 +36,12 @@ __all__ = [
     "Rgb",
     "css",
     "glow",
+    "tone",
 ]
 
-GHOST: Rgb = (0, 133, 97)
 LENS: Rgb = (247, 248, 250)
 BELIEVED_CONE: Rgb = (150, 156, 168)
-AMBER: Rgb = (178, 116, 0)
+_TONES: dict[str, Rgb] = {"good": (0, 120, 85), "warning": (178, 116, 0), "bad": (190, 40, 40)}
 
 
 def glow(colour: Rgb) -> Rgb:
@@ -63,3 +61,11 @@ def css(colour: Rgb, opacity: float = 1.0) -> str:
     """The colour as CSS, with an opacity from 0 to 1."""
     red, green, blue = colour
     return f"rgba({red},{green},{blue},{opacity:g})"
+
+
+def tone(name: str) -> str:
+    """The CSS colour of words that are ``good``, a ``warning`` or ``bad`` news.
+
+    A share of the text's own colour keeps them legible on a bright and on a dark page.
+    """
+    return f"color-mix(in srgb, {css(_TONES[name])} 75%, currentColor)"

@@ -13,6 +13,7 @@ from server.run_service import RunService
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
 from web.colours import PHASES
+from web.replay import Source
 from web.saved_runs import SavedRuns
 from web.session import Session
 
@@ -28,12 +29,13 @@ class Dashboard:
 
     Args:
         service: Simulates and saves.
+        first: The recording that every page shows first; a run of the first preset if None.
     """
 
-    def __init__(self, service: RunService) -> None:
+    def __init__(self, service: RunService, first: Source | None = None) -> None:
         # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
-        self._service = service
+        self._service, self._first = service, first
         self._saved = SavedRuns(service)
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
@@ -74,7 +76,7 @@ class Dashboard:
     # Both run in the viewer server's event loop, so that a viewer that is gone at once is
     # never closed before it is opened.
     async def _open(self, client: viser.ClientHandle) -> None:
-        session = Session(client, self._service, self._saved)
+        session = Session(client, self._service, self._saved, self._first)
         with self._lock:
             self._sessions[client.client_id] = session
         session.start()

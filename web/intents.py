@@ -14,6 +14,7 @@ from core.exceptions import ScenarioError
 from core.result import RunResult
 from recordings.store import StoredRun
 from web.playback import WindowChoice
+from web.replay import Replay
 
 __all__ = [
     "CameraMoved",
@@ -22,7 +23,12 @@ __all__ = [
     "Close",
     "FrameHand",
     "Intent",
+    "ListRecordings",
     "Mailbox",
+    "OpenRecording",
+    "RecordingOpened",
+    "RecordingUnreadable",
+    "RecordingsListed",
     "ResetScenario",
     "RunFinished",
     "RunRefused",
@@ -34,6 +40,7 @@ __all__ = [
     "SetSpeed",
     "Step",
     "TogglePlay",
+    "Zoom",
     "coalesce",
 ]
 
@@ -92,6 +99,11 @@ class ChooseWindow:
 
 
 @dataclass(frozen=True, slots=True)
+class Zoom:
+    """The user wants a closer look at the time around the play head."""
+
+
+@dataclass(frozen=True, slots=True)
 class FrameHand:
     """The user wants to see the whole hand from the front again."""
 
@@ -103,6 +115,51 @@ class CameraMoved:
     position: tuple[float, float, float]
     width: int
     height: int
+
+
+@dataclass(frozen=True, slots=True)
+class ListRecordings:
+    """The user wants to see a page of the stored runs, 0 has the newest."""
+
+    page: int
+
+
+@dataclass(frozen=True, slots=True)
+class OpenRecording:
+    """The user wants to see a stored run; its id is not validated yet."""
+
+    run_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingsListed:
+    """A page of the stored runs.
+
+    Attributes:
+        page: Which page.
+        count: How many runs there are on all pages.
+        runs: Those of this page.
+    """
+
+    page: int
+    count: int
+    runs: tuple[StoredRun, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingOpened:
+    """A recording is there to be shown; ``number`` is that of the request."""
+
+    number: int
+    replay: Replay
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingUnreadable:
+    """A recording could not be opened, with the reason."""
+
+    number: int
+    message: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,8 +215,14 @@ Intent = (
     | Step
     | SetSpeed
     | ChooseWindow
+    | Zoom
     | FrameHand
     | CameraMoved
+    | ListRecordings
+    | OpenRecording
+    | RecordingsListed
+    | RecordingOpened
+    | RecordingUnreadable
     | RunFinished
     | RunRefused
     | RunSaved
@@ -168,7 +231,7 @@ Intent = (
 )
 Send = Callable[[Intent], None]
 
-_LATEST_COUNTS = (Seek, CameraMoved, SetSpeed, ChooseWindow)
+_LATEST_COUNTS = (Seek, CameraMoved, SetSpeed, ChooseWindow, ListRecordings, OpenRecording)
 
 
 def coalesce(intents: Sequence[Intent]) -> list[Intent]:

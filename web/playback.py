@@ -42,6 +42,8 @@ _SHARE_AFTER_SLIP = 0.35
 _SHARE_BEFORE_SLIP = 0.1
 _SECONDS_PER_PASS = 6.0
 _FIRST_PICTURE = 0.4
+_ZOOM = 4.0
+_SHORTEST_ZOOM = 1e-3
 
 
 class WindowChoice(StrEnum):
@@ -49,6 +51,7 @@ class WindowChoice(StrEnum):
 
     SLIP = "slip"
     WHOLE = "whole run"
+    CLOSER = "closer"
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +104,13 @@ class Playback:
         """The play head put somewhere by hand, at rest."""
         return replace(self, time=self.window.clamp(time), playing=False)
 
+    def closer(self) -> Playback:
+        """The play head in a shorter window around it, at a speed that suits it."""
+        length = max(self.window.length / _ZOOM, _SHORTEST_ZOOM)
+        start = self.window.clamp(self.time - 0.5 * length)
+        window = TimeWindow(start, self.window.clamp(start + length))
+        return replace(self.within(window), speed=speed_for(window))
+
     def within(self, window: TimeWindow) -> Playback:
         """The play head in another window, moved into it if it was outside."""
         return replace(self, window=window, time=window.clamp(self.time))
@@ -113,9 +123,19 @@ def start_playback(result: RunResult) -> Playback:
     return Playback(time=time, window=window, speed=speed_for(window), playing=True)
 
 
-def window_of(result: RunResult, choice: WindowChoice) -> TimeWindow:
-    """The stretch of a run that a choice stands for."""
-    return slip_window(result) if choice is WindowChoice.SLIP else whole_window(result)
+def window_of(result: RunResult, choice: WindowChoice, present: TimeWindow) -> TimeWindow:
+    """The stretch of a run that a choice stands for.
+
+    Args:
+        result: The run.
+        choice: The choice.
+        present: What is shown now; a closer look stays there as far as the run goes.
+    """
+    whole = whole_window(result)
+    if choice is WindowChoice.SLIP:
+        return slip_window(result)
+    kept = TimeWindow(whole.clamp(present.start), whole.clamp(present.end))
+    return kept if choice is WindowChoice.CLOSER and kept.length > 0.0 else whole
 
 
 def whole_window(result: RunResult) -> TimeWindow:

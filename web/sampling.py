@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 from core.trace import JOINTS_PER_FINGER, Trace
 from core.types import ContactPhase
 
-__all__ = ["Sample", "sample_at"]
+__all__ = ["Sample", "Sampler", "Spot", "locate"]
+
+Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,51 +36,87 @@ class Sample:
     """
 
     time: float
-    object_pose: NDArray[np.float64]
-    desired_pose: NDArray[np.float64]
-    slip: NDArray[np.float64]
-    slip_reach: NDArray[np.float64]
-    slip_velocity: NDArray[np.float64]
+    object_pose: Values
+    desired_pose: Values
+    slip: Values
+    slip_reach: Values
+    slip_velocity: Values
     phases: tuple[ContactPhase, ...]
-    tangential_force: NDArray[np.float64]
-    normal_force: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    joint_positions: NDArray[np.float64]
-    estimates: NDArray[np.float64]
+    tangential_force: Values
+    normal_force: Values
+    friction: Values
+    joint_positions: Values
+    estimates: Values
 
 
-def sample_at(trace: Trace, time: float) -> Sample:
-    """The state at a time, on the straight line between two rows of the trace.
+class Spot(NamedTuple):
+    """A place between two rows of a trace: ``weight`` of the way from ``row`` to ``following``."""
+
+    row: int
+    following: int
+    weight: float
+
+    def read(self, values: Values) -> Values:
+        """What an array over time holds here; the very bits of a row where it is on one.
+
+        Args:
+            values: One entry per row, of any shape.
+        """
+        if self.weight == 0.0:
+            return values[self.row]
+        return values[self.row] + self.weight * (values[self.following] - values[self.row])
+
+
+def locate(times: Values, time: float) -> Spot:
+    """Where a time stands between the rows of a trace.
 
     Two rows at one time are the two sides of an event; at that very time the side after
     it is taken, so no line ever crosses an event.
 
     Args:
-        trace: The run.
+        times: Times of the rows [s].
         time: Simulation time [s]; moved into the run if outside.
     """
-    last = len(trace) - 1
-    row = min(max(int(np.searchsorted(trace.times, time, side="right")) - 1, 0), last)
+    last = len(times) - 1
+    row = min(max(int(np.searchsorted(times, time, side="right")) - 1, 0), last)
     following = min(row + 1, last)
-    span = trace.times[following] - trace.times[row]
-    weight = min(max((time - trace.times[row]) / span, 0.0), 1.0) if span > 0.0 else 0.0
+    span = float(times[following] - times[row])
+    weight = min(max((time - float(times[row])) / span, 0.0), 1.0) if span > 0.0 else 0.0
+    return Spot(row, following, weight)
 
-    def between(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return values[row] + weight * (values[following] - values[row])
 
-    pose, slip = between(trace.object_pose), between(trace.slip)
-    visited = np.concatenate([trace.slip[: row + 1], slip[None]])
-    return Sample(
-        time=float(between(trace.times)),
-        object_pose=pose,
-        desired_pose=pose + between(trace.tracking_error),
-        slip=slip,
-        slip_reach=np.stack([visited.min(axis=0), visited.max(axis=0)], axis=1),
-        slip_velocity=between(trace.slip_velocity),
-        phases=tuple(ContactPhase(int(phase)) for phase in trace.phase[row]),
-        tangential_force=between(trace.tangential_force),
-        normal_force=between(trace.normal_force),
-        friction=trace.friction_coefficient[row],
-        joint_positions=between(trace.joint_position).reshape(-1, JOINTS_PER_FINGER),
-        estimates=between(trace.estimates),
-    )
+class Sampler:
+    """Reads instants off one trace, each in the time of a binary search.
+
+    Args:
+        trace: The run.
+    """
+
+    def __init__(self, trace: Trace) -> None:
+        self._trace = trace
+        self._least = np.minimum.accumulate(trace.slip, axis=0)
+        self._largest = np.maximum.accumulate(trace.slip, axis=0)
+
+    def at(self, time: float) -> Sample:
+        """The state at a time, on the straight line between two rows of the trace.
+
+        Args:
+            time: Simulation time [s]; moved into the run if outside.
+        """
+        trace, spot = self._trace, locate(self._trace.times, time)
+        pose, slip = spot.read(trace.object_pose), spot.read(trace.slip)
+        reach = (np.minimum(self._least[spot.row], slip), np.maximum(self._largest[spot.row], slip))
+        return Sample(
+            time=float(spot.read(trace.times)),
+            object_pose=pose,
+            desired_pose=pose + spot.read(trace.tracking_error),
+            slip=slip,
+            slip_reach=np.stack(reach, axis=1),
+            slip_velocity=spot.read(trace.slip_velocity),
+            phases=tuple(ContactPhase(int(phase)) for phase in trace.phase[spot.row]),
+            tangential_force=spot.read(trace.tangential_force),
+            normal_force=spot.read(trace.normal_force),
+            friction=trace.friction_coefficient[spot.row],
+            joint_positions=spot.read(trace.joint_position).reshape(-1, JOINTS_PER_FINGER),
+            estimates=spot.read(trace.estimates),
+        )

@@ -11,13 +11,14 @@ from web.intents import CameraMoved, Send
 from web.panels.charts_panel import ChartsPanel
 from web.panels.outcome_panel import OutcomePanel
 from web.panels.playback_panel import PlaybackPanel
+from web.panels.recordings_panel import RecordingsPanel
 from web.panels.scenario_panel import ScenarioPanel
 from web.scene.scene import Scene
 from web.view import ViewState
 
 __all__ = ["PanelSizes", "Screen", "panel_sizes"]
 
-_PLAYBACK_HEIGHT = 214
+_PLAYBACK_HEIGHT = 232
 _PLAYBACK_HEIGHT_PER_CONTACT = 17
 
 
@@ -60,12 +61,21 @@ class Screen:
         with self._results.add_tab("Run", viser.Icon.CHART_LINE):
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)
+        with self._results.add_tab("Recordings", viser.Icon.LIST):
+            self._recordings = RecordingsPanel(gui, send)
         self._results.dock_left()
         self._results.set_width(sizes.results)
         self._controls = gui.add_panel()
         with self._controls.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._playback = PlaybackPanel(gui, send)
         self._controls.float(x=30.0, y=-12.0, width=sizes.playback)
+        self._panels = (
+            self._scenario,
+            self._outcome,
+            self._recordings,
+            self._playback,
+            self._charts,
+        )
         self._ticket = 0
         client.camera.on_update(lambda camera: send(_report(camera)))
 
@@ -79,12 +89,12 @@ class Screen:
             self._ticket = view.shown.ticket
         if view.sample is not None:
             self._scene.update(view.sample)
-        for panel in (self._scenario, self._outcome, self._playback, self._charts):
+        for panel in self._panels:
             panel.update(view)
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for panel in (self._scenario, self._outcome, self._playback, self._charts):
+        for panel in self._panels:
             panel.remove()
         self._results.remove()
         self._controls.remove()

@@ -23,67 +23,39 @@ from web.intents import (
     Close,
     FrameHand,
     Intent,
+    ListRecordings,
     Mailbox,
+    OpenRecording,
+    RecordingOpened,
+    RecordingsListed,
+    RecordingUnreadable,
     ResetScenario,
     RunFinished,
     RunRefused,
     RunSaved,
     SaveFailed,
-    Seek,
     SetParameter,
-    SetSpeed,
-    Step,
-    TogglePlay,
+    Zoom,
 )
-from web.playback import (
-    SPEEDS,
-    Playback,
-    WindowChoice,
-    neighbouring_time,
-    speed_for,
-    start_playback,
-    window_of,
-)
+from web.librarian import Librarian
+from web.pacing import frame_wait, is_save_due
+from web.play_head import moved
+from web.playback import Playback, WindowChoice, start_playback, window_of
 from web.preview_worker import PreviewWorker
-from web.sampling import sample_at
+from web.replay import Replay, Source
+from web.sampling import Sampler
 from web.saved_runs import SavedRuns
 from web.screen import Screen
-from web.view import Draft, RunStage, RunStatus, Shown, ViewState
+from web.view import Draft, RunStage, RunStatus, Shelf, Shown, ViewState
 
-__all__ = ["Session", "frame_wait", "is_save_due"]
+__all__ = ["Session"]
 
 FIRST_PRESET = "paper-case-2"
 
-_REST_BEFORE_SAVING = 0.5
-_FRAME_INTERVAL = 1.0 / 25.0
 _UNNOTICED_WAIT = 0.3
 _TIME_TO_LEAVE = 1.0
 
 _logger = logging.getLogger(__name__)
-
-
-def is_save_due(stage: RunStage, rested: float) -> bool:
-    """Whether the run on the screen is to be kept now.
-
-    Args:
-        stage: How far the latest request has come.
-        rested: How long ago a knob was moved last [s].
-    """
-    return stage is RunStage.PREVIEW and rested >= _REST_BEFORE_SAVING
-
-
-def frame_wait(playing: bool, stage: RunStage, waiting: bool, since_frame: float) -> float | None:
-    """How long the loop may sleep while no intent comes [s]; None is for as long as it likes.
-
-    Args:
-        playing: Whether the play head moves.
-        stage: How far the latest request has come.
-        waiting: Whether a run is being computed.
-        since_frame: How long ago the last frame was begun [s].
-    """
-    if playing:
-        return max(_FRAME_INTERVAL - since_frame, 0.0)
-    return 0.1 if waiting or stage is RunStage.PREVIEW else None
 
 
 class Session:
@@ -93,20 +65,31 @@ class Session:
         client: The viewer.
         service: Simulates.
         saved: Keeps runs.
+        first: The recording to show first; a run of the first preset if None.
     """
 
-    def __init__(self, client: viser.ClientHandle, service: RunService, saved: SavedRuns) -> None:
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        service: RunService,
+        saved: SavedRuns,
+        first: Source | None = None,
+    ) -> None:
         self._client = client
+        self._first = first
         self._mailbox = Mailbox()
         self._worker = PreviewWorker(service, saved, self._mailbox.send)
+        self._librarian = Librarian(service.store, self._mailbox.send)
         self._view = ViewState(
             draft=Draft.from_preset(FIRST_PRESET),
-            status=RunStatus(RunStage.SIMULATING),
+            status=RunStatus(RunStage.SIMULATING if first is None else RunStage.OPENING),
             choice=WindowChoice.SLIP,
         )
+        self._sampler: Sampler | None = None
+        self._opening = 0
         self._gone = threading.Event()
         self._ticket = 0
-        self._is_other_preset = True
+        self._is_other_scenario = True
         self._edited_at = -math.inf
         self._waiting_since: float | None = None
         self._thread = threading.Thread(
@@ -126,6 +109,7 @@ class Session:
         """Waits until the session has ended [s]."""
         self._thread.join(timeout)
         self._worker.join(timeout)
+        self._librarian.join(timeout)
 
     def _live(self) -> None:
         try:
@@ -142,9 +126,14 @@ class Session:
                 )
         finally:
             self._worker.close()
+            self._librarian.close()
 
     def _loop(self, screen: Screen) -> None:
-        self._request_run()
+        if self._first is None:
+            self._request_run()
+        else:
+            self._open(self._first)
+        self._librarian.list(0)
         drawn_at = time.monotonic()
         while True:
             wait = self._wait(time.monotonic() - drawn_at)
@@ -170,61 +159,91 @@ class Session:
             case SetParameter(key, value):
                 self._edit(self._view.draft.edited(key, value))
             case ChoosePreset(name):
-                self._choose_preset(name)
+                self._is_other_scenario = True
+                self._start_from(name)
             case ResetScenario():
-                self._edit(Draft(self._view.draft.preset, self._view.draft.base))
+                self._start_from(self._view.draft.origin)
             case CameraMoved(position, width, height):
                 screen.camera.report(position, width, height)
             case FrameHand():
                 screen.camera.frame()
+            case ListRecordings(page):
+                self._librarian.list(page)
+            case OpenRecording(run_id):
+                self._open(run_id)
+            case RecordingsListed() | RecordingOpened() | RecordingUnreadable():
+                self._take_from_librarian(intent)
             case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
                 self._take_answer(intent)
             case _:
-                self._take_playback(intent)
+                self._move_play_head(intent)
 
-    def _take_playback(self, intent: Intent) -> None:
+    def _move_play_head(self, intent: Intent) -> None:
         shown, playback = self._view.shown, self._view.playback
         if shown is None or playback is None:
             return
-        match intent:
-            case TogglePlay():
-                self._play(replace(playback, playing=not playback.playing))
-            case Seek(seconds) if math.isfinite(seconds):
-                self._play(playback.seek(seconds))
-            case Step(direction):
-                self._play(playback.seek(neighbouring_time(shown.result, playback.time, direction)))
-            case SetSpeed(name) if name in SPEEDS:
-                self._play(replace(playback, speed=SPEEDS[name]))
-            case ChooseWindow(choice):
-                window = window_of(shown.result, choice)
-                self._view = replace(self._view, choice=choice)
-                self._play(replace(playback.within(window), speed=speed_for(window)))
+        if isinstance(intent, ChooseWindow):
+            self._view = replace(self._view, choice=intent.choice)
+        elif isinstance(intent, Zoom):
+            self._view = replace(self._view, choice=WindowChoice.CLOSER)
+        self._play(moved(playback, intent, shown.result))
 
     def _take_answer(self, answer: RunFinished | RunRefused | RunSaved | SaveFailed) -> None:
         if answer.ticket != self._ticket:
             return
         match answer:
             case RunFinished(ticket, result, elapsed):
-                self._show(Shown(ticket, result, elapsed))
+                self._show(Shown(ticket, result, elapsed), RunStage.PREVIEW)
             case RunRefused(_, error):
                 self._waiting_since = None
                 self._set_status(RunStatus.refused(error))
             case RunSaved(_, stored):
                 self._set_status(RunStatus(RunStage.SAVED, run_id=stored.id))
+                self._librarian.list(self._view.shelf.page)
             case SaveFailed(_, message):
                 self._set_status(RunStatus(RunStage.NOT_SAVED, (message,)))
 
-    def _choose_preset(self, name: str) -> None:
+    def _take_from_librarian(
+        self, answer: RecordingsListed | RecordingOpened | RecordingUnreadable
+    ) -> None:
+        shelf = self._view.shelf
+        match answer:
+            case RecordingsListed(page, count, runs):
+                self._view = replace(self._view, shelf=Shelf(page, count, runs, shelf.message))
+            case RecordingOpened(number, recording) if number == self._opening:
+                self._view = replace(self._view, replay=recording, shelf=replace(shelf, message=""))
+                self._is_other_scenario = True
+                self._show_replay(recording)
+            case RecordingUnreadable(number, message) if number == self._opening:
+                self._view = replace(self._view, shelf=replace(shelf, message=message))
+                if self._view.shown is None:
+                    self._set_status(RunStatus(RunStage.UNREADABLE, (message,)))
+
+    def _open(self, source: Source) -> None:
+        """Asks for a recording; what is on the screen stays until it is there."""
+        self._opening += 1
+        self._librarian.open(self._opening, source)
+
+    def _show_replay(self, recording: Replay) -> None:
+        """Puts a recording on the screen; a run that is still computed is void then."""
+        self._ticket += 1
+        self._view = replace(self._view, draft=Draft.from_replay(recording))
+        self._show(Shown(self._ticket, recording.result, 0.0, recording), RunStage.REPLAY)
+
+    def _start_from(self, origin: str) -> None:
+        """Shows a recording again, or computes a preset as it comes."""
+        recording, draft = self._view.replay, self._view.draft
+        if recording is not None and origin == recording.label:
+            self._show_replay(recording)
+            return
         try:
-            draft = Draft.from_preset(name)
+            known = origin == draft.origin
+            self._edit(Draft(origin, draft.base) if known else Draft.from_preset(origin))
         except ScenarioError as error:
             self._set_status(RunStatus.refused(error))
-            return
-        self._is_other_preset = True
-        self._view = replace(self._view, choice=WindowChoice.SLIP)
-        self._edit(draft)
 
     def _edit(self, draft: Draft) -> None:
+        self._opening += 1  # What is still being opened comes too late.
         self._view = replace(self._view, draft=draft)
         self._edited_at = time.monotonic()
         self._request_run()
@@ -242,23 +261,24 @@ class Session:
             self._waiting_since = time.monotonic()
         self._worker.simulate(self._ticket, scenario)
 
-    def _show(self, shown: Shown) -> None:
+    def _show(self, shown: Shown, stage: RunStage) -> None:
         """Puts a run on the screen; the play head stays where it is unless all is new."""
         playback = self._view.playback
-        if playback is None or self._is_other_preset:
+        if playback is None or self._is_other_scenario:
             playback = start_playback(shown.result)
+            self._view = replace(self._view, choice=WindowChoice.SLIP)
         else:
-            playback = playback.within(window_of(shown.result, self._view.choice))
-        self._is_other_preset = False
+            playback = playback.within(window_of(shown.result, self._view.choice, playback.window))
+        self._is_other_scenario = False
         self._waiting_since = None
+        self._sampler = Sampler(shown.result.trace)
         self._view = replace(self._view, shown=shown)
-        self._set_status(RunStatus(RunStage.PREVIEW))
+        self._set_status(RunStatus(stage))
         self._play(playback)
 
     def _play(self, playback: Playback) -> None:
-        shown = self._view.shown
-        if shown is not None:
-            sample = sample_at(shown.result.trace, playback.time)
+        if self._sampler is not None:
+            sample = self._sampler.at(playback.time)
             self._view = replace(self._view, playback=playback, sample=sample)
 
     def _set_status(self, status: RunStatus) -> None:

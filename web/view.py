@@ -10,25 +10,27 @@ from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, preset_names, with_values
 from core.result import RunResult
 from core.scenario import Scenario
+from recordings.store import StoredRun
 from web.playback import Playback, WindowChoice
+from web.replay import Replay
 from web.sampling import Sample
 
-__all__ = ["Draft", "RunStage", "RunStatus", "Shown", "ViewState"]
+__all__ = ["Draft", "RunStage", "RunStatus", "Shelf", "Shown", "ViewState"]
 
 Value = float | int | str | list[float]
 
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """What the user is asking for: a preset and the knobs that were moved since.
+    """What the user is asking for: a scenario to start from and the knobs moved since.
 
     Attributes:
-        preset: Name of the preset.
-        base: The preset itself.
+        origin: Name of the preset, or label of the recording.
+        base: The scenario of it.
         edits: Values set since, by dotted key; any of them may be out of bounds.
     """
 
-    preset: str
+    origin: str
     base: Scenario
     edits: Mapping[str, Value] = field(default_factory=dict)
 
@@ -48,6 +50,11 @@ class Draft:
             )
         return cls(name, load_scenario(name))
 
+    @classmethod
+    def from_replay(cls, replay: Replay) -> Draft:
+        """The scenario of a recording."""
+        return cls(replay.label, replay.result.scenario)
+
     def edited(self, key: str, value: Value) -> Draft:
         """The draft with one more value set."""
         return replace(self, edits={**self.edits, key: value})
@@ -64,6 +71,9 @@ class Draft:
 class RunStage(StrEnum):
     """How far the latest request has come."""
 
+    OPENING = "opening"
+    REPLAY = "replay"
+    UNREADABLE = "unreadable"
     COMPILING = "compiling"
     SIMULATING = "simulating"
     PREVIEW = "preview"
@@ -100,17 +110,47 @@ class Shown:
     Attributes:
         ticket: Which request it answers; another ticket is another run.
         result: The run.
-        elapsed: How long it was computed [s].
+        elapsed: How long it was computed [s]; 0 if it was read.
+        replay: The recording it was read from, None if it was computed.
     """
 
     ticket: int
     result: RunResult
     elapsed: float
+    replay: Replay | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Shelf:
+    """The page of the stored runs that the user looks at.
+
+    Attributes:
+        page: Which page, 0 has the newest.
+        count: How many runs there are on all pages.
+        runs: Those of this page.
+        message: Why the last one that was asked for could not be opened, if so.
+    """
+
+    page: int = 0
+    count: int = 0
+    runs: tuple[StoredRun, ...] = ()
+    message: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewState:
-    """Everything on the screen of one session, at one moment."""
+    """Everything on the screen of one session, at one moment.
+
+    Attributes:
+        draft: What the user is asking for.
+        status: What became of it.
+        choice: Which stretch of a run is shown.
+        shown: The run on the screen.
+        playback: Where its play head stands.
+        sample: The instant there.
+        shelf: The list of stored runs.
+        replay: The recording that was opened last; there is a way back to it.
+    """
 
     draft: Draft
     status: RunStatus
@@ -118,3 +158,5 @@ class ViewState:
     shown: Shown | None = None
     playback: Playback | None = None
     sample: Sample | None = None
+    shelf: Shelf = Shelf()
+    replay: Replay | None = None

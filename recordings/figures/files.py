@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from matplotlib.figure import Figure
 
@@ -13,7 +13,7 @@ from recordings.atomic_file import atomic_file
 from recordings.exceptions import RecordingExistsError, RecordingWriteError
 from recordings.figures.style import paper_style
 
-__all__ = ["FORMATS", "check_folder", "write_figures"]
+__all__ = ["FORMATS", "check_folder", "save_figure", "write_figure", "write_figures"]
 
 FORMATS = ("svg", "pdf", "png")
 
@@ -80,13 +80,32 @@ def write_figures(
         RecordingExistsError: If a file is in the way.
     """
     check_folder(folder, figures, formats, overwrite=overwrite)
-    with paper_style():
-        for name, figure in figures.items():
-            for ending in formats:
-                path = folder / f"{name}.{ending}"
-                with atomic_file(path, overwrite=True) as stream:
-                    figure.savefig(stream, format=ending, metadata=_METADATA[ending])
+    for name, figure in figures.items():
+        for ending in formats:
+            write_figure(figure, folder / f"{name}.{ending}", overwrite=True)
     return _paths(folder, figures, formats)
+
+
+def write_figure(figure: Figure, path: Path, *, overwrite: bool = False) -> None:
+    """Saves one figure, in the format that the name of its file ends with.
+
+    Args:
+        figure: What to save.
+        path: Where, ending with one of `FORMATS`.
+        overwrite: Whether an existing file is replaced.
+
+    Raises:
+        RecordingWriteError: If the disk or its permissions do not allow it.
+        RecordingExistsError: If the file is there.
+    """
+    with atomic_file(path, overwrite=overwrite) as stream:
+        save_figure(figure, stream, path.suffix.lower().removeprefix("."))
+
+
+def save_figure(figure: Figure, stream: BinaryIO, ending: str) -> None:
+    """Writes a figure to a stream, in one of `FORMATS`, in the style of all figures."""
+    with paper_style():
+        figure.savefig(stream, format=ending, metadata=_METADATA[ending])
 
 
 def _paths(folder: Path, names: Iterable[str], formats: Sequence[str]) -> tuple[Path, ...]:

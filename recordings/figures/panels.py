@@ -24,11 +24,14 @@ __all__ = [
     "Curve",
     "Panel",
     "Plot",
+    "estimate_label",
     "estimate_panels",
     "finger_colour",
     "force_panels",
     "lighter",
+    "link_colour",
     "tracking_panels",
+    "unknown_symbol",
 ]
 
 Values = NDArray[np.float64]
@@ -156,7 +159,7 @@ def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
     torques = [
         Curve(
             label=rf"$\tau_{{{first + k + 1}}}$",
-            colour=_link_colour(finger, k),
+            colour=link_colour(finger, k),
             values=trace.joint_torque[:, first + k],
         )
         for k in range(JOINTS_PER_FINGER)
@@ -174,12 +177,12 @@ def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
         Curve(label="", colour=CONE, values=-limit, role="limit"),
         Curve(
             label="$F_n$ normal",
-            colour=_link_colour(finger, 0),
+            colour=link_colour(finger, 0),
             values=trace.normal_force[:, finger],
         ),
         Curve(
             label="$F_x$ tangential",
-            colour=_link_colour(finger, 1),
+            colour=link_colour(finger, 1),
             values=trace.tangential_force[:, finger],
         ),
     )
@@ -222,8 +225,8 @@ def _estimate_panel(result: RunResult, members: list[tuple[int, Unknown]]) -> Pa
     ]
     estimates = [
         Curve(
-            label=_symbol(unknown),
-            colour=MARK if unknown.finger < 0 else _link_colour(unknown.finger, unknown.link),
+            label=unknown_symbol(unknown),
+            colour=MARK if unknown.finger < 0 else link_colour(unknown.finger, unknown.link),
             values=trace.estimates[:, column],
         )
         for column, unknown in sorted(members, key=lambda member: member[1])
@@ -231,12 +234,13 @@ def _estimate_panel(result: RunResult, members: list[tuple[int, Unknown]]) -> Pa
     contacts = range(trace.shape.num_contacts) if first.finger < 0 else (first.finger,)
     return Panel(
         title=_estimate_title(result.scenario, first),
-        plots=(Plot(label=_estimate_label(first), curves=(*truths, *estimates), least_span=1e-4),),
+        plots=(Plot(label=estimate_label(first), curves=(*truths, *estimates), least_span=1e-4),),
         contacts=tuple(contacts),
     )
 
 
-def _symbol(unknown: Unknown) -> str:
+def unknown_symbol(unknown: Unknown) -> str:
+    """The symbol of the estimate of an unknown parameter."""
     if unknown.kind == "link_mass":
         return rf"$\hat m_{{{JOINTS_PER_FINGER * unknown.finger + unknown.link + 1}}}$"
     if unknown.kind == "friction":
@@ -244,7 +248,8 @@ def _symbol(unknown: Unknown) -> str:
     return r"$\hat m_o$" if unknown.kind == "object_mass" else r"$\hat I_o$"
 
 
-def _estimate_label(unknown: Unknown) -> str:
+def estimate_label(unknown: Unknown) -> str:
+    """Symbol and unit of an axis that shows such estimates."""
     return {
         "link_mass": r"$\hat m$ [kg]",
         "friction": r"$\hat\mu$ [–]",
@@ -263,6 +268,6 @@ def _estimate_title(scenario: Scenario, unknown: Unknown) -> str:
     }[unknown.kind]
 
 
-def _link_colour(finger: int, link: int) -> Rgb:
+def link_colour(finger: int, link: int) -> Rgb:
     """The finger's own colour, and a lighter tone for the second of its curves."""
     return lighter(finger_colour(finger), 0.5 * max(link, 0))

@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from core.result import RunResult
+from core.trace import Trace
 from core.types import Outcome
 from recordings.figures.panels import Curve, Panel, Plot, lighter
 from recordings.figures.phases import draw_lanes, name_lanes, phase_patches, shade
@@ -22,7 +23,7 @@ from recordings.figures.slip_times import Window, closer_look, whole_run
 from recordings.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
 from recordings.palette import MARK, MUTED
 
-__all__ = ["draw_sheet", "ending_words"]
+__all__ = ["draw_sheet", "ending_words", "rows_from_start"]
 
 # Sizes on the page [mm].
 _MARGIN = 1.5
@@ -163,7 +164,7 @@ def _views(result: RunResult, cell: _Cell) -> tuple[_View, ...]:
 def _draw_plot(axes: Axes, result: RunResult, plot: Plot, view: _View, height: float) -> None:
     if plot.with_zero:
         axes.axhline(0.0, color=paint(lighter(MUTED, 0.4)), linewidth=0.5, zorder=1.0)
-    rows = _rows_from_start(result)
+    rows = rows_from_start(result.trace)
     times = result.trace.times[rows]
     marker = "." if len(times) == 1 else ""
     for curve in plot.curves:
@@ -179,9 +180,9 @@ def _draw_plot(axes: Axes, result: RunResult, plot: Plot, view: _View, height: f
         axes.yaxis.set_major_formatter("{x:.3g}")
 
 
-def _rows_from_start(result: RunResult) -> slice:
+def rows_from_start(trace: Trace) -> slice:
     """All rows but those before the selection at the start: nothing moved by their forces."""
-    times = result.trace.times
+    times = trace.times
     return slice(int(np.searchsorted(times, times[0], side="right")) - 1, None)
 
 

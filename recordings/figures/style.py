@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import RLock
 from typing import Any
 
 import matplotlib
@@ -52,14 +53,17 @@ _STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
 }
 
+_TURN = RLock()
+
 
 @contextmanager
 def paper_style() -> Iterator[None]:
     """The style of all figures, whatever the user's own settings are.
 
-    Figures must be drawn and saved in it.
+    Figures must be drawn and saved in it. matplotlib's settings and fonts are those of the
+    whole process, so threads take turns.
     """
-    with matplotlib.rc_context():
+    with _TURN, matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_STYLE)
         yield

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from core.simulator import kernel_progress
 from core.provenance import program_version
+from core.simulator import kernel_progress
 from server.dependencies import RunServiceDep
 from server.schemas import HealthPublic
 

@@ -8,13 +8,13 @@ from fastapi import APIRouter, HTTPException, Query
 
 from core.loading import preset_names
 from server.run_request import find_preset
-from server.schemas import (
+from server.scenario_schemas import (
     ParametersPublic,
     PresetPublic,
     PresetsPublic,
     PresetSummary,
-    ProblemPublic,
 )
+from server.schemas import ProblemPublic
 
 __all__ = ["router"]
 

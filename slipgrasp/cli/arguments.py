@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from recordings.store import RecordingStore
 
-__all__ = ["add_data_directory", "data_directory", "store_in"]
+__all__ = ["add_data_directory", "data_directory", "recording_path", "store_in"]
 
 
 def add_data_directory(parser: argparse.ArgumentParser) -> None:
@@ -35,3 +35,19 @@ def store_in(chosen: Path | None) -> RecordingStore:
     from recordings.store import RecordingStore
 
     return RecordingStore(data_directory(chosen))
+
+
+def recording_path(source: str, chosen: Path | None) -> Path:
+    """The file of a recording that is named by its path, or by its id in the data folder.
+
+    Args:
+        source: What stands for a file is one; anything else is an id.
+        chosen: The folder of the recordings, if one was chosen.
+
+    Raises:
+        RecordingNotFoundError: If there is no run of that id.
+    """
+    path = Path(source)
+    if path.suffix or path.parent != Path() or path.exists():
+        return path
+    return store_in(chosen).get(source).path

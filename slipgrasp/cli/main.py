@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from core.exceptions import SlipgraspError
-from slipgrasp.cli import export, figures, recover, run, scenarios, serve
+from slipgrasp.cli import diff, export, figures, recover, replay, run, scenarios, serve, verify
 from slipgrasp.cli.status import ExitStatus, complain
 
 __all__ = ["main"]
@@ -23,8 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: What stands behind the program's name; that of this process if None.
 
     Returns:
-        The exit status: 0 completed, 2 bad input, 3 ended early by physics, 4 any other
-        early end.
+        The exit status: 0 completed, 1 two runs differ, 2 bad input, 3 ended early by physics,
+        4 any other early end.
     """
     _replace_what_the_terminal_cannot_show()
     try:
@@ -87,7 +87,7 @@ def _make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for command in (run, export, figures, recover, scenarios, serve):
+    for command in (run, replay, diff, verify, export, figures, recover, scenarios, serve):
         command.add_command(commands)
     return parser
 

@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["add_command"]
 
 DESCRIPTION = "Simulates a scenario, keeps the recording and tells what happened."
+MAX_DISPLAY_RATE = 1000.0
 STATUSES = (
     "exit status: 0 completed, 3 ended early by physics, 2 bad input (nothing saved), "
     "4 any other early end (limit, interrupt, disk)"
@@ -56,16 +57,33 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--output", metavar="FILE.mcap", type=Path, help="where to write the recording"
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
+    parser.add_argument(
+        "--display-rate",
+        metavar="HZ",
+        type=_display_rate,
+        help="how often the recording shows hand and object to Foxglove and Rerun, "
+        f"0 for never (default: 50, at most {MAX_DISPLAY_RATE:g})",
+    )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
 
 
+def _display_rate(text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = -1.0
+    if not 0.0 <= rate <= MAX_DISPLAY_RATE:
+        limit = f"0 … {MAX_DISPLAY_RATE:g} Hz"
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no display rate; allowed: {limit}")
+    return rate
+
+
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     scenario = _read_scenario(arguments.scenario, arguments.assignments)
-    save = _prepare_saving(arguments)
-    result = _simulate(scenario)
-    result, recording = _save(result, save)
+    place = _find_place(arguments)
+    result, recording = _simulate(scenario, place, arguments.display_rate)
     if arguments.json:
         path = None if recording is None else str(recording)
         print(json.dumps({**result.summary(), "recording": path}, allow_nan=False))
@@ -85,19 +103,25 @@ def _read_scenario(source: str, assignments: list[str]) -> Scenario:
     return with_values(scenario, parse_assignments(assignments, parameter_definitions(scenario)))
 
 
-def _prepare_saving(arguments: argparse.Namespace) -> Callable[[RunResult], Path]:
-    """Finds out before the simulation whether the result can be saved at all.
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where a recording goes, and what is to be done once it is there."""
 
-    Returns:
-        What saves a result and tells where it is.
-    """
+    path: Path
+    overwrite: bool
+    register: Callable[[RunResult], object]
+
+
+def _find_place(arguments: argparse.Namespace) -> _Place:
+    """Finds out before the simulation whether the result can be saved at all."""
     if arguments.output is None:
         store = store_in(arguments.data_directory)
         store.prepare()
-        return lambda result: store.save(result).path.absolute()
+        reservation = store.reserve()
+        return _Place(reservation.path.absolute(), False, partial(store.register, reservation))
     output: Path = arguments.output.absolute()
     _check_output(output, arguments.force)
-    return partial(_write, output=output, overwrite=arguments.force)
+    return _Place(output, arguments.force, lambda result: None)
 
 
 def _check_output(output: Path, force: bool) -> None:
@@ -113,31 +137,25 @@ def _check_output(output: Path, force: bool) -> None:
         raise RecordingExistsError(output)
 
 
-def _write(result: RunResult, output: Path, overwrite: bool) -> Path:
-    from recordings.writer import write_recording
-
-    write_recording(result, output, overwrite=overwrite)
-    return output
-
-
-def _simulate(scenario: Scenario) -> RunResult:
-    from core.simulator import simulate
+def _simulate(
+    scenario: Scenario, place: _Place, display_rate: float | None
+) -> tuple[RunResult, Path | None]:
+    """Simulates and records; where the disk fails the result is still told, with a warning."""
+    from recordings.foxglove import DISPLAY_RATE
+    from recordings.recorder import record
 
     load_simulation()
     with Interrupt() as interrupt, Progress("simulating") as progress:
-        return simulate(scenario, progress=progress.update, should_stop=lambda: interrupt.requested)
-
-
-def _save(result: RunResult, save: Callable[[RunResult], Path]) -> tuple[RunResult, Path | None]:
-    """Saves a result; where the disk fails it is still told, with a warning more."""
-    from core.types import RunWarning
-    from recordings.exceptions import RecordingError
-
-    try:
-        return result, save(result)
-    except RecordingError as error:
-        complain(f"the run is not saved: {error}")
-        warning = RunWarning(
-            code="not_saved", message=str(error), count=1, first_time=result.end_time
+        recorded = record(
+            scenario,
+            place.path,
+            overwrite=place.overwrite,
+            display_rate=DISPLAY_RATE if display_rate is None else display_rate,
+            progress=progress.update,
+            should_stop=lambda: interrupt.requested,
         )
-        return replace(result, warnings=(*result.warnings, warning)), None
+    if recorded.failure is None:
+        place.register(recorded.result)
+        return recorded.result, place.path
+    complain(f"the run is not saved: {recorded.failure}")
+    return recorded.result, None

@@ -18,6 +18,7 @@ class ExitStatus(IntEnum):
     """Exit statuses that scripts may rely on."""
 
     COMPLETED = 0
+    DIFFERENT = 1
     BAD_INPUT = 2
     ENDED_BY_PHYSICS = 3
     ENDED_EARLY = 4

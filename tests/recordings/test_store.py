@@ -1,16 +1,30 @@
 import json
+import os
 import re
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from datetime import datetime
 
 import pytest
 
+from core.types import RunWarning
 from recordings import (
     DamagedRecordingError,
     RecordingNotFoundError,
     RecordingStore,
     RecordingWriteError,
     default_data_directory,
+    documents,
+    write_recording,
 )
+from recordings.exceptions import (
+    AnnotationError,
+    RecordingChangedError,
+    StorageFullError,
+    UploadError,
+)
+from recordings.run_folder import RunFolder
+from recordings.storage_limits import StorageLimits
 
 
 @pytest.fixture
@@ -44,10 +58,12 @@ def test_runs_are_listed_newest_first_and_by_pages(store, short_run):
 
 def test_a_deleted_run_is_gone_with_its_sidecar(store, short_run, tmp_path):
     stored = store.save(short_run)
+    assert store.count() == len(store.list()) == 1
 
     store.delete(stored.id)
 
-    assert list((tmp_path / "runs").iterdir()) == []
+    assert store.count() == len(store.list()) == 0
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == ["catalogue.sqlite"]
     with pytest.raises(RecordingNotFoundError):
         store.delete(stored.id)
 
@@ -71,15 +87,273 @@ def test_a_link_that_leads_out_of_the_folder_is_not_followed(store, short_run, t
         store.open("aaaaaaaaaaaa")
 
 
-def test_a_missing_or_broken_sidecar_is_derived_from_the_recording(store, short_run, tmp_path):
+BROKEN_SIDECARS = [
+    None,
+    b"",
+    b"{",
+    b"[]",
+    b"\xff",
+    b"[" * 100_000,
+    b'{"created": "now"}',
+    b'{"created": 1, "title": 1, "controller": 1, "summary": 1, "name": 1, "tags": "x"}',
+    b'{"title": "x", "controller": "x", "summary": {"outcome": "completed", "metrics": {}}}',
+    b'{"title": "\\ud800", "created": "0001-01-01T00:00+09:00", "tags": ["\\ud800"]}',
+]
+
+
+@pytest.mark.parametrize("content", BROKEN_SIDECARS)
+def test_a_missing_or_broken_sidecar_is_derived_from_the_recording(store, short_run, content):
     stored = store.save(short_run)
-    sidecar = tmp_path / "runs" / f"{stored.id}.json"
-    for text in (None, "{", "[]", '{"created": "now"}'):
-        sidecar.unlink(missing_ok=True)
-        if text is not None:
-            sidecar.write_text(text)
-        found = store.get(stored.id)
+    sidecar = stored.path.with_suffix(".json")
+    sidecar.unlink()
+    if content is not None:
+        sidecar.write_bytes(content)
+
+    for found in (store.get(stored.id), *store.list()):
         assert (found.title, found.summary) == (stored.title, stored.summary)
+        assert (found.preset, found.controller) == (stored.preset, stored.controller)
+        assert (found.name, found.notes, found.tags) == ("", "", ())
+        assert datetime.fromisoformat(found.created).timestamp() == pytest.approx(
+            stored.path.stat().st_mtime, abs=0.001
+        )
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("end_time", "1e999"),
+        ("end_time", "NaN"),
+        ("end_time", "1" + "0" * 400),
+        ("metrics", '{"held": true}'),
+        ("outcome", '"splendid"'),
+    ],
+)
+def test_a_sidecar_with_figures_no_run_has_is_not_believed(store, short_run, key, value):
+    stored = store.save(short_run)
+    store.annotate(stored.id, name="kept", tags=["kept too"])
+    sidecar = stored.path.with_suffix(".json")
+    document = json.loads(sidecar.read_text())
+    document["summary"][key] = "WRONG"
+    sidecar.write_text(json.dumps(document).replace('"WRONG"', value))
+
+    for found in (store.get(stored.id), *store.list()):
+        assert found.summary == stored.summary
+        assert (found.created, found.name, found.tags) == (stored.created, "kept", ("kept too",))
+    assert store.annotate(stored.id, notes="more").summary == stored.summary
+
+
+def test_a_run_tells_preset_controller_and_size(store, short_run, run_without_unknowns):
+    stored = store.save(short_run)
+    assert (stored.preset, stored.controller) == ("paper-case-2", "theorem-4")
+    assert stored.size == stored.path.stat().st_size
+    other = replace(short_run, scenario=replace(short_run.scenario, title="of my own"))
+    assert store.save(other).preset == ""
+
+
+def test_a_run_is_recorded_at_its_reserved_place_and_registered(store, short_run, same_run):
+    place = store.reserve()
+    assert store.count() == 0 and place.path.parent.is_dir()
+    with pytest.raises(RecordingNotFoundError):
+        store.register(place, short_run)
+
+    write_recording(short_run, place.path)
+    stored = store.register(place, short_run)
+
+    assert stored == store.get(place.id) == store.list()[0]
+    same_run(store.open(place.id), short_run)
+
+
+def test_a_run_whose_sidecar_cannot_be_written_is_kept(store, short_run, caplog):
+    place = store.reserve()
+    write_recording(short_run, place.path)
+    place.path.with_suffix(".json").mkdir()
+
+    stored = store.register(place, short_run)
+
+    assert "without its sidecar" in caplog.text
+    assert [run.id for run in store.list()] == [stored.id]
+    assert store.get(stored.id).summary == stored.summary
+
+
+def test_a_run_that_vanishes_is_not_found_instead_of_failing(store, short_run):
+    stored = store.save(short_run)
+    stored.path.with_suffix(".json").unlink()
+    folder = RunFolder(stored.path.parent)
+    assert folder.holds(stored.id)
+    stored.path.unlink()
+
+    with pytest.raises(RecordingNotFoundError, match=stored.id):
+        folder.read(stored.id)
+    assert store.list() == [] and store.count() == 0
+
+
+def test_name_notes_and_tags_are_kept_and_survive_a_restart(store, short_run, tmp_path):
+    stored = store.save(short_run)
+    store.annotate(stored.id, name=" heavier ", tags=["a", "b", "a"])
+    changed = store.annotate(stored.id, notes="first\nsecond\tline ✓")
+
+    assert (changed.name, changed.notes, changed.tags) == (
+        "heavier",
+        "first\nsecond\tline ✓",
+        ("a", "b"),
+    )
+    assert changed == store.get(stored.id) == RecordingStore(tmp_path / "runs").list()[0]
+    assert (changed.created, changed.summary) == (stored.created, stored.summary)
+    assert store.annotate(stored.id, name="", tags=[]).annotations == replace(
+        changed.annotations, name="", tags=()
+    )
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"name": "x" * 201},
+        {"name": "two\nlines"},
+        {"name": "\ud800"},
+        {"name": 1},
+        {"notes": "x" * 10_001},
+        {"notes": "\0"},
+        {"tags": ["x"] * 33},
+        {"tags": ["x" * 65]},
+        {"tags": [" "]},
+        {"tags": ["a\tb"]},
+        {"tags": "word"},
+    ],
+)
+def test_what_is_beyond_the_bounds_is_refused_by_name_and_nothing_changes(store, short_run, wrong):
+    stored = store.save(short_run)
+    (field,) = wrong
+    with pytest.raises(AnnotationError, match=rf"^{field}: \S") as refusal:
+        store.annotate(stored.id, **wrong)
+    assert refusal.value.field == field and len(str(refusal.value)) < 200
+    assert store.get(stored.id) == stored
+
+
+def test_a_change_made_for_an_older_revision_is_refused(store, short_run):
+    stored = store.save(short_run)
+    changed = store.annotate(stored.id, name="first", expected={stored.revision})
+
+    with pytest.raises(RecordingChangedError, match="changed meanwhile"):
+        store.annotate(stored.id, name="second", expected={stored.revision})
+
+    assert store.get(stored.id).name == "first"
+    assert store.get(stored.id).revision == changed.revision != stored.revision
+
+
+def test_of_many_changes_at_once_for_one_revision_one_is_made(store, short_run):
+    stored = store.save(short_run)
+
+    def change(number):
+        try:
+            return store.annotate(stored.id, name=str(number), expected={stored.revision}).name
+        except RecordingChangedError:
+            return None
+
+    with ThreadPoolExecutor(8) as pool:
+        made = [name for name in pool.map(change, range(16)) if name]
+    assert made == [store.get(stored.id).name]
+
+
+def test_a_damaged_run_can_be_named_and_deleted(store, short_run):
+    stored = store.save(short_run)
+    stored.path.write_bytes(stored.path.read_bytes()[:-100])
+    stored.path.with_suffix(".json").unlink()
+
+    assert store.annotate(stored.id, name="broken").name == "broken"
+    (listed,) = store.list()
+    assert listed.name == "broken" and "damaged" in listed.title and listed.summary == {}
+    store.delete(stored.id)
+    assert store.list() == []
+
+
+FORGED = {
+    "text": {"warnings": (RunWarning(code="x", message="\ud800", count=1, first_time=0.0),)},
+    "number": {"phase_change_count": 10**400},
+}
+
+
+@pytest.fixture(params=FORGED)
+def forged(request, store, short_run, monkeypatch):
+    """A recording of which every checksum fits, with an ending that cannot be told."""
+    change = FORGED[request.param]
+    if "warnings" in change:
+        run = replace(short_run, **change)
+    else:
+        run = replace(short_run, metrics=replace(short_run.metrics, **change))
+    place = store.reserve()
+    with monkeypatch.context() as patch:
+        patch.setattr(documents, "_to_json", json.dumps)
+        write_recording(run, place.path)
+    return place
+
+
+def test_a_forged_ending_does_not_hide_the_other_runs(store, short_run, forged):
+    whole = store.save(short_run)
+
+    listed = {run.id: run for run in store.list()}
+
+    assert listed[whole.id] == whole and store.get(whole.id) == whole
+    assert "damaged" in listed[forged.id].title and listed[forged.id].summary == {}
+    json.dumps(listed[forged.id].told(), ensure_ascii=False).encode()
+
+
+def test_a_forged_ending_is_not_taken_as_an_upload(store, forged):
+    content = forged.path.read_bytes()
+    forged.path.unlink()
+    with pytest.raises(UploadError, match="damaged"), store.upload(forged) as upload:
+        upload.write(content)
+        upload.finish()
+    assert list(forged.path.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize("seconds", [10**12, -(10**10)])
+def test_a_recording_with_an_impossible_time_is_listed(store, short_run, seconds):
+    stored = store.save(short_run)
+    stored.path.with_suffix(".json").unlink()
+    os.utime(stored.path, (seconds, seconds))
+    (listed,) = store.list()
+    assert listed.summary == stored.summary and datetime.fromisoformat(listed.created)
+
+
+def test_two_deletions_of_one_run_at_once_succeed_once(store, short_run):
+    stored = store.save(short_run)
+
+    def delete(_):
+        try:
+            store.delete(stored.id)
+        except RecordingNotFoundError:
+            return 0
+        return 1
+
+    with ThreadPoolExecutor(4) as pool:
+        assert sum(pool.map(delete, range(4))) == 1
+
+
+def test_no_run_is_begun_beyond_the_quota_until_others_are_deleted(short_run, tmp_path):
+    size = RecordingStore(tmp_path / "other").save(short_run).size
+    store = RecordingStore(tmp_path / "runs", StorageLimits(quota=2 * size))
+    kept = [store.save(short_run), store.save(short_run)]
+
+    with pytest.raises(StorageFullError, match=r"take .* of the .* kB .* delete some, or raise"):
+        store.save(short_run)
+    assert store.count() == 2
+
+    store.delete(kept[0].id)
+    store.save(short_run)
+
+
+def test_what_is_to_come_counts_against_the_quota(tmp_path):
+    store = RecordingStore(tmp_path, StorageLimits(quota=1000))
+    store.reserve(999)
+    with pytest.raises(StorageFullError, match="1 kB"):
+        store.reserve(1000)
+
+
+def test_no_run_is_begun_where_the_disk_would_fill_up(short_run, tmp_path):
+    store = RecordingStore(tmp_path, StorageLimits(min_free=1 << 50))
+    with pytest.raises(StorageFullError, match=r"free and 1126 TB must stay free"):
+        store.save(short_run)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_damaged_recording_does_not_hide_the_others(store, short_run):

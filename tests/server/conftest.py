@@ -9,7 +9,9 @@ from typing import Any
 import httpx2
 import pytest
 
-from core.simulator import prepare_kernel
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.simulator import prepare_kernel, simulate
 from server.app import create_app
 from server.settings import Settings
 from server.viewer_relay import add_viewer_routes
@@ -42,6 +44,11 @@ def sample_run(server: RunningServer) -> dict[str, Any]:
     assert answer.status_code == 201
     run: dict[str, Any] = answer.json()
     return run
+
+
+@pytest.fixture(scope="session")
+def short_result() -> RunResult:
+    return simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.01}))
 
 
 @dataclass(frozen=True, slots=True)

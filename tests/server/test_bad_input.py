@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import socket
 from typing import Any
 
 import httpx2
@@ -303,7 +304,9 @@ def test_a_body_just_within_the_limit_is_read(server, client) -> None:
         ("DELETE", "/runs", "GET, POST"),
         ("PUT", "/runs", "GET, POST"),
         ("POST", "/health", "GET"),
-        ("PATCH", "/runs/abcdefghijkl", "GET"),
+        ("PUT", "/runs/abcdefghijkl", "DELETE, GET, PATCH"),
+        ("POST", "/runs/abcdefghijkl/recording", "GET, HEAD"),
+        ("GET", "/recordings", "POST"),
         ("TRACE", "/presets", "GET"),
         ("NONSENSE", "/runs", "GET, POST"),
     ],
@@ -387,13 +390,39 @@ IDS = [
 
 
 @pytest.mark.parametrize("run_id", IDS)
-@pytest.mark.parametrize("part", ["", "/signals", "/signals.csv", "/recording"])
-def test_an_id_that_is_none_is_not_found(server, run_id, part) -> None:
-    request = f"GET /api/v1/runs/{run_id}{part} HTTP/1.1\r\nHost: localhost:{server.port}\r\n\r\n"
-    answer = exchange(server.port, request.encode())
-    assert answer.status in (404, 422)
+@pytest.mark.parametrize(
+    ("method", "part"),
+    [
+        ("GET", ""),
+        ("GET", "/signals"),
+        ("GET", "/signals.csv"),
+        ("GET", "/recording"),
+        ("HEAD", "/recording"),
+        ("PATCH", ""),
+        ("DELETE", ""),
+    ],
+)
+def test_an_id_that_is_none_is_not_found(server, run_id, method, part) -> None:
+    outside = sorted(path.name for path in server.data_directory.parent.iterdir())
+    body = b'{"name": "x"}' if method == "PATCH" else b""
+    request = (
+        f"{method} /api/v1/runs/{run_id}{part} HTTP/1.1\r\nHost: localhost:{server.port}\r\n"
+        f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+    )
+    if method == "HEAD":
+        assert raw_status(server.port, request.encode()) in (404, 422)
+        return
+    answer = exchange(server.port, request.encode() + body)
+    assert answer.status in ((404, 405, 422) if run_id == "." else (404, 422))
     assert answer.headers["content-type"] == PROBLEM
     assert b"root:" not in answer.body
+    assert sorted(path.name for path in server.data_directory.parent.iterdir()) == outside
+
+
+def raw_status(port: int, request: bytes) -> int:
+    with socket.create_connection(("127.0.0.1", port), timeout=30) as connection:
+        connection.sendall(request)
+        return int(connection.recv(65536).split()[1])
 
 
 JSON_VALUES = st.recursive(

@@ -60,7 +60,12 @@ def test_the_description_lists_every_route_and_its_problems(client) -> None:
         "/api/v1/runs/{run_id}",
         "/api/v1/runs/{run_id}/signals",
         "/api/v1/runs/{run_id}/signals.csv",
+        "/api/v1/runs/{run_id}/signals.parquet",
+        "/api/v1/runs/{run_id}/signals.npz",
         "/api/v1/runs/{run_id}/recording",
+        "/api/v1/recordings",
+        "/api/v1/diff",
+        "/api/v1/diff/figure",
     }
     posting = document["paths"]["/api/v1/runs"]["post"]
     schema = posting["requestBody"]["content"]["application/json"]["schema"]

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import shutil
 import threading
 import time
 from contextlib import suppress
@@ -16,7 +17,7 @@ import pytest
 from core.loading import load_scenario
 from core.simulator import simulate
 from core.types import Outcome
-from recordings.csv_export import csv_columns, write_csv
+from recordings.export import csv_columns, write_csv
 from recordings.reader import read_recording
 from server.settings import Settings
 from tests.server.serving import RunningServer, serve
@@ -114,9 +115,10 @@ def test_a_run_beyond_the_time_limit_ends_as_limit_and_is_created(tmp_path) -> N
 
 
 def test_a_run_that_cannot_be_written_is_still_answered(tmp_path) -> None:
-    blocked = tmp_path / "file"
-    blocked.write_text("not a folder")
+    blocked = tmp_path / "data"
     with serve(Settings(data_directory=blocked)) as running, running.client() as client:
+        shutil.rmtree(blocked)
+        blocked.write_text("not a folder")
         answer = client.post("/runs", json={"scenario": "paper-case-1"})
         assert client.get("/health").status_code == 200
     run = answer.json()
@@ -133,14 +135,34 @@ def test_a_run_is_read_again_as_it_was_answered(client, sample_run) -> None:
 def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
     short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
     with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
-        assert client.get("/runs").json() == {"data": [], "count": 0}
+        listed = client.get("/runs").json()
+        none = {"data": [], "count": 0, "unread": 0, "links": {}}
+        assert listed == none
         made = [client.post("/runs", json=short).json() for _ in range(5)]
         newest = made[::-1]
-        assert client.get("/runs").json() == {"data": newest, "count": 5}
+        assert client.get("/runs").json() == {**none, "data": newest, "count": 5}
         page = client.get("/runs", params={"limit": 2, "offset": 1}).json()
-        assert page == {"data": newest[1:3], "count": 5}
+        assert (page["data"], page["count"]) == (newest[1:3], 5)
         beyond = client.get("/runs", params={"offset": 10**9}).json()
-        assert beyond == {"data": [], "count": 5}
+        assert (beyond["data"], beyond["count"]) == ([], 5)
+
+
+def test_the_links_of_a_page_lead_through_all_pages_and_back(tmp_path) -> None:
+    short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
+    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+        made = [client.post("/runs", json=short).json()["id"] for _ in range(5)]
+        page = client.get("/runs", params={"limit": 2, "text": "CASE I", "sort": "created"}).json()
+        pages = [page]
+        while "next" in page["links"]:
+            page = client.get(f"{running.url}{page['links']['next']}").json()
+            pages.append(page)
+        assert [[run["id"] for run in page["data"]] for page in pages] == [
+            made[:2],
+            made[2:4],
+            made[4:],
+        ]
+        before = client.get(f"{running.url}{page['links']['prev']}").json()
+        assert before == pages[1] and "prev" not in pages[0]["links"]
 
 
 def test_the_recording_is_downloaded_byte_for_byte(client, sample_run) -> None:
@@ -154,6 +176,26 @@ def test_part_of_a_recording_can_be_downloaded(client, sample_run) -> None:
     answer = client.get(f"/runs/{sample_run['id']}/recording", headers={"Range": "bytes=0-7"})
     assert answer.status_code == 206
     assert answer.content == Path(sample_run["recording"]).read_bytes()[:8]
+
+
+def test_a_recording_that_the_client_has_is_not_sent_again(client, sample_run) -> None:
+    path = f"/runs/{sample_run['id']}/recording"
+    tag = client.get(path).headers["etag"]
+    for known in (tag, f'"other", {tag}', f"W/{tag}", "*"):
+        answer = client.get(path, headers={"If-None-Match": known})
+        assert (answer.status_code, answer.content) == (304, b"")
+        assert answer.headers["etag"] == tag
+    assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 200
+
+
+def test_the_head_of_a_recording_tells_its_size_and_sends_nothing(client, sample_run) -> None:
+    path = f"/runs/{sample_run['id']}/recording"
+    answer = client.head(path)
+    size = Path(sample_run["recording"]).stat().st_size
+    assert answer.status_code == 200 and answer.content == b""
+    assert int(answer.headers["content-length"]) == size == sample_run["size"]
+    assert answer.headers["accept-ranges"] == "bytes"
+    assert answer.headers["etag"] == client.get(path).headers["etag"]
 
 
 def test_the_csv_file_is_the_exported_one(client, sample_run) -> None:
@@ -242,7 +284,8 @@ def test_a_link_in_the_data_folder_is_not_followed(tmp_path) -> None:
     folder.mkdir()
     (folder / "abcdefghijkl.mcap").symlink_to(secret)
     with serve(Settings(data_directory=folder)) as running, running.client() as client:
-        assert client.get("/runs").json() == {"data": [], "count": 0}
+        listed = client.get("/runs").json()
+        assert listed == {"data": [], "count": 0, "unread": 0, "links": {}}
         assert client.get("/runs/abcdefghijkl/recording").status_code == 404
 
 

@@ -1,8 +1,11 @@
 import csv
 import io
 import os
+import pty
 import subprocess
 
+import numpy as np
+import pyarrow.parquet
 import pytest
 
 from core.loading import load_scenario, with_values
@@ -100,3 +103,87 @@ def test_an_output_that_takes_nothing_is_told_in_one_line(slipgrasp, recording):
 
     assert done.returncode == 4
     assert done.stderr == "slipgrasp: cannot write the output: No space left on device\n"
+
+
+def reads_as(path):
+    """The slip of contact 0, as another program reads it."""
+    if path.suffix == ".parquet":
+        return pyarrow.parquet.read_table(path)["slip_0"].to_numpy()
+    with np.load(path, allow_pickle=False) as arrays:
+        return arrays["slip_0"]
+
+
+@pytest.mark.parametrize("ending", ["parquet", "npz"])
+def test_the_ending_of_the_output_chooses_the_format(slipgrasp, recording, run, tmp_path, ending):
+    table = tmp_path / f"run.{ending}"
+
+    assert slipgrasp("export", recording, "--output", table).returncode == 0
+
+    assert reads_as(table).tobytes() == run.trace.slip[:, 0].tobytes()
+
+
+def test_binary_tables_can_go_to_a_pipe(slipgrasp, recording, run, tmp_path):
+    done = subprocess.run(
+        slipgrasp.command("export", recording, "--format", "parquet"),
+        cwd=slipgrasp.folder,
+        env=slipgrasp.environment,
+        capture_output=True,
+        check=True,
+    )
+
+    table = tmp_path / "piped.parquet"
+    table.write_bytes(done.stdout)
+    assert reads_as(table).tobytes() == run.trace.slip[:, 0].tobytes()
+
+
+def test_binary_tables_are_kept_from_a_terminal(slipgrasp, recording):
+    terminal, its_end = pty.openpty()
+    with os.fdopen(its_end, "w") as screen:
+        done = subprocess.run(
+            slipgrasp.command("export", recording, "--format", "npz"),
+            cwd=slipgrasp.folder,
+            env=slipgrasp.environment,
+            stdout=screen,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    os.close(terminal)
+
+    assert done.returncode == 2
+    assert done.stderr == ("slipgrasp: npz is not for a terminal; name a file with --output\n")
+
+
+def test_an_output_without_a_known_ending_needs_a_format(slipgrasp, recording, tmp_path):
+    refused = slipgrasp("export", recording, "--output", "run.txt")
+    assert refused.returncode == 2
+    assert "does not end with a format" in refused.stderr
+
+    done = slipgrasp("export", recording, "--output", "run.txt", "--format", "csv")
+    assert done.returncode == 0
+    assert (tmp_path / "run.txt").read_text().startswith("t,x,y,theta,")
+
+
+def test_a_film_and_a_page_are_written(slipgrasp, recording, tmp_path):
+    film = slipgrasp("export", recording, "--output", "run.gif", "--fps", "10")
+    page = slipgrasp("export", recording, "--output", "run.html", "--fps", "10")
+
+    assert (film.returncode, page.returncode) == (0, 0), film.stderr + page.stderr
+    assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
+    assert "<html" in (tmp_path / "run.html").read_text(encoding="utf-8")[:2000].lower()
+
+
+@pytest.mark.parametrize("fps", ["nan", "51"])
+def test_frames_per_second_have_bounds(slipgrasp, recording, fps):
+    refused = slipgrasp("export", recording, "--output", "run.gif", "--fps", fps)
+
+    assert refused.returncode == 2
+    assert "--fps" in refused.stderr and refused.stderr.count("\n") == 1
+
+
+def test_a_stored_run_is_exported_by_its_id(slipgrasp):
+    path = slipgrasp.run_json("paper-case-1", "--set", "simulation.duration=0.1")["recording"]
+
+    done = slipgrasp("export", path.rpartition("/")[2].removesuffix(".mcap"))
+
+    assert done.returncode == 0
+    assert done.stdout.startswith("t,x,y,theta,")

@@ -3,6 +3,7 @@ import resource
 import signal
 
 import pytest
+from mcap.reader import make_reader
 
 from core.types import Outcome
 from recordings import read_recording
@@ -233,3 +234,28 @@ def test_the_help_of_run_lists_the_parameters_with_unit_and_bounds(slipgrasp):
     assert done.returncode == 0
     assert "object.mass  (0.001 … 1000 kg)" in done.stdout
     assert "controller.grasp_force  (one of minimum, none)" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rate"),
+    [((), 50.0), (("--display-rate", "10"), 10.0), (("--display-rate", "0"), 0)],
+)
+def test_the_recording_shows_the_hand_at_the_display_rate(slipgrasp, arguments, rate):
+    result = slipgrasp.run_json(*SHORT, *arguments)
+
+    with (slipgrasp.data / result["recording"]).open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    by_topic = {
+        channel.topic: summary.statistics.channel_message_counts.get(channel.id, 0)
+        for channel in summary.channels.values()
+    }
+    expected = 0.3 * rate + 1 if rate else None
+    assert by_topic.get("/tf") == by_topic.get("/scene") == expected
+
+
+@pytest.mark.parametrize("rate", ["-1", "nan", "fast", "1e4"])
+def test_a_display_rate_out_of_bounds_is_refused(slipgrasp, rate):
+    done = slipgrasp("run", *SHORT, f"--display-rate={rate}")
+
+    assert done.returncode == 2
+    assert "allowed: 0 … 1000 Hz" in done.stderr

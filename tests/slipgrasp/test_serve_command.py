@@ -2,6 +2,7 @@ import json
 import re
 import signal
 import socket
+import urllib.error
 import urllib.request
 from contextlib import contextmanager
 
@@ -82,3 +83,38 @@ def test_a_data_directory_that_cannot_be_made_is_refused(slipgrasp, tmp_path):
 
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
+
+
+def test_a_quota_that_is_used_up_is_told_before_anything_is_simulated(slipgrasp):
+    with serving(slipgrasp, "--port", "0", "--quota", "0.5 kB", "--min-free", "1") as (_, url):
+        slipgrasp.data.joinpath("notes.txt").write_bytes(bytes(600))
+        request = urllib.request.Request(
+            f"{url.strip()}api/v1/runs",
+            json.dumps({"scenario": "paper-case-1"}).encode(),
+            {"Content-Type": "application/json"},
+        )
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(request)
+
+    with refused.value as answer:
+        assert answer.code == 507
+
+
+@pytest.mark.parametrize("size", ["-1", "many", "5 EB", "", "1e9"])
+def test_what_is_not_a_size_is_refused(slipgrasp, size):
+    done = slipgrasp("serve", f"--quota={size}")
+
+    assert done.returncode == 2
+    assert "is not a size" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_folder_that_is_served_already_is_refused_in_one_line(slipgrasp):
+    with serving(slipgrasp, "--port", "0") as (process, _):
+        done = slipgrasp("serve", "--port", "0")
+
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert done.stderr.count("\n") == 1
+        assert f"process {process.pid}" in done.stderr
+        assert "--data-dir" in done.stderr

@@ -16,6 +16,7 @@ from web.charts import (
     control_charts,
     event_rows,
     rows_to_draw,
+    values_at,
 )
 from web.playback import TimeWindow, slip_window, whole_window
 
@@ -91,19 +92,24 @@ def test_a_chart_spans_its_window_exactly(case_2: RunResult) -> None:
     chart = contact_charts(case_2)[0]
     window = TimeWindow(0.0123, 0.0789)
     rows = rows_to_draw(case_2.trace, window, chart.lines)
-    times = chart_data(case_2.trace, chart, window, rows, 0.05)[0]
+    times = chart_data(case_2.trace, chart, window, rows)[0]
     assert (times[0], times[-1]) == (0.0123, 0.0789)
     assert (np.diff(times) >= 0.0).all()
 
 
-def test_the_mark_is_one_stroke_at_the_play_head(case_2: RunResult) -> None:
-    chart, window = contact_charts(case_2)[0], whole_window(case_2)
+def test_a_legend_reads_its_lines_at_the_play_head(case_2: RunResult) -> None:
+    left, _ = values_at(case_2.trace, contact_charts(case_2)[0], 0.0501)
+    assert left == pytest.approx(1e3 * np.interp(0.0501, *slip_curve(case_2)))
+
+
+def test_a_chart_holds_the_very_bits_of_the_stored_rows(case_2: RunResult) -> None:
+    chart, window = contact_charts(case_2)[2], whole_window(case_2)
     rows = rows_to_draw(case_2.trace, window, chart.lines)
-    times, _, left, _, mark = chart_data(case_2.trace, chart, window, rows, 0.0501)
-    stroke = np.flatnonzero(np.isfinite(mark))
-    assert list(mark[stroke]) == [0.0, 1.0]
-    assert list(times[stroke]) == [0.0501, 0.0501]
-    assert left[stroke[0]] == pytest.approx(1e3 * np.interp(0.0501, *slip_curve(case_2)))
+    times, _, *lines = chart_data(case_2.trace, chart, window, rows)
+    assert times[1:-1].tobytes() == case_2.trace.times[rows].tobytes()
+    for i in range(2):
+        stored = np.abs(case_2.trace.tangential_force[rows, i])
+        assert lines[i][1:-1].tobytes() == stored.tobytes()
 
 
 def slip_curve(result: RunResult) -> tuple[np.ndarray, np.ndarray]:
@@ -113,7 +119,7 @@ def slip_curve(result: RunResult) -> tuple[np.ndarray, np.ndarray]:
 def test_slipping_is_shaded_from_event_to_event(case_2: RunResult) -> None:
     chart, window = contact_charts(case_2)[0], slip_window(case_2)
     rows = rows_to_draw(case_2.trace, window, chart.lines)
-    times, shade, *_ = chart_data(case_2.trace, chart, window, rows, window.end)
+    times, shade, *_ = chart_data(case_2.trace, chart, window, rows)
     last = case_2.metrics.last_slip_time
     assert last is not None
     assert times[shade > 0.5].max() == pytest.approx(last)
@@ -125,4 +131,4 @@ def test_a_run_that_ended_at_once_can_be_drawn(case_2: RunResult) -> None:
     window = whole_window(short)
     for chart in (*contact_charts(short), *control_charts(short)):
         rows = rows_to_draw(short.trace, window, chart.lines)
-        assert len(chart_data(short.trace, chart, window, rows, 0.0)[0]) >= 2
+        assert len(chart_data(short.trace, chart, window, rows)[0]) >= 2

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-import io
 import re
 import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
 import pytest
-from PIL import Image
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Page
 
 from core.types import ContactPhase
 from recordings.store import RecordingStore
 from tests.server.serving import RunningServer
+from tests.web.driving import (
+    SLIP_CHART,
+    number_field,
+    pause_at,
+    picture,
+    set_number,
+    slip_at_end,
+    wait_until,
+)
 from web.colours import PHASES
 
 pytestmark = [
@@ -27,62 +33,6 @@ pytestmark = [
 OpenDashboard = Callable[[], Page]
 
 CLOCK = re.compile(r"^[0-9.]+ ms$")
-SLIP_CHART = "Object.values(window.__viserTestpoints.uplots)[0].chart"
-
-
-def number_field(page: Page, label: str) -> Locator:
-    """The number beside the slider with a label."""
-    row = page.locator(f"xpath=//label[normalize-space(.)='{label}']/../../..")
-    return row.locator("input:visible").last
-
-
-def set_number(page: Page, label: str, value: str) -> None:
-    field = number_field(page, label)
-    field.fill(value)
-    field.press("Enter")
-
-
-def pause(page: Page) -> None:
-    button = page.get_by_role("button", name="Pause")
-    if button.count():
-        button.click()
-    page.get_by_role("button", name="Play").wait_for()
-
-
-def pause_at(page: Page, seconds: float) -> None:
-    """Puts the play head somewhere, at rest."""
-    pause(page)
-    set_number(page, "time [s]", f"{seconds:g}")
-    page.get_by_text(f"{1e3 * seconds:.1f} ms").wait_for()
-
-
-def picture(page: Page) -> np.ndarray:
-    """The scene between the panels, once it no longer changes."""
-    before = shoot(page)
-    for _ in range(40):
-        page.wait_for_timeout(250)
-        after = shoot(page)
-        if np.array_equal(before, after):
-            return after
-        before = after
-    pytest.fail("the picture does not come to rest")
-
-
-def shoot(page: Page) -> np.ndarray:
-    clip = {"x": 380, "y": 20, "width": 560, "height": 520}
-    return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB"), int)
-
-
-def slip_at_end(page: Page) -> float:
-    """Last value of the left finger's line in the slip chart [mm]."""
-    return float(page.evaluate(f"{SLIP_CHART}.data[2].at(-1)"))
-
-
-def wait_until(condition: Callable[[], bool], what: str) -> None:
-    deadline = time.monotonic() + 30.0
-    while not condition():
-        assert time.monotonic() < deadline, what
-        time.sleep(0.1)
 
 
 def test_the_first_picture_shows_slip_at_a_glance(open_dashboard: OpenDashboard) -> None:
@@ -217,3 +167,40 @@ def test_a_session_ends_with_its_page(
         lambda: sum(t.name == "preview" for t in threading.enumerate()) == sessions - 1,
         "the worker is still there",
     )
+
+
+def test_the_play_head_stands_in_every_chart_where_its_time_is(
+    open_dashboard: OpenDashboard,
+) -> None:
+    page = open_dashboard()
+    pause_at(page, 0.05)
+    places = page.evaluate(
+        """() => {
+            const charts = Object.values(window.__viserTestpoints.uplots).map(u => u.chart);
+            const strokes = [...document.querySelectorAll('div')].filter(
+                d => d.style.zIndex === '1' && d.style.height === '0px' && d.offsetParent);
+            return strokes.map((stroke, i) => {
+                const mark = stroke.firstElementChild.getBoundingClientRect();
+                const over = charts[i].over.getBoundingClientRect();
+                const wanted = over.left + charts[i].valToPos(0.05, 'x');
+                return [mark.left + mark.width / 2 - wanted, mark.top - over.top,
+                        mark.bottom - over.bottom];
+            });
+        }"""
+    )
+    assert len(places) == 3
+    assert np.abs(places).max() < 1.0
+
+
+def test_every_chart_has_numbers_on_its_axes(open_dashboard: OpenDashboard) -> None:
+    page = open_dashboard()
+    for tab in ("Contact", "Control"):
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_function(
+            """() => {
+                const charts = Object.values(window.__viserTestpoints.uplots).map(u => u.chart);
+                const seen = charts.filter(chart => chart.root.offsetParent && chart.width > 0);
+                return seen.length >= 3 && seen.every(
+                    chart => chart.axes.every(axis => axis._values && axis._values.length > 1));
+            }"""
+        )

@@ -15,8 +15,8 @@ from web.intents import (
     TogglePlay,
     coalesce,
 )
+from web.pacing import frame_wait, is_save_due
 from web.preview_worker import is_outdated
-from web.session import frame_wait, is_save_due
 from web.view import Draft, RunStage
 
 
@@ -55,6 +55,7 @@ def test_the_mailbox_gives_a_whole_batch_and_then_nothing() -> None:
         (RunStage.SAVED, 9.0, False),
         (RunStage.REFUSED, 9.0, False),
         (RunStage.NOT_SAVED, 9.0, False),
+        (RunStage.REPLAY, 9.0, False),
     ],
 )
 def test_a_run_is_saved_once_its_knobs_have_rested(

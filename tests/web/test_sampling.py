@@ -9,38 +9,64 @@ import pytest
 
 from core.result import RunResult
 from core.types import ContactPhase
-from web.sampling import sample_at
+from web.sampling import Sampler, locate
 
 
-def test_a_stored_time_gives_the_stored_row(case_2: RunResult) -> None:
-    row = 700
-    sample = sample_at(case_2.trace, float(case_2.trace.times[row]))
-    np.testing.assert_allclose(sample.object_pose, case_2.trace.object_pose[row])
-    np.testing.assert_allclose(sample.desired_pose, case_2.trace.desired_pose[row])
-    np.testing.assert_allclose(sample.joint_positions.ravel(), case_2.trace.joint_position[row])
+def test_a_stored_time_gives_the_very_bits_of_the_stored_row(case_2: RunResult) -> None:
+    trace, sampler = case_2.trace, Sampler(case_2.trace)
+    last_rows = np.searchsorted(trace.times, np.unique(trace.times), side="right") - 1
+    for row in last_rows[::7]:
+        sample = sampler.at(float(trace.times[row]))
+        assert sample.time == trace.times[row]
+        for shown, stored in (
+            (sample.object_pose, trace.object_pose[row]),
+            (sample.desired_pose, trace.desired_pose[row]),
+            (sample.slip, trace.slip[row]),
+            (sample.slip_velocity, trace.slip_velocity[row]),
+            (sample.tangential_force, trace.tangential_force[row]),
+            (sample.normal_force, trace.normal_force[row]),
+            (sample.joint_positions, trace.joint_position[row]),
+            (sample.estimates, trace.estimates[row]),
+        ):
+            assert shown.tobytes() == stored.tobytes()
+
+
+def test_a_negative_zero_stays_one() -> None:
+    values = np.array([[-0.0], [1.0]])
+    assert np.signbit(locate(np.array([0.0, 1.0]), 0.0).read(values))[0]
+
+
+def test_the_reach_of_slip_is_that_of_all_rows_so_far(case_1: RunResult) -> None:
+    trace, sampler = case_1.trace, Sampler(case_1.trace)
+    for row in (0, 40, len(trace) - 1):
+        time = float(trace.times[row])
+        so_far = trace.slip[trace.times <= time]
+        reach = sampler.at(time).slip_reach
+        assert (reach == np.stack([so_far.min(axis=0), so_far.max(axis=0)], axis=1)).all()
 
 
 def test_between_two_rows_lies_the_straight_line(case_2: RunResult) -> None:
     times, slip = case_2.trace.times, case_2.trace.slip
-    sample = sample_at(case_2.trace, float(0.25 * times[5] + 0.75 * times[6]))
+    sample = Sampler(case_2.trace).at(float(0.25 * times[5] + 0.75 * times[6]))
     np.testing.assert_allclose(sample.slip, 0.25 * slip[5] + 0.75 * slip[6])
 
 
 def test_at_an_event_the_side_after_it_is_shown(case_2: RunResult) -> None:
     last = case_2.metrics.last_slip_time
     assert last is not None
-    assert sample_at(case_2.trace, last).phases == (ContactPhase.STICK, ContactPhase.STICK)
-    just_before = sample_at(case_2.trace, last - 1e-6)
+    assert Sampler(case_2.trace).at(last).phases == (ContactPhase.STICK, ContactPhase.STICK)
+    just_before = Sampler(case_2.trace).at(last - 1e-6)
     assert ContactPhase.STICK not in just_before.phases
 
 
 def test_times_outside_the_run_are_moved_into_it(case_2: RunResult) -> None:
-    assert sample_at(case_2.trace, -1.0).time == 0.0
-    assert sample_at(case_2.trace, 99.0).time == pytest.approx(7.0)
+    assert Sampler(case_2.trace).at(-1.0).time == 0.0
+    assert Sampler(case_2.trace).at(99.0).time == pytest.approx(7.0)
 
 
 def test_the_reach_of_slip_never_shrinks(case_1: RunResult) -> None:
-    reaches = [sample_at(case_1.trace, t).slip_reach for t in np.linspace(0.0, 1.0, 50)]
+    sampler = Sampler(case_1.trace)
+    reaches = [sampler.at(t).slip_reach for t in np.linspace(0.0, 1.0, 50)]
     for earlier, later in itertools.pairwise(reaches):
         assert (later[:, 0] <= earlier[:, 0] + 1e-15).all()
         assert (later[:, 1] >= earlier[:, 1] - 1e-15).all()

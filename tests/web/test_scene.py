@@ -11,7 +11,7 @@ from core.geometry import contact_frame
 from core.result import RunResult
 from web.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, is_moved_by_hand
 from web.colours import PHASES, glow
-from web.sampling import Sample, sample_at
+from web.sampling import Sample, Sampler
 from web.scene.contact_view import (
     ContactMarks,
     ContactPlacement,
@@ -48,14 +48,14 @@ def marks_of(result: RunResult, sample: Sample, index: int, scale: float = 1.0) 
 def test_the_fingers_end_where_the_contacts_are_drawn(
     case_2: RunResult, time: float, index: int
 ) -> None:
-    sample = sample_at(case_2.trace, time)
+    sample = Sampler(case_2.trace).at(time)
     finger = case_2.scenario.fingers[index]
     end = joint_points(finger, sample.joint_positions[index])[-1]
     np.testing.assert_allclose(marks_of(case_2, sample, index).tip, end, atol=1e-4)
 
 
 def test_a_slipping_contact_has_its_force_on_the_edge_of_its_cone(case_2: RunResult) -> None:
-    sample = sample_at(case_2.trace, 0.05)
+    sample = Sampler(case_2.trace).at(0.05)
     for index in (0, 1):
         marks = marks_of(case_2, sample, index)
         force = marks.force_end - marks.tip
@@ -65,7 +65,7 @@ def test_a_slipping_contact_has_its_force_on_the_edge_of_its_cone(case_2: RunRes
 
 
 def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult) -> None:
-    sample = sample_at(case_2.trace, 0.1)
+    sample = Sampler(case_2.trace).at(0.1)
     left, right = (marks_of(case_2, sample, index) for index in (0, 1))
     np.testing.assert_allclose(left.trail[1, 1], left.tip)
     np.testing.assert_allclose(right.trail[0, 1], right.tip)
@@ -74,7 +74,7 @@ def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult
 
 
 def test_a_lens_magnifies_slip_and_not_forces(case_1: RunResult) -> None:
-    sample = sample_at(case_1.trace, 0.05)
+    sample = Sampler(case_1.trace).at(0.05)
     own, magnified = marks_of(case_1, sample, 0), marks_of(case_1, sample, 0, 100.0)
     grown = np.linalg.norm(magnified.trail[1, 1] - magnified.trail[1, 0])
     assert grown == pytest.approx(100.0 * np.linalg.norm(own.trail[1, 1] - own.trail[1, 0]))

@@ -20,8 +20,9 @@ from web.charts import (
     control_charts,
     event_rows,
     rows_to_draw,
+    values_at,
 )
-from web.colours import MARK, SHADE, css
+from web.colours import SHADE, css
 from web.playback import Playback, TimeWindow
 from web.view import ViewState
 
@@ -29,7 +30,8 @@ __all__ = ["ChartsPanel", "is_mark_due"]
 
 _MARK_INTERVAL = 0.1
 _MARKS_PER_WINDOW = 300
-_NUDGE = 1e-6
+# Room around the lines of a plot [px].
+_TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 42, 62
 _TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
     "Contact": contact_charts,
     "Control": control_charts,
@@ -80,10 +82,10 @@ class ChartsPanel:
             return
         with self._client.atomic():
             if is_new:
-                self._take(view.shown.result, playback)
+                self._take(view.shown.result, playback.window)
                 self._ticket, self._window = view.shown.ticket, playback.window
             for plot in self._visible_plots():
-                plot.draw(playback)
+                plot.mark(playback)
         self._marked, self._marked_at = playback.time, now
 
     def remove(self) -> None:
@@ -94,17 +96,17 @@ class ChartsPanel:
     def _visible_plots(self) -> list[_Plot]:
         return [plot for plots in self._plots.values() for plot in plots if plot.visible]
 
-    def _take(self, result: RunResult, playback: Playback) -> None:
+    def _take(self, result: RunResult, window: TimeWindow) -> None:
         """Gives every chart of a run a plot; plots are made once, and hidden while unused."""
         for name, make_charts in _TABS.items():
             charts, plots = make_charts(result), self._plots[name]
             with self._tabs[name]:
                 for chart in charts[len(plots) :]:
-                    data = _Data(result, chart, playback)
-                    plots.append(_Plot(self._client.gui, data, playback, self._height))
+                    data = _Data(result, chart, window)
+                    plots.append(_Plot(self._client.gui, data, self._height))
             for plot, chart in zip_longest(plots, charts):
-                plot.take(None if chart is None else _Data(result, chart, playback))
-        self._tell_what_is_drawn(result, playback.window)
+                plot.draw(None if chart is None else _Data(result, chart, window))
+        self._tell_what_is_drawn(result, window)
 
     def _tell_what_is_drawn(self, result: RunResult, window: TimeWindow) -> None:
         """Says so where a chart does not draw every sample."""
@@ -121,35 +123,40 @@ class ChartsPanel:
 
 
 class _Data:
-    """A chart of a run with the rows of it that are drawn."""
+    """A chart of a run with the stretch of it that is drawn."""
 
-    def __init__(self, result: RunResult, chart: Chart, playback: Playback) -> None:
-        self.chart = chart
-        self.rows = rows_to_draw(result.trace, playback.window, chart.lines)
+    def __init__(self, result: RunResult, chart: Chart, window: TimeWindow) -> None:
+        self.chart, self.window = chart, window
+        self.rows = rows_to_draw(result.trace, window, chart.lines)
         self._trace = result.trace
 
-    def columns(self, playback: Playback) -> tuple[NDArray[np.float64], ...]:
-        """Time, slipping, lines, and the mark of the play head."""
-        return chart_data(self._trace, self.chart, playback.window, self.rows, playback.time)
+    def columns(self) -> tuple[NDArray[np.float64], ...]:
+        """Time, slipping, and lines."""
+        return chart_data(self._trace, self.chart, self.window, self.rows)
+
+    def values(self, time: float) -> list[float]:
+        """What each line shows at a time [s]."""
+        return values_at(self._trace, self.chart, time)
 
 
 class _Plot:
     """One chart on the page: a head with a legend that reads the play head, and the lines.
 
+    The play head is a stroke that belongs to the head and reaches over the lines, so that
+    moving it sends some words and never the lines again.
+
     Args:
         gui: Where it goes.
         data: What it shows first.
-        playback: With what window.
         height: Its height [px].
     """
 
-    def __init__(self, gui: viser.GuiApi, data: _Data, playback: Playback, height: int) -> None:
+    def __init__(self, gui: viser.GuiApi, data: _Data, height: int) -> None:
         self.visible = True
-        self._data = data
-        self._nudge = _NUDGE
+        self._data, self._height = data, height
         self._head = gui.add_html("")
         self._lines = gui.add_uplot(
-            data.columns(playback),
+            data.columns(),
             _series(data.chart),
             axes=_axes(data.chart),
             scales={
@@ -158,9 +165,11 @@ class _Plot:
                 "share": uplot.Scale(range=(0.0, 1.0)),
             },
             legend=uplot.Legend(show=False),
-            cursor=uplot.Cursor(sync=uplot.Cursor_Sync(key="time")),
+            cursor=uplot.Cursor(
+                sync=uplot.Cursor_Sync(key="time"), drag=uplot.Cursor_Drag(x=False, y=False)
+            ),
             height=height,
-            padding=(6, 12, 0, 0),
+            padding=(_TOP, _RIGHT, 0, 0),
         )
 
     @property
@@ -168,8 +177,8 @@ class _Plot:
         """The rows of the trace that are drawn."""
         return self._data.rows
 
-    def take(self, data: _Data | None) -> None:
-        """Takes a chart of another run or window; without one it hides."""
+    def draw(self, data: _Data | None) -> None:
+        """Draws a chart of another run or window; without one it hides."""
         self.visible = self._head.visible = self._lines.visible = data is not None
         if data is None:
             return
@@ -177,18 +186,13 @@ class _Plot:
             self._lines.series = _series(data.chart)
             self._lines.axes = _axes(data.chart)
         self._data = data
+        self._lines.data = data.columns()
 
-    def draw(self, playback: Playback) -> None:
-        """Draws the lines in the window, and reads them off at the play head."""
-        columns = self._data.columns(playback)
-        # uPlot lays out its time axis only when its range changes, and a plot that was made
-        # before the page had its size would keep an axis without numbers.
-        self._nudge = -self._nudge
-        columns[0][-1] += self._nudge * playback.window.length
-        self._lines.data = columns
-        place = int(np.flatnonzero(columns[-1] == 1.0)[0])
-        values = [float(column[place]) for column in columns[2:-1]]
-        self._head.content = _head_html(self._data.chart, values)
+    def mark(self, playback: Playback) -> None:
+        """Moves the play head, and reads the lines off there."""
+        values = self._data.values(playback.time)
+        share = (playback.time - self._data.window.start) / max(self._data.window.length, 1e-12)
+        self._head.content = _head_html(self._data.chart, values) + _mark_html(share, self._height)
 
 
 def _look(chart: Chart) -> object:
@@ -199,8 +203,8 @@ def _look(chart: Chart) -> object:
 def _axes(chart: Chart) -> tuple[uplot.Axis, ...]:
     unit = "" if chart.unit == "1" else chart.unit
     return (
-        uplot.Axis(size=28, gap=2, label="time [s]", labelSize=14, labelGap=-2),
-        uplot.Axis(size=46, space=22, label=unit, labelSize=16),
+        uplot.Axis(size=_BELOW - 14, gap=2, label="time [s]", labelSize=14, labelGap=-2),
+        uplot.Axis(size=_LEFT - 16, space=22, label=unit, labelSize=16),
     )
 
 
@@ -220,10 +224,7 @@ def _series(chart: Chart) -> tuple[uplot.Series, ...]:
     slipping = uplot.Series(
         label="slipping", scale="share", width=0, fill=css(SHADE, 0.13), points=hidden
     )
-    mark = uplot.Series(
-        label="play head", scale="share", stroke=css(MARK), width=1.25, points=hidden
-    )
-    return (uplot.Series(label="time [s]"), slipping, *lines, mark)
+    return (uplot.Series(label="time [s]"), slipping, *lines)
 
 
 def _head_html(chart: Chart, values: Sequence[float]) -> str:
@@ -239,4 +240,22 @@ def _head_html(chart: Chart, values: Sequence[float]) -> str:
         "<div style='padding:0.35em 0.75em 0;line-height:1.25'>"
         f"<div style='font-weight:600;font-size:0.9em'>{escape(chart.title)}{escape(unit)}</div>"
         f"<div style='font-size:0.78em;font-variant-numeric:tabular-nums'>{entries}</div></div>"
+    )
+
+
+def _mark_html(share: float, height: int) -> str:
+    """The stroke of the play head, over the plot that follows.
+
+    Args:
+        share: Where it stands, as a share of the window.
+        height: Height of the plot [px].
+    """
+    # Around a plot the page leaves a margin, and draws a frame of one pixel.
+    room = "var(--mantine-spacing-xs)"
+    across = f"(100% - 2*{room} - {_LEFT + _RIGHT}px)"
+    left = f"calc({room} + {_LEFT + 1}px + {across}*{share:.5f} - 0.6px)"
+    return (
+        "<div style='position:relative;height:0;z-index:1;pointer-events:none'>"
+        f"<div style='position:absolute;left:{left};top:calc({room} + {_TOP + 1}px);"
+        f"height:{height - _TOP - _BELOW}px;width:1.2px;background:currentColor'></div></div>"
     )

@@ -9,13 +9,14 @@ import viser
 
 from core.result import RunResult
 from server.schemas import API_PATH
-from web.colours import AMBER, FINGERS, css
+from web.colours import FINGERS, GHOST, css, tone
+from web.replay import Replay
 from web.view import RunStage, RunStatus, Shown, ViewState
 from web.words import Verdict, describe_outcome, milliseconds
 
-__all__ = ["OutcomePanel", "outcome_html", "status_html"]
+__all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html"]
 
-_TONES = {"good": css((0, 120, 85)), "warning": css(AMBER), "bad": css((190, 40, 40))}
+_BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
 _SMALL = "font-size:0.8em;opacity:0.8"
 
 
@@ -37,7 +38,7 @@ class OutcomePanel:
         if self._shown == (view.status, ticket):
             return
         self._shown = (view.status, ticket)
-        self._busy.visible = view.status.stage in (RunStage.COMPILING, RunStage.SIMULATING)
+        self._busy.visible = view.status.stage in _BUSY
         self._card.content = outcome_html(view.status, view.shown)
 
     def remove(self) -> None:
@@ -54,7 +55,8 @@ def outcome_html(status: RunStatus, shown: Shown | None) -> str:
         if status.stage is RunStage.REFUSED:
             verdict = f"<div style='opacity:0.55'>{verdict}</div>"
     note = status_html(status, shown)
-    parts = [note, verdict] if status.stage is RunStage.REFUSED else [verdict, note]
+    is_first = status.stage in (RunStage.REFUSED, RunStage.REPLAY)
+    parts = [note, verdict] if is_first else [verdict, note]
     return f"<div style='padding:0.5em 0.75em;line-height:1.4'>{''.join(parts)}</div>"
 
 
@@ -65,13 +67,21 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
             f"<b>Preparing the simulation: {' '.join(status.messages)}.</b> "
             "It is compiled for this machine, once; later starts find it ready."
         )
+    if status.stage is RunStage.OPENING:
+        return _paragraph("Opening the recording …", _SMALL)
+    if status.stage is RunStage.UNREADABLE:
+        return box_html(
+            "Not opened", [*map(escape, status.messages), "Choose a scenario or a run."]
+        )
+    if status.stage is RunStage.REPLAY and shown and shown.replay:
+        return _replay_html(shown.replay)
     if status.stage is RunStage.SIMULATING:
         return _paragraph("Simulating …", _SMALL)
     if status.stage is RunStage.REFUSED:
         kept = " The picture still shows the last run that worked." if shown else ""
-        return _box("Not simulated", [*map(escape, status.messages), kept])
+        return box_html("Not simulated", [*map(escape, status.messages), kept])
     if status.stage is RunStage.NOT_SAVED:
-        return _box("Not saved", map(escape, status.messages))
+        return box_html("Not saved", map(escape, status.messages))
     speed = f"Computed in {milliseconds(shown.elapsed)}. " if shown else ""
     if status.stage is RunStage.SAVED:
         return _paragraph(speed + _saved_html(status.run_id), _SMALL)
@@ -79,16 +89,31 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
 
 
 def _saved_html(run_id: str) -> str:
+    return f"Saved as <b>{escape(run_id)}</b>: {_links_html(run_id)}"
+
+
+def _links_html(run_id: str) -> str:
     run = f"{API_PATH}/runs/{escape(run_id)}"
     return (
-        f"Saved as <b>{escape(run_id)}</b>: <a href='{run}/recording' download>MCAP</a>, "
-        f"<a href='{run}/signals.csv' download>CSV</a>"
+        f"<a href='{run}/recording' download>MCAP</a>, <a href='{run}/signals.csv' download>CSV</a>"
+    )
+
+
+def _replay_html(replay: Replay) -> str:
+    """That nothing was computed, and where the numbers come from."""
+    how = " It is not finished: this is what it holds so far." if replay.is_unfinished else ""
+    links = f" {_links_html(replay.run_id)}" if replay.run_id else ""
+    program = f"Computed by slipgrasp {escape(replay.result.provenance.program)}."
+    return (
+        f"<div style='border-left:4px solid {css(GHOST)};padding-left:0.6em;margin-bottom:0.6em'>"
+        f"<b>Replay of {escape(replay.name)}</b>"
+        f"{_paragraph(f'Recorded {escape(replay.recorded)}. {program}{how}{links}', _SMALL)}</div>"
     )
 
 
 def _verdict_html(verdict: Verdict) -> str:
     head = (
-        f"<div style='font-weight:700;font-size:1.15em;color:{_TONES[verdict.tone]}'>"
+        f"<div style='font-weight:700;font-size:1.15em;color:{tone(verdict.tone)}'>"
         f"{escape(verdict.headline)}</div>"
     )
     return head + "".join(_paragraph(escape(sentence)) for sentence in verdict.sentences)
@@ -126,8 +151,9 @@ def _paragraph(text: str, style: str = "") -> str:
     return f"<p style='margin:0.25em 0 0 0;{style}'>{text}</p>"
 
 
-def _box(title: str, sentences: Iterator[str] | list[str]) -> str:
-    red = _TONES["bad"]
+def box_html(title: str, sentences: Iterator[str] | list[str]) -> str:
+    """Something that went wrong: a title, and sentences that are HTML already."""
+    red = tone("bad")
     body = "".join(_paragraph(sentence) for sentence in sentences if sentence)
     return (
         f"<div style='border-left:4px solid {red};padding-left:0.6em;margin-bottom:0.5em'>"

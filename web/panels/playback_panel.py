@@ -11,10 +11,21 @@ import viser
 
 from core.result import RunResult
 from core.types import ContactPhase
-from web.colours import BELIEVED_CONE, CONE, GHOST, MARK, PHASES, css
-from web.intents import ChooseWindow, FrameHand, Intent, Seek, Send, SetSpeed, Step, TogglePlay
+from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, css
+from web.intents import (
+    ChooseWindow,
+    FrameHand,
+    Intent,
+    Seek,
+    Send,
+    SetSpeed,
+    Step,
+    TogglePlay,
+    Zoom,
+)
 from web.playback import SPEEDS, Playback, TimeWindow, WindowChoice
-from web.view import ViewState
+from web.replay import Replay
+from web.view import Shown, ViewState
 
 __all__ = ["PlaybackPanel", "phase_runs", "strip_html"]
 
@@ -74,7 +85,7 @@ class PlaybackPanel:
         self._show_time(playback)
         self._buttons.options = (_BACK, _PAUSE if playback.playing else _PLAY, _FORTH)
         self._speed.value = next(n for n, speed in SPEEDS.items() if speed == playback.speed)
-        self._strip.content = strip_html(view.shown.result, playback)
+        self._strip.content = strip_html(view.shown, playback)
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -86,11 +97,7 @@ class PlaybackPanel:
     def _connect(self) -> None:
         self._time.on_update(lambda event: self._pass(event, Seek(float(self._time.value))))
         self._speed.on_update(lambda event: self._pass(event, SetSpeed(self._speed.value)))
-        self._window.on_click(
-            lambda event: self._pass(
-                event, ChooseWindow(_CHOICES.get(self._window.value, WindowChoice.SLIP))
-            )
-        )
+        self._window.on_click(lambda event: self._pass(event, _window_intent(self._window.value)))
         moves = {_BACK: Step(-1), _FORTH: Step(1)}
         self._buttons.on_click(
             lambda event: self._pass(event, moves.get(self._buttons.value, TogglePlay()))
@@ -126,6 +133,12 @@ class PlaybackPanel:
         self._time.step = max(window.length / 1000.0, 1e-6)
 
 
+def _window_intent(name: str) -> Intent:
+    """What a button asks for; its name comes from a browser."""
+    choice = _CHOICES.get(name, WindowChoice.SLIP)
+    return Zoom() if choice is WindowChoice.CLOSER else ChooseWindow(choice)
+
+
 def phase_runs(
     result: RunResult, contact: int, window: TimeWindow, cells: int = _CELLS
 ) -> Iterator[tuple[float, float, ContactPhase]]:
@@ -145,8 +158,9 @@ def phase_runs(
         yield start / cells, end / cells, ContactPhase(int(phases[start]))
 
 
-def strip_html(result: RunResult, playback: Playback) -> str:
-    """One bar per contact in the colours of its phases, the play head across, and a legend."""
+def strip_html(shown: Shown, playback: Playback) -> str:
+    """Where the run comes from, a bar per contact in its phases' colours, and the play head."""
+    result = shown.result
     window = playback.window
     bars = "".join(
         _bar_html(name, phase_runs(result, i, window))
@@ -155,7 +169,7 @@ def strip_html(result: RunResult, playback: Playback) -> str:
     share = (playback.time - window.start) / max(window.length, 1e-12)
     head = (
         f"<div style='position:absolute;top:-3px;bottom:-3px;left:calc(3.2em + (100% - 3.2em)*"
-        f"{share:.4f} - 1px);width:2px;background:{css(MARK)}'></div>"
+        f"{share:.4f} - 1px);width:2px;background:currentColor'></div>"
     )
     legend = "".join(
         "<span style='margin-right:1em;white-space:nowrap'>"
@@ -164,10 +178,22 @@ def strip_html(result: RunResult, playback: Playback) -> str:
     )
     return (
         "<div style='padding:0.3em 0.75em 0.4em;font-size:0.8em'>"
+        f"<div style='margin-bottom:0.3em'>{_origin_html(shown.replay)}</div>"
         f"<div style='position:relative'>{bars}{head}</div>"
         f"<div style='margin-top:0.35em'>{legend}<span style='float:right'>"
         f"<b>{_clock(playback.time)}</b></span></div>"
         f"<div>{_marks_legend()}</div></div>"
+    )
+
+
+def _origin_html(replay: Replay | None) -> str:
+    """Whether this was computed just now, or what recording it is read from."""
+    if replay is None:
+        return "<b>Live run</b>"
+    colour = css(GHOST)
+    return (
+        f"<b style='color:white;background:{colour};padding:0 0.5em;border-radius:0.3em'>Replay</b>"
+        f" <b>{escape(replay.name)}</b>, recorded {escape(replay.recorded)}"
     )
 
 

@@ -12,6 +12,7 @@ from core.parameters import Parameter
 from core.scenario import Scenario
 from web.intents import ChoosePreset, ResetScenario, Send
 from web.panels.parameter_inputs import Knob, add_knob, as_text, is_offered
+from web.replay import Replay
 from web.view import Draft, ViewState
 from web.words import key_words, unit_words
 
@@ -32,10 +33,10 @@ class ScenarioPanel:
 
     def __init__(self, gui: viser.GuiApi, draft: Draft, send: Send) -> None:
         self._gui, self._send = gui, send
-        self._preset = gui.add_dropdown(
-            "scenario", preset_names(), initial_value=draft.preset, hint=draft.base.title
+        self._origin = gui.add_dropdown(
+            "scenario", preset_names(), initial_value=draft.origin, hint=draft.base.title
         )
-        self._preset.on_update(self._choose)
+        self._origin.on_update(self._choose)
         self._reset = gui.add_button(
             "Back to the preset", icon=viser.Icon.RESTORE, hint="Undo every change of the knobs."
         )
@@ -51,8 +52,7 @@ class ScenarioPanel:
             return
         if self._shown is None or draft.base is not self._shown.base:
             self._build(draft.base)
-            self._preset.value = draft.preset
-            self._preset.hint = draft.base.title
+            self._show_origin(draft, view.replay)
         self._show_values(draft)
         self._reset.disabled = not draft.edits
         self._shown = draft
@@ -63,9 +63,18 @@ class ScenarioPanel:
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for element in (*self._folders, self._preset, self._reset):
+        for element in (*self._folders, self._origin, self._reset):
             element.remove()
         self._folders, self._knobs = [], {}
+
+    def _show_origin(self, draft: Draft, replay: Replay | None) -> None:
+        """Names what the knobs start from; a recording stays among the scenarios to choose."""
+        recordings = (replay.label,) if replay is not None else ()
+        self._origin.options = (*recordings, *preset_names())
+        self._origin.value = draft.origin
+        self._origin.hint = draft.base.title
+        what = "recording" if draft.origin in recordings else "preset"
+        self._reset.label = f"Back to the {what}"
 
     def _choose(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
         if event.client_id is not None:

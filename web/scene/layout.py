@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.result import RunResult
-from web.sampling import sample_at
+from web.sampling import Sampler
 from web.scene.hand_view import joint_points
 
 __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
@@ -47,7 +47,7 @@ def lay_out(result: RunResult) -> SceneLayout:
         result: The run whose first pose and largest slip decide places and magnification.
     """
     fingers = result.scenario.fingers
-    start = sample_at(result.trace, 0.0)
+    start = Sampler(result.trace[:1]).at(0.0)
     joints = np.concatenate(
         [joint_points(f, q) for f, q in zip(fingers, start.joint_positions, strict=True)]
     )

@@ -26,7 +26,9 @@ from web.scene.layout import SceneLayout, lay_out, nice_at_least
 from web.scene.lens_view import LensView
 from web.scene.object_view import ObjectView
 
-__all__ = ["Scene"]
+__all__ = ["Scene", "Stage"]
+
+Stage = viser.ClientHandle | viser.ViserServer
 
 _ROOT = "/hand"
 _LEAST_FULL_FORCE = 1.0
@@ -59,15 +61,15 @@ class Scene:
     """Shows runs. The nodes are made once per shape of hand and object, then only moved.
 
     Args:
-        client: The viewer; what it sees is its own.
+        stage: Where the nodes go: one viewer, whose picture is its own, or a whole server.
     """
 
-    def __init__(self, client: viser.ClientHandle) -> None:
-        self._client = client
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
         self._views: _Views | None = None
         self._result: RunResult | None = None
         self._full = FullScale(_LEAST_FULL_FORCE, _LEAST_FULL_SPEED)
-        _light(client.scene)
+        _light(stage.scene)
 
     def show(self, result: RunResult) -> SceneLayout:
         """Takes a run; `update` then shows its instants.
@@ -77,7 +79,7 @@ class Scene:
         """
         layout = lay_out(result)
         self._result = result
-        with self._client.atomic():
+        with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
             views.lenses.magnify(layout.magnification)
         self._full = _full_scale(result)
@@ -100,7 +102,7 @@ class Scene:
         magnified = self._marks(
             sample, [lenses.placement(i) for i in range(len(frames))], lenses.sizes
         )
-        with self._client.atomic():
+        with self._stage.atomic():
             self._views.hand.update(sample)
             self._views.body.update(sample)
             self._views.contacts.update(own, sample.phases)
@@ -117,7 +119,7 @@ class Scene:
         shape = _shape(scenario)
         if self._views is None or self._views.shape != shape:
             self.remove()
-            self._views = _make_views(self._client.scene, shape, scenario, layout)
+            self._views = _make_views(self._stage.scene, shape, scenario, layout)
         return self._views
 
     def _marks(

@@ -1,0 +1,93 @@
+"""Listing, searching and opening a data folder with many recordings."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+
+from benchmarks.report import Table
+from benchmarks.timing import MILLISECONDS, median_seconds
+from core.loading import load_scenario, with_values
+from core.simulator import simulate
+from recordings.run_query import Condition, RunQuery
+from recordings.store import RecordingStore
+
+__all__ = ["measure_catalogue", "run"]
+
+ROUNDS = 15
+COUNT = 10_000
+PAGE = 100
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The table ``catalogue``."""
+    return [measure_catalogue()]
+
+
+def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
+    """Wall time of searches in a folder, of which each gives a page of 100 runs.
+
+    Args:
+        rounds: How often each is timed.
+        count: Recordings in the folder.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _fill(folder, count)
+        first = _seconds_of_first_listing(folder)
+        kept = _seconds_of_first_listing(folder)
+        store = RecordingStore(folder)
+        bound = Condition("slip_path_0", "<", 0.5)
+        queries = {
+            "newest first": RunQuery(limit=PAGE),
+            "by a metric, falling": RunQuery(limit=PAGE, sort="-slip_path_0"),
+            "by preset, tag, text and metric, sorted by name": RunQuery(
+                limit=PAGE,
+                preset="paper-case-1",
+                tags=("odd",),
+                text="RUN 1",
+                conditions=(bound,),
+                sort="name",
+            ),
+        }
+        works = {words: lambda query=query: store.find(query) for words, query in queries.items()}
+        seconds = median_seconds(works, rounds, time.perf_counter)
+        store.close()
+    rows = [
+        *seconds.items(),
+        ("first listing, catalogue made from the files", first),
+        ("first listing of another process", kept),
+    ]
+    table = tuple((words, f"{MILLISECONDS * own:.0f}") for words, own in rows)
+    note = (
+        f"Every listing looks at all {2 * count} files; target: 300 ms once the catalogue is made."
+    )
+    return Table("catalogue", (f"{count} recordings", "wall [ms]"), table, (note,))
+
+
+def _fill(folder: Path, count: int) -> None:
+    """One real recording under many names, each with a sidecar of its own."""
+    scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.1})
+    stored = RecordingStore(folder).save(simulate(scenario))
+    document = json.loads(stored.path.with_suffix(".json").read_text(encoding="utf-8"))
+    for number in range(count - 1):
+        tags = ["odd"] if number % 2 else ["even", "long"]
+        document |= {"name": f"run {number}", "tags": tags}
+        document["created"] = f"2026-01-{1 + number % 28:02}T12:{number % 60:02}:00.000+00:00"
+        document["summary"]["metrics"]["slip_path"] = [number / count, 0.0]
+        os.link(stored.path, folder / f"{number:012}.mcap")
+        text = json.dumps(document, indent=1)
+        (folder / f"{number:012}.json").write_text(text, encoding="utf-8")
+
+
+def _seconds_of_first_listing(folder: Path) -> float:
+    store = RecordingStore(folder)
+    start = time.perf_counter()
+    found = store.find(RunQuery(limit=PAGE))
+    seconds = time.perf_counter() - start
+    store.close()
+    assert len(found.runs) == min(found.count, PAGE)
+    return seconds

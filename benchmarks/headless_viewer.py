@@ -1,0 +1,91 @@
+"""A viewer without a browser: it speaks viser's protocol, and reads what a page would be sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from types import TracebackType
+from typing import Any, Self
+
+import msgspec
+import viser
+import zstandard
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+__all__ = ["HeadlessViewer"]
+
+_WIDTH, _HEIGHT = 1440, 900
+_HEADER_BYTES = 16
+_PATIENCE = 60.0
+
+
+class HeadlessViewer:
+    """One connected viewer.
+
+    Args:
+        url: Address of its websocket.
+
+    Attributes:
+        bytes_received: How much it was sent so far.
+    """
+
+    def __init__(self, url: str) -> None:
+        protocol = Subprotocol(f"viser-v{viser.__version__}")
+        self._socket = connect(url, subprotocols=[protocol], compression=None, max_size=None)
+        self._unzip = zstandard.ZstdDecompressor()
+        self._uuids: dict[str, str] = {}
+        self.bytes_received = 0
+        self._send("ViewerCameraMessage", _camera())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _traceback: TracebackType | None,
+    ) -> None:
+        self._socket.close()
+
+    def set(self, label: str, value: object) -> None:
+        """Moves the control of that label."""
+        self._send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
+
+    def wait_for(self, condition: Callable[[dict[str, Any]], bool], times: int = 1) -> None:
+        """Reads messages until so many of them meet a condition.
+
+        Raises:
+            TimeoutError: If nothing comes for a minute.
+        """
+        while times > 0:
+            times -= sum(condition(message) for message in self._receive())
+
+    def _receive(self) -> Iterator[dict[str, Any]]:
+        content = self._socket.recv(timeout=_PATIENCE)
+        assert isinstance(content, bytes)
+        self.bytes_received += len(content)
+        size = int.from_bytes(content[8:_HEADER_BYTES], "little")
+        packed = self._unzip.decompress(content[_HEADER_BYTES : _HEADER_BYTES + size])
+        for message in msgspec.msgpack.decode(packed)["messages"]:
+            properties = message.get("props", {})
+            if isinstance(properties, dict) and properties.get("label"):
+                self._uuids[properties["label"]] = message["uuid"]
+            yield message
+
+    def _send(self, kind: str, fields: dict[str, object]) -> None:
+        self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
+
+
+def _camera() -> dict[str, object]:
+    return {
+        "wxyz": (1.0, 0.0, 0.0, 0.0),
+        "position": (1.0, -6.0, 1.0),
+        "fov": 0.4,
+        "near": 0.01,
+        "far": 1000.0,
+        "image_height": _HEIGHT,
+        "image_width": _WIDTH,
+        "look_at": (1.0, 0.0, 1.0),
+        "up_direction": (0.0, 0.0, 1.0),
+    }

@@ -1,0 +1,105 @@
+"""Scrubbing through a stored minute: from the slider to the picture's and the charts' messages."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import uvicorn
+
+from benchmarks.headless_viewer import HeadlessViewer
+from benchmarks.report import Table
+from benchmarks.timing import MILLISECONDS
+from core.loading import load_scenario, with_values
+from core.simulator import simulate
+from recordings import write_recording
+from server.app import server_config
+from server.settings import Settings
+from web.app import create_dashboard_app
+
+__all__ = ["measure_seek", "run"]
+
+SEEKS = 300
+DURATION = 60.0
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The table ``replay-seek``."""
+    return [measure_seek()]
+
+
+def measure_seek(seeks: int = SEEKS, duration: float = DURATION) -> Table:
+    """Time from a move of the slider until picture and charts have been received.
+
+    Args:
+        seeks: How many random times to go to.
+        duration: Length of the recording [s].
+    """
+    case = with_values(load_scenario("paper-case-1"), {"simulation.duration": duration})
+    result = simulate(case)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.mcap"
+        write_recording(result, path)
+        with _serving(Path(folder) / "data", path) as url, HeadlessViewer(url) as viewer:
+            _open_whole_run(viewer)
+            opened, waits = viewer.bytes_received, _seek(viewer, seeks, duration)
+            sent = (viewer.bytes_received - opened) / seeks
+    rows = [
+        (f"{q}th percentile", f"{MILLISECONDS * np.percentile(waits, q):.1f}") for q in (50, 95)
+    ]
+    note = (
+        f"{len(result.trace)} rows. A seek sends {sent / 1e3:.1f} kB; opening the recording sent "
+        f"{opened / 1e3:.0f} kB."
+    )
+    heads = (f"seek in {duration:g} s of case I", "time [ms]")
+    return Table("replay-seek", heads, tuple(rows), (note,))
+
+
+@contextmanager
+def _serving(folder: Path, recording: Path) -> Iterator[str]:
+    """A dashboard that opens on a recording, and the address of its websocket."""
+    settings = Settings(data_directory=folder)
+    server = uvicorn.Server(server_config(create_dashboard_app(settings, recording), settings))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        while not server.started:
+            time.sleep(0.01)
+        yield f"ws://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}/"
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+def _open_whole_run(viewer: HeadlessViewer) -> None:
+    """Waits for the recording, stops the play head and spans the whole run."""
+    viewer.wait_for(lambda message: "Replay" in _content(message))
+    viewer.set("play", "Pause")
+    viewer.set("show", "whole run")
+    viewer.set("time [s]", 0.0)
+    viewer.wait_for(lambda message: "<b>0.0 ms</b>" in _content(message))
+
+
+def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
+    waits = []
+    for target in np.random.default_rng(0).uniform(1.0, duration, seeks).round(2).tolist():
+        share = f"*{target / duration:.5f} "
+        start = time.perf_counter()
+        viewer.set("time [s]", target)
+        # The picture comes first, then the clock, and the heads of the charts last.
+        viewer.wait_for(lambda message, share=share: share in _content(message), times=6)
+        waits.append(time.perf_counter() - start)
+        time.sleep(0.02)
+    return waits
+
+
+def _content(message: dict[str, Any]) -> str:
+    """The words that a message puts on the page."""
+    content = message.get("updates", {}).get("content", "")
+    return content if isinstance(content, str) else ""

@@ -1,0 +1,228 @@
+"""The files of a data folder: ``ID.mcap`` is a run, ``ID.json`` what is told and written of it.
+
+The recordings alone say what there is. A sidecar holds what they must not hold, so that
+equal runs are equal files (when it was made, name, notes and tags), and a description for
+lists; where that is missing or unusable the recording is read instead.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from recordings.annotations import Annotations, usable_part
+from recordings.atomic_file import atomic_file
+from recordings.description import Description
+from recordings.documents import parse_json
+from recordings.exceptions import RecordingError, RecordingNotFoundError
+from recordings.reader import read_recording
+from recordings.stored_run import StoredRun
+
+__all__ = ["RunFolder", "Sidecar", "iso_time"]
+
+MAX_SIDECAR_BYTES = 1 << 25
+
+_ID = re.compile(r"[a-z0-9]{12}")
+_HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sidecar:
+    """What can be used of a sidecar.
+
+    Attributes:
+        created: When the run was saved, ISO 8601 in UTC; None if it does not say.
+        description: What it tells of the run; None if not all.
+        annotations: What people wrote.
+    """
+
+    created: str | None
+    description: Description | None
+    annotations: Annotations
+
+
+class RunFolder:
+    """The runs of a folder, each read from its own files.
+
+    Args:
+        path: The folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def recording(self, run_id: str) -> Path:
+        """Where the recording of a run lies, if there is one."""
+        return self.path / f"{run_id}.mcap"
+
+    def sidecar(self, run_id: str) -> Path:
+        """Where the sidecar of a run lies, if there is one."""
+        return self.path / f"{run_id}.json"
+
+    def holds(self, run_id: str) -> bool:
+        """Whether there is such a run; whatever the id looks like, nothing outside is one."""
+        if not _ID.fullmatch(run_id):
+            return False
+        path = self.recording(run_id)
+        return path.is_file() and not path.is_symlink()
+
+    def scan(self) -> dict[str, str]:
+        """A stamp of every run, which is another one once a file of it was changed."""
+        stamps: dict[str, dict[str, str]] = {"mcap": {}, "json": {}}
+        try:
+            with os.scandir(self.path) as entries:
+                for entry in entries:
+                    run_id, _, kind = entry.name.partition(".")
+                    if kind in stamps and _ID.fullmatch(run_id):
+                        stamps[kind][run_id] = _stamp(entry)
+        except (FileNotFoundError, NotADirectoryError):
+            return {}
+        sidecars = stamps["json"]
+        found = {run_id: stamp for run_id, stamp in stamps["mcap"].items() if stamp}
+        return {run_id: f"{stamp}|{sidecars.get(run_id, '')}" for run_id, stamp in found.items()}
+
+    def read(self, run_id: str) -> StoredRun:
+        """A run, from its sidecar if that will do.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+        """
+        sidecar = self.read_sidecar(run_id)
+        description = sidecar.description or self.describe(run_id)
+        return self.put_together(run_id, sidecar, description)
+
+    def put_together(self, run_id: str, sidecar: Sidecar, description: Description) -> StoredRun:
+        """A run from what is known of it.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+        """
+        path = self.recording(run_id)
+        try:
+            status = path.stat()
+        except FileNotFoundError:
+            raise RecordingNotFoundError(run_id) from None
+        return StoredRun.of(
+            run_id,
+            path,
+            created=sidecar.created or _time_of(status),
+            size=status.st_size,
+            description=description,
+            annotations=sidecar.annotations,
+        )
+
+    def describe(self, run_id: str) -> Description:
+        """What the recording itself tells; of one that cannot be read, why.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+        """
+        try:
+            return Description.from_result(read_recording(self.recording(run_id)))
+        except RecordingNotFoundError:
+            raise RecordingNotFoundError(run_id) from None
+        except RecordingError as error:
+            return Description(title=str(error), controller="", summary={})
+
+    def read_sidecar(self, run_id: str) -> Sidecar:
+        """What can be used of the sidecar, which may be missing or damaged."""
+        document = _read_document(self.sidecar(run_id))
+        description: Description | None
+        try:
+            description = Description.from_document(document)
+        except (ArithmeticError, KeyError, TypeError, ValueError):
+            description = None
+        return Sidecar(
+            created=_checked_time(document.get("created")),
+            description=description,
+            annotations=usable_part(document),
+        )
+
+    def write_sidecar(self, stored: StoredRun) -> None:
+        """Writes the sidecar of a run.
+
+        Raises:
+            RecordingWriteError: If it cannot be written; then the old one is still there.
+        """
+        document = {
+            "created": stored.created,
+            "title": stored.title,
+            "controller": stored.controller,
+            "name": stored.name,
+            "notes": stored.notes,
+            "tags": stored.tags,
+            "summary": stored.summary,
+        }
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)
+        with atomic_file(self.sidecar(stored.id), overwrite=True) as stream:
+            stream.write(text.encode())
+
+    def delete(self, run_id: str) -> None:
+        """Removes the files of a run.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+            RecordingError: If it cannot be removed.
+        """
+        try:
+            self.recording(run_id).unlink()
+            self.sidecar(run_id).unlink(missing_ok=True)
+        except FileNotFoundError:
+            raise RecordingNotFoundError(run_id) from None
+        except OSError as error:
+            path = self.recording(run_id)
+            raise RecordingError(f"cannot delete '{path}': {error.strerror}") from error
+
+
+def iso_time(time: datetime) -> str:
+    """ISO 8601 in UTC, to the millisecond."""
+    return time.astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+def _stamp(entry: os.DirEntry[str]) -> str:
+    """Empty if it is no file of its own, or no longer there."""
+    try:
+        if not entry.is_file(follow_symlinks=False):
+            return ""
+        status = entry.stat(follow_symlinks=False)
+    except FileNotFoundError:
+        return ""
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ctime_ns} {status.st_ino}"
+
+
+def _time_of(status: os.stat_result) -> str:
+    """When a file was changed last; 1970 if its time is none that a date can be made of."""
+    try:
+        return iso_time(datetime.fromtimestamp(status.st_mtime, UTC))
+    except (OSError, OverflowError, ValueError):
+        return iso_time(datetime.fromtimestamp(0.0, UTC))
+
+
+def _read_document(path: Path) -> Mapping[str, Any]:
+    """A JSON object, empty if there is none or it is not usable at all."""
+    try:
+        if path.is_symlink() or path.stat().st_size > MAX_SIDECAR_BYTES:
+            return {}
+        text = path.read_bytes()
+        document = parse_json(text)
+        if _HALF_PAIR.search(text):
+            json.dumps(document, ensure_ascii=False).encode()
+    except (OSError, ValueError):
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def _checked_time(value: object) -> str | None:
+    if not isinstance(value, str):
+        return None
+    try:
+        time = datetime.fromisoformat(value)
+        return iso_time(time if time.tzinfo else time.replace(tzinfo=UTC))
+    except (ValueError, OverflowError):
+        return None

@@ -1,0 +1,82 @@
+"""What a comparison of two runs looks like outside."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from recordings.comparison import DEFAULT_TOLERANCE, Comparison
+
+__all__ = ["DiffFigureQuery", "DiffPublic", "DiffQuery"]
+
+RunId = Annotated[str, Field(max_length=100, description="id of a saved run")]
+Tolerance = Annotated[
+    float,
+    Field(ge=0.0, allow_inf_nan=False, description="absolute difference that counts as none [SI]"),
+]
+
+
+class DiffQuery(BaseModel):
+    """Which runs are compared, and how strictly."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    a: RunId
+    b: RunId
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+
+
+class DiffFigureQuery(DiffQuery):
+    """The same, and how they are drawn."""
+
+    format: Annotated[Literal["svg", "png"], Field(description="format of the picture")] = "svg"
+
+
+class ParameterDifferencePublic(BaseModel):
+    """A parameter of the scenario that differs; null where a run has none."""
+
+    key: str
+    a: Any
+    b: Any
+
+
+class PhaseDifferencePublic(BaseModel):
+    """A phase change that moved, or that only one run has; times in s."""
+
+    contact: int
+    from_phase: Annotated[str, Field(alias="from")]
+    to: str
+    a: float | None
+    b: float | None
+    time_difference: float | None
+
+
+class SignalDifferencePublic(BaseModel):
+    """How far a column differs, in its SI unit."""
+
+    max: float
+    rms: float
+
+
+class MetricPairPublic(BaseModel):
+    """A metric of both runs."""
+
+    a: Any
+    b: Any
+
+
+class DiffPublic(BaseModel):
+    """What tells two runs apart; the object that ``slipgrasp diff --json`` prints."""
+
+    equal: bool
+    scenario: list[ParameterDifferencePublic]
+    phase_changes: list[PhaseDifferencePublic]
+    first_divergence: dict[str, float]
+    signals: dict[str, SignalDifferencePublic]
+    metrics: dict[str, MetricPairPublic]
+
+    @classmethod
+    def from_comparison(cls, comparison: Comparison) -> DiffPublic:
+        """The comparison as it is answered."""
+        return cls.model_validate(comparison.to_mapping())

@@ -1,0 +1,47 @@
+"""Comparisons of two saved runs, as JSON and as a picture."""
+
+from __future__ import annotations
+
+import io
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Response
+
+from recordings.comparison import compare
+from server.dependencies import RunServiceDep
+from server.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
+from server.schemas import ProblemPublic
+
+__all__ = ["router"]
+
+MEDIA_TYPES = {"svg": "image/svg+xml", "png": "image/png"}
+
+router = APIRouter(prefix="/diff", tags=["diff"])
+
+
+@router.get("", responses=ProblemPublic.responses((404, 422)))
+def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> DiffPublic:
+    """What tells two runs apart: parameters, phase changes, columns and metrics."""
+    a, b = (service.store.open(run_id) for run_id in (query.a, query.b))
+    return DiffPublic.from_comparison(compare(a, b, query.tolerance))
+
+
+@router.get(
+    "/figure",
+    response_class=Response,
+    responses={
+        200: {"content": {media_type: {} for media_type in MEDIA_TYPES.values()}},
+        **ProblemPublic.responses((404, 422)),
+    },
+)
+def draw_diff(query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep) -> Response:
+    """Two runs over each other, their difference below."""
+    # matplotlib takes a second to load, and most servers never draw.
+    from recordings.figures.comparison import draw_comparison
+    from recordings.figures.files import save_figure
+
+    a, b = (service.store.open(run_id) for run_id in (query.a, query.b))
+    figure = draw_comparison(compare(a, b, query.tolerance), a, b, (query.a, query.b))
+    picture = io.BytesIO()
+    save_figure(figure, picture, query.format)
+    return Response(picture.getvalue(), media_type=MEDIA_TYPES[query.format])

@@ -1,0 +1,123 @@
+"""Recordings that are sent, and the files themselves."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import aclosing
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import FileResponse
+from starlette.concurrency import run_in_threadpool
+
+from recordings.annotations import Annotations, RunName
+from recordings.exceptions import RecordingNotFoundError
+from recordings.store import RecordingStore, StoredRun
+from server.conditions import entity_tag, is_known
+from server.dependencies import RunServiceDep, StoredRunDep
+from server.errors import ServiceBusyError
+from server.schemas import API_PATH, ProblemPublic, RunPublic
+from server.upload_body import FORM, RAW_TYPES, file_pieces
+
+__all__ = ["MAX_UPLOADS", "RETRY_AFTER", "UPLOAD_PATH", "router"]
+
+MAX_UPLOADS = 4
+RETRY_AFTER = 5
+WRITE_BYTES = 1 << 20
+
+UPLOAD_PATH = f"{API_PATH}/recordings"
+
+router = APIRouter(tags=["recordings"])
+
+_BINARY = {"type": "string", "format": "binary"}
+_UPLOAD_BODY: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "description": "A recording as `slipgrasp run` writes it: "
+        "`curl --data-binary @run.mcap URL` or `curl -F file=@run.mcap URL`.",
+        "content": {
+            **{kind: {"schema": _BINARY} for kind in RAW_TYPES[:2]},
+            FORM: {"schema": {"type": "object", "properties": {"file": _BINARY}}},
+        },
+    }
+}
+
+
+@router.post(
+    "/recordings",
+    status_code=201,
+    responses=ProblemPublic.responses((400, 408, 413, 415, 422, 503, 507)),
+    openapi_extra=_UPLOAD_BODY,
+)
+async def upload_recording(
+    request: Request,
+    service: RunServiceDep,
+    response: Response,
+    name: Annotated[RunName, Query(description="what to call it", examples=["from the lab"])] = "",
+) -> RunPublic:
+    """Keep a recording that another data folder holds; it is read in full before."""
+    slots: asyncio.Semaphore = request.app.state.upload_slots
+    if slots.locked():
+        raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are being sent already")
+    async with slots:
+        stored = await _receive(request, service.store, name)
+    run = await run_in_threadpool(RunPublic.from_stored, stored)
+    response.headers["Location"] = run.links["self"]
+    response.headers["ETag"] = entity_tag(stored)
+    return run
+
+
+async def _receive(request: Request, store: RecordingStore, name: str) -> StoredRun:
+    declared = int(request.headers.get("content-length", "0"))
+    reservation = await run_in_threadpool(store.reserve, declared)
+    with store.upload(reservation) as upload:
+        async with aclosing(_larger(file_pieces(request))) as pieces:
+            async for piece in pieces:
+                await run_in_threadpool(upload.write, piece)
+        result = await run_in_threadpool(upload.finish)
+    annotations = Annotations(name=name)
+    return await run_in_threadpool(store.register, reservation, result, annotations)
+
+
+async def _larger(pieces: AsyncIterator[bytes]) -> AsyncGenerator[bytes]:
+    """The same bytes in pieces that are worth a thread's while."""
+    waiting = bytearray()
+    async for piece in pieces:
+        waiting += piece
+        if len(waiting) >= WRITE_BYTES:
+            yield bytes(waiting)
+            waiting.clear()
+    yield bytes(waiting)
+
+
+@router.head("/runs/{run_id}/recording", include_in_schema=False)
+@router.get(
+    "/runs/{run_id}/recording",
+    response_class=FileResponse,
+    responses={
+        200: {"content": {"application/octet-stream": {}}},
+        206: {
+            "description": "The part that `Range` asks for",
+            "content": {"application/octet-stream": {}},
+        },
+        304: {"description": "The client has it, as `If-None-Match` says"},
+        **ProblemPublic.responses((404,)),
+    },
+)
+def read_recording_file(stored: StoredRunDep, request: Request) -> Response:
+    """The MCAP file, whole or in parts."""
+    try:
+        status = stored.path.stat()
+    except FileNotFoundError:
+        raise RecordingNotFoundError(stored.id) from None
+    file = FileResponse(
+        stored.path,
+        media_type="application/octet-stream",
+        filename=stored.path.name,
+        stat_result=status,
+    )
+    tag = file.headers["etag"]
+    if is_known(tag, request.headers.get("if-none-match")):
+        return Response(status_code=304, headers={"ETag": tag})
+    return file

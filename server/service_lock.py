@@ -1,0 +1,70 @@
+"""One service for each data folder: two would not know of each other's runs and limits."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from recordings.exceptions import FolderInUseError, RecordingWriteError
+from recordings.file_lock import try_lock
+
+__all__ = ["LOCK_NAME", "check_not_served", "service_lock"]
+
+LOCK_NAME = "service.lock"
+MAX_OWNER_LENGTH = 20
+
+
+@contextmanager
+def service_lock(folder: Path) -> Iterator[None]:
+    """Within it no other service can use the folder; the lock ends with this process.
+
+    Args:
+        folder: The data folder; it exists.
+
+    Raises:
+        FolderInUseError: If another service uses it.
+        RecordingWriteError: If no file can be made in it.
+    """
+    with _open(folder / LOCK_NAME) as stream:
+        if not _can_lock(stream):
+            raise FolderInUseError(folder, _owner(stream))
+        stream.truncate(0)
+        stream.write(str(os.getpid()).encode())
+        stream.flush()
+        yield
+
+
+def check_not_served(folder: Path) -> None:
+    """Finds out at once what `service_lock` would find; the lock stays free.
+
+    Raises:
+        FolderInUseError: If a service uses the folder.
+        RecordingWriteError: If no file can be made in it.
+    """
+    with service_lock(folder):
+        pass
+
+
+def _can_lock(stream: BinaryIO) -> bool:
+    """False if another process holds the lock; a file system without locks cannot tell."""
+    try:
+        return try_lock(stream)
+    except OSError:
+        return True
+
+
+def _open(path: Path) -> BinaryIO:
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        return os.fdopen(os.open(path, flags, 0o666), "r+b")
+    except OSError as error:
+        raise RecordingWriteError(path, error.strerror or "no lock") from error
+
+
+def _owner(stream: BinaryIO) -> str:
+    """Number of the process that holds the lock; empty if it does not say."""
+    text = stream.read(MAX_OWNER_LENGTH).decode("ascii", errors="replace")
+    return text if text.isdecimal() else ""

@@ -1,0 +1,105 @@
+"""``slipgrasp diff``: what tells two recordings apart."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import add_data_directory, recording_path
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import CommandError, ExitStatus
+
+if TYPE_CHECKING:
+    from core.result import RunResult
+    from recordings.comparison import Comparison
+
+__all__ = ["add_command"]
+
+FIGURE_FORMATS = ("svg", "pdf", "png")
+DESCRIPTION = (
+    "Compares two recordings at the instants that both stored: parameters, phase changes, when "
+    "each column first differs by more than the tolerance, how far, and metrics. They are equal "
+    "if outcome, end, phase changes and all columns agree within the tolerance, whatever was set."
+)
+EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "diff",
+        help="tell what differs between two recordings",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    for name in ("a", "b"):
+        parser.add_argument(
+            name, metavar=name.upper(), help="a recording (FILE.mcap) or the id of a stored run"
+        )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--tolerance",
+        metavar="T",
+        type=float,
+        help="absolute difference that counts as none, in SI units (default: 1e-9)",
+    )
+    parser.add_argument(
+        "--figure",
+        metavar="FILE",
+        type=Path,
+        help="draw both runs over each other and the difference below, as .svg, .pdf or .png",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an existing --figure file")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    from recordings.comparison import DEFAULT_TOLERANCE, check_tolerance, compare
+
+    given: float | None = arguments.tolerance
+    tolerance = check_tolerance(DEFAULT_TOLERANCE if given is None else given)
+    _check_figure(arguments.figure, arguments.force)
+    a, b = (_read(source, arguments.data_directory) for source in (arguments.a, arguments.b))
+    comparison = compare(a, b, tolerance)
+    if arguments.figure is not None:
+        _draw(comparison, a, b, arguments)
+    if arguments.json:
+        print(json.dumps(comparison.to_mapping(), allow_nan=False))
+    else:
+        from slipgrasp.cli.differences import describe_differences
+
+        print(describe_differences(comparison, a.scenario.finger_names))
+    return ExitStatus.COMPLETED if comparison.equal else ExitStatus.DIFFERENT
+
+
+def _check_figure(path: Path | None, force: bool) -> None:
+    if path is None:
+        return
+    if path.suffix.lower().removeprefix(".") not in FIGURE_FORMATS:
+        raise CommandError(f"--figure '{path}' ends with none of .svg, .pdf and .png")
+    if path.exists() and not force:
+        from recordings.exceptions import RecordingExistsError
+
+        raise RecordingExistsError(path)
+
+
+def _read(source: str, chosen: Path | None) -> RunResult:
+    from recordings.reader import read_recording
+
+    with Progress(f"reading {Path(source).name}"):
+        return read_recording(recording_path(source, chosen))
+
+
+def _draw(
+    comparison: Comparison, a: RunResult, b: RunResult, arguments: argparse.Namespace
+) -> None:
+    with Progress("drawing the figure"):
+        from recordings.figures.comparison import draw_comparison
+        from recordings.figures.files import write_figure
+
+        names = Path(arguments.a).stem, Path(arguments.b).stem
+        figure = draw_comparison(comparison, a, b, names)
+        write_figure(figure, arguments.figure, overwrite=arguments.force)

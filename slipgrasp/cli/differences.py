@@ -1,0 +1,160 @@
+"""A comparison in words and short tables, for a person at a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import Any
+
+from recordings.comparison import Comparison
+from recordings.differences import ParameterDifference, PhaseDifference, SignalDifference
+
+__all__ = ["describe_differences"]
+
+MOST_DIVERGENCES = 8
+MOST_PHASE_CHANGES = 40
+MOST_NAMES = 4
+LONGEST_TEXT = 32
+
+
+def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
+    """The verdict, then what differs: parameters, phase changes, columns and metrics.
+
+    Args:
+        comparison: The comparison of two runs, a and b.
+        fingers: What to call their contacts.
+    """
+    if comparison.identical:
+        return "Identical: the same scenario, and not one number differs."
+    blocks = [
+        [_verdict(comparison), _extent(comparison)],
+        _table("parameter", ("a", "b", ""), map(_parameter, comparison.scenario)),
+        _phase_changes(comparison, fingers),
+        _divergences(comparison),
+        _largest(comparison),
+        _table("metric", ("a", "b"), _metrics(comparison)),
+        _uncompared(comparison),
+    ]
+    return "\n\n".join("\n".join(lines) for lines in blocks if lines)
+
+
+def _verdict(comparison: Comparison) -> str:
+    tolerance = f"{comparison.tolerance:g}"
+    if comparison.equal:
+        return f"Equal within {tolerance}: the same happened."
+    diverging = comparison.first_divergence
+    if diverging:
+        name, time = next(iter(diverging.items()))
+        words = f"from {_time(time)} on ({name} first), {len(diverging)} of "
+        return f"Different {words}{len(comparison.signals)} columns beyond {tolerance}."
+    return f"Different, though no column differs by more than {tolerance}."
+
+
+def _extent(comparison: Comparison) -> str:
+    start, end = comparison.span
+    words = f"Compared at {comparison.num_instants} common instants, {_time(start)} to {_time(end)}"
+    ends = comparison.end_times
+    if ends[0] != ends[1]:
+        words += f"; a ends at {_time(ends[0])}, b at {_time(ends[1])}"
+    return words + "."
+
+
+def _parameter(difference: ParameterDifference) -> list[str]:
+    unit = "" if difference.unit == "1" else difference.unit
+    return [difference.key, _value(difference.a), _value(difference.b), unit]
+
+
+def _phase_changes(comparison: Comparison, fingers: Sequence[str]) -> list[str]:
+    shown = comparison.phase_changes[:MOST_PHASE_CHANGES]
+    rows = (_phase_change(change, fingers[change.contact]) for change in shown)
+    lines = _table("phase change", ("a [s]", "b [s]", "b - a [s]"), rows)
+    if hidden := len(comparison.phase_changes) - len(shown):
+        lines.append(f"and {hidden} more")
+    return lines
+
+
+def _phase_change(change: PhaseDifference, finger: str) -> list[str]:
+    phases = (phase.label.replace("_", " ") for phase in (change.from_phase, change.to_phase))
+    name = f"contact {change.contact} {finger}: " + " to ".join(phases)
+    moved = "" if change.time_difference is None else f"{change.time_difference:+.6g}"
+    return [name, *("none" if t is None else f"{t:.9g}" for t in (change.a, change.b)), moved]
+
+
+def _divergences(comparison: Comparison) -> list[str]:
+    """Which columns differ first, in time order."""
+    groups = groupby(comparison.first_divergence.items(), key=lambda entry: entry[1])
+    found = [(time, [name for name, _ in entries]) for time, entries in groups]
+    rows = [[_time(time), _some(names)] for time, names in found[:MOST_DIVERGENCES]]
+    lines = _table("first at", ("column",), rows, align_left=True)
+    if hidden := sum(len(names) for _, names in found[MOST_DIVERGENCES:]):
+        last = found[-1][0]
+        lines.append(f"and {hidden} more columns, the last at {_time(last)}")
+    return lines
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+
+
+def _largest(comparison: Comparison) -> list[str]:
+    """Of each signal the column that differs most."""
+    tops: dict[str, SignalDifference] = {}
+    for column in comparison.signals.values():
+        if column.max > max(comparison.tolerance, _max_of(tops.get(column.signal))):
+            tops[column.signal] = column
+    rows = (
+        [c.name, f"{c.max:.4g}", f"{c.rms:.4g}", _time(c.time_of_max), c.unit]
+        for c in tops.values()
+    )
+    return _table("largest difference", ("max", "rms", "at", "unit"), rows)
+
+
+def _max_of(column: SignalDifference | None) -> float:
+    return 0.0 if column is None else column.max
+
+
+def _metrics(comparison: Comparison) -> Iterator[list[str]]:
+    for name, (a, b) in comparison.metrics.items():
+        if a != b:
+            yield [name, _value(a), _value(b)]
+
+
+def _uncompared(comparison: Comparison) -> list[str]:
+    missing = {"a": comparison.only_a, "b": comparison.only_b}
+    return [f"Only {run} has {', '.join(names)}." for run, names in missing.items() if names]
+
+
+def _table(
+    title: str,
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    align_left: bool = False,
+) -> list[str]:
+    """Lines of a table, numbers to the right; none if it has no rows."""
+    cells = [[title, *heads], *rows]
+    if len(cells) == 1:
+        return []
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return ["  ".join(_aligned(row, widths, align_left)).rstrip() for row in cells]
+
+
+def _aligned(row: Sequence[str], widths: Sequence[int], align_left: bool) -> Iterator[str]:
+    for k, (cell, width) in enumerate(zip(row, widths, strict=True)):
+        yield cell.ljust(width) if k == 0 or align_left else cell.rjust(width)
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, (tuple, list)):
+        return ", ".join(map(_value, value))
+    if isinstance(value, bool) or not isinstance(value, float):
+        text = str(value)
+        return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 1]}…"
+    return f"{value:.6g}"
+
+
+def _time(time: float) -> str:
+    return f"{time:.6g} s"

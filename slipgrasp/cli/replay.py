@@ -1,0 +1,61 @@
+"""``slipgrasp replay``: the dashboard, opened on a recording."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import add_data_directory, data_directory, store_in
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.serving import add_limits, add_port, serve_dashboard
+from slipgrasp.cli.status import ExitStatus
+
+if TYPE_CHECKING:
+    from web.replay import Source
+
+__all__ = ["add_command"]
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "replay",
+        help="open a recording in the dashboard",
+        description="Serves the dashboard to this machine until interrupted; it opens on a "
+        "recording and computes nothing until a knob is moved. The first line of standard output "
+        "is the URL.",
+    )
+    parser.add_argument(
+        "recording",
+        metavar="FILE.mcap|ID",
+        help="the recording, or the id of a stored run; a file that is still being written is "
+        "shown as far as it goes",
+    )
+    add_port(parser, default=0)
+    add_data_directory(parser)
+    add_limits(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    folder = data_directory(arguments.data_directory)
+    source = _source(arguments.recording)
+    _check(source, folder)
+    return serve_dashboard(arguments, folder, source)
+
+
+def _source(text: str) -> Source:
+    """What stands for a file is one; anything else is the id of a stored run."""
+    path = Path(text)
+    is_file = bool(path.suffix) or path.parent != Path() or os.path.exists(path)
+    return path.absolute() if is_file else text
+
+
+def _check(source: Source, folder: Path) -> None:
+    """Reads the recording once, so that what is wrong with it is said before anything starts."""
+    from web.replay import open_replay
+
+    with Progress("reading the recording"):
+        open_replay(store_in(folder), source)

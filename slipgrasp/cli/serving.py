@@ -1,0 +1,137 @@
+"""Serving the dashboard until interrupted, for the commands that do."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import re
+import signal
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import store_in
+from slipgrasp.cli.progress import COMPILING, Progress
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
+
+if TYPE_CHECKING:
+    from slipgrasp.cli.announcing_server import AnnouncingServer
+    from web.replay import Source
+
+__all__ = ["add_limits", "add_port", "serve_dashboard"]
+
+HOST = "127.0.0.1"
+DEFAULT_PORT = 8020
+
+_SIZE = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([kmgt]?b)?")
+_UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12}
+
+
+def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> None:
+    """Adds ``--port``."""
+    parser.add_argument(
+        "--port",
+        metavar="N",
+        type=_port,
+        default=default,
+        help=f"port to listen on, 0 takes any free one (default: {default})",
+    )
+
+
+def _port(text: str) -> int:
+    port = int(text) if text.isdecimal() and len(text) <= 5 else -1
+    if not 0 <= port <= 65535:
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a port; allowed: 0 … 65535")
+    return port
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--quota`` and ``--min-free``."""
+    for name, what in (
+        ("--quota", "how much the recordings may take, such as 5GB; then no run is begun"),
+        ("--min-free", "how much must stay free on their disk, such as 500MB; likewise"),
+    ):
+        parser.add_argument(name, metavar="SIZE", type=_size, help=what)
+
+
+def _size(text: str) -> int:
+    """A number of bytes, with or without one of the usual units."""
+    found = _SIZE.fullmatch(text.strip().lower())
+    if found is None:
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a size; write it as 500MB or 5GB")
+    return round(float(found[1]) * _UNITS[found[2] or ""])
+
+
+def serve_dashboard(
+    arguments: argparse.Namespace, folder: Path, first: Source | None = None
+) -> ExitStatus:
+    """Serves until interrupted; the first line of standard output is the URL.
+
+    Args:
+        arguments: What `add_port` and `add_limits` have added.
+        folder: Folder of the recordings.
+        first: The recording that the dashboard opens on; a run of its own if None.
+
+    Raises:
+        CommandError: If the port cannot be had.
+        FolderInUseError: If another service uses the folder, unless only to replay.
+        RecordingWriteError: If nothing can be saved in the folder.
+    """
+    from server.service_lock import check_not_served
+
+    store_in(folder).prepare()
+    if first is None:
+        check_not_served(folder)
+    with _listen(arguments.port) as listener:
+        with Progress("starting the dashboard"):
+            server = _make_server(listener, arguments, folder, first)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            # uvicorn raises the signal again once it has ended; then it is to do nothing more.
+            signal.signal(number, server.handle_exit)
+        try:
+            server.run(sockets=[listener])
+        except SystemExit:
+            complain("the server could not start; what went wrong stands above")
+            return ExitStatus.ENDED_EARLY
+    return ExitStatus.COMPLETED
+
+
+def _listen(port: int) -> socket.socket:
+    """Takes the port at once, so that nobody else can while the dashboard is loaded."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    if os.name == "posix":
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((HOST, port))
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        cause = (
+            "is in use" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
+        )
+        raise CommandError(
+            f"port {port} {cause}; choose another with --port, --port 0 takes any free one"
+        ) from error
+    return listener
+
+
+def _make_server(
+    listener: socket.socket, arguments: argparse.Namespace, folder: Path, first: Source | None
+) -> AnnouncingServer:
+    from core.simulator import kernel_is_cached
+    from server.app import server_config
+    from server.settings import Settings
+    from slipgrasp.cli.announcing_server import AnnouncingServer
+    from web.app import create_dashboard_app
+
+    host, port = listener.getsockname()
+    limits = {"quota_bytes": arguments.quota, "min_free_bytes": arguments.min_free}
+    chosen = {name: size for name, size in limits.items() if size is not None}
+    settings = Settings(
+        data_directory=folder, host=host, port=port, exclusive=first is None, **chosen
+    )
+    if not kernel_is_cached():
+        complain(COMPILING)
+    config = server_config(create_dashboard_app(settings, first), settings)
+    return AnnouncingServer(config, url=f"http://{host}:{port}/")

@@ -1,0 +1,110 @@
+"""``slipgrasp verify``: whether a recording can be computed again."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+from slipgrasp.cli.arguments import add_data_directory, recording_path
+from slipgrasp.cli.kernel import load_simulation
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import ExitStatus
+
+if TYPE_CHECKING:
+    from recordings.verification import Verification
+
+__all__ = ["add_command"]
+
+MOST_NAMES = 6
+DESCRIPTION = (
+    "Simulates the scenario of a recording again and compares. Computed by the same machine "
+    "code, every bit must agree; by another version or kind of machine, columns within 1e-8 "
+    "until the first phase change after the start, the order of phase changes, and their times "
+    "within 1e-6 s. A run that was cut short is compared as far as it was recorded."
+)
+EPILOG = "exit status: 0 the same, 1 it differs, 2 it cannot be read or simulated"
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "verify",
+        help="simulate a recording again and compare",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument(
+        "recording", metavar="FILE.mcap|ID", help="the recording, or the id of a stored run"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    path = recording_path(arguments.recording, arguments.data_directory)
+    with Progress("reading the recording"):
+        from recordings.reader import read_back
+
+        read = read_back(path)
+    load_simulation()
+    from recordings.verification import verify
+
+    with Progress("simulating again") as progress:
+        found = verify(read.result, unaltered=read.is_unaltered, progress=progress.update)
+    if arguments.json:
+        print(json.dumps(found.to_mapping(), allow_nan=False))
+    else:
+        print("\n".join(_lines(found)))
+    return ExitStatus.COMPLETED if found.same else ExitStatus.DIFFERENT
+
+
+def _lines(found: Verification) -> list[str]:
+    return [_verdict(found), *_altered(found), _rule(found), _stretch(found)]
+
+
+def _verdict(found: Verification) -> str:
+    if found.same:
+        return "The same: the recording holds what its scenario gives when simulated again."
+    if not found.mismatches:
+        return "Altered: it holds what its scenario gives, but not what was written into it."
+    first = found.mismatches[0]
+    when = "" if first.time is None else f" at {first.time:.9g} s"
+    said = f"{_value(first.recorded)} recorded, {_value(first.computed)} computed"
+    others = [mismatch.what for mismatch in found.mismatches[1:]]
+    more = "" if not others else f"; then {_some(others)}"
+    return f"It differs: {first.what}{when}: {said}{more}."
+
+
+def _some(names: list[str]) -> str:
+    hidden = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {hidden} more" if hidden > 0 else "")
+
+
+def _altered(found: Verification) -> list[str]:
+    if found.unaltered:
+        return []
+    return ["Its samples or documents do not fit the hash that was written with them."]
+
+
+def _rule(found: Verification) -> str:
+    if found.bit_for_bit:
+        return f"Compared bit for bit: the same machine code computed it ({found.present.kernel})."
+    recorded, present = found.recorded, found.present
+    was = f"{recorded.program} ({recorded.kernel or 'machine code not recorded'})"
+    return (
+        f"Compared within the tolerance: version {was} recorded it, "
+        f"this is {present.program} ({present.kernel})."
+    )
+
+
+def _stretch(found: Verification) -> str:
+    samples = f"{found.num_samples} samples up to {found.end_time:.6g} s"
+    if found.whole:
+        return f"Compared the whole run, {samples}."
+    return f"It was cut short and is compared as far as it was recorded, {samples}."
+
+
+def _value(value: Any) -> str:
+    return "nothing" if value is None else repr(value) if isinstance(value, float) else str(value)

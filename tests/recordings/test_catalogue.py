@@ -1,0 +1,415 @@
+"""Searching the stored runs, and a catalogue that is made again whenever it will not do."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sqlite3
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from core.result import metric_names
+from core.types import Outcome
+from recordings import RecordingStore
+from recordings.exceptions import QueryError
+from recordings.run_folder import RunFolder
+from recordings.run_index import CATALOGUE_NAME, RunIndex
+from recordings.run_query import FIGURES, Condition, RunQuery, parse_end, parse_instant
+
+
+@pytest.fixture
+def store(tmp_path):
+    return RecordingStore(tmp_path / "runs")
+
+
+@pytest.fixture
+def several(store, short_run, lost_run, run_without_unknowns):
+    """Three runs that differ in everything, oldest first."""
+    kept = [store.save(run) for run in (short_run, lost_run, run_without_unknowns)]
+    store.annotate(kept[0].id, name="Straße", tags=["light", "report"])
+    store.annotate(kept[1].id, name="heavy", notes="It slips.\nIt falls.", tags=["report"])
+    for run, day in zip(kept, ("2026-01-01", "2026-01-02", "2026-01-03"), strict=True):
+        set_in_sidecar(run.path, created=f"{day}T12:00:00.000+00:00")
+    return [store.get(run.id) for run in kept]
+
+
+def set_in_sidecar(recording: Path, **values) -> None:
+    sidecar = recording.with_suffix(".json")
+    document = json.loads(sidecar.read_text(encoding="utf-8"))
+    sidecar.write_text(json.dumps({**document, **values}), encoding="utf-8")
+
+
+def found(store: RecordingStore, **query) -> list[str]:
+    listing = store.find(RunQuery(**query))
+    assert listing.unread == 0 and listing.count >= len(listing.runs)
+    return [run.id for run in listing.runs]
+
+
+@pytest.mark.parametrize(
+    ("query", "expected"),
+    [
+        ({}, [2, 1, 0]),
+        ({"preset": "paper-case-2"}, [1, 0]),
+        ({"preset": ""}, []),
+        ({"controller": "theorem-4"}, [1, 0]),
+        ({"controller": "theorem-3"}, [2]),
+        ({"outcome": Outcome.COMPLETED}, [2, 0]),
+        ({"outcome": Outcome.DIVERGED}, []),
+        ({"tags": ("report",)}, [1, 0]),
+        ({"tags": ("report", "light")}, [0]),
+        ({"tags": ("repor",)}, []),
+        ({"text": "SLIPS"}, [1]),
+        ({"text": "STRASSE"}, [0]),
+        ({"text": "case ii"}, [1, 0]),
+        ({"text": "%"}, []),
+        ({"created_from": parse_instant("2026-01-02")}, [2, 1]),
+        ({"created_to": parse_instant("2026-01-02")}, [0]),
+        ({"created_to": parse_end("2026-01-02")}, [1, 0]),
+        ({"created_from": parse_instant("2026-01-02T13:00:00+01:00")}, [2, 1]),
+        ({"created_from": parse_instant("2026-01-02T12:00:01Z")}, [2]),
+        ({"sort": "created"}, [0, 1, 2]),
+        ({"sort": "name"}, [1, 0, 2]),
+        ({"sort": "-name"}, [0, 1, 2]),
+        ({"sort": "created", "offset": 1, "limit": 1}, [1]),
+        ({"offset": 9}, []),
+    ],
+)
+def test_runs_are_searched_and_sorted_by_what_is_told_of_them(store, several, query, expected):
+    assert found(store, **query) == [several[i].id for i in expected]
+
+
+def test_the_count_is_that_of_all_pages(store, several):
+    listing = store.find(RunQuery(tags=("report",), limit=1))
+    assert ([run.id for run in listing.runs], listing.count) == ([several[1].id], 2)
+
+
+@pytest.mark.parametrize("figure", ["end_time", *metric_names(2)])
+def test_runs_are_searched_and_sorted_by_every_figure(store, several, figure):
+    values = {run.id: figure_of(run, figure) for run in several}
+    known = [run_id for run_id, value in values.items() if value is not None]
+    rising = sorted(known, key=lambda run_id: (values[run_id], run_id))
+    without = sorted(values.keys() - set(known))
+    assert found(store, sort=figure) == rising + without
+    assert found(store, sort=f"-{figure}") == rising[::-1] + without[::-1]
+    for run_id in known:
+        for operator, holds in OPERATORS.items():
+            condition = Condition(figure, operator, float(values[run_id]))
+            expected = {other for other in known if holds(values[other], values[run_id])}
+            assert set(found(store, conditions=(condition,))) == expected
+
+
+OPERATORS = {
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+    "=": lambda a, b: a == b,
+}
+
+
+def figure_of(run, figure: str):
+    if figure == "end_time":
+        return run.summary["end_time"]
+    name, _, label = figure.rpartition("_")
+    metrics = run.summary["metrics"]
+    if name in metrics:
+        places = {"0": 0, "1": 1, "x": 0, "y": 1, "theta": 2}
+        return metrics[name][places[label]]
+    return metrics[figure]
+
+
+def test_the_names_of_metrics_are_those_of_their_flat_form(any_run):
+    flat = any_run.metrics.flattened()
+    assert tuple(flat) == metric_names(2) and set(flat) < set(FIGURES)
+    assert flat["slip_path_1"] == any_run.metrics.slip_path[1]
+    assert flat["rms_tracking_error_theta"] == any_run.metrics.rms_tracking_error[2]
+    assert flat["held"] is any_run.metrics.held
+
+
+@pytest.mark.parametrize(
+    ("text", "condition"),
+    [
+        ("slip_path_0<0.01", Condition("slip_path_0", "<", 0.01)),
+        (" end_time >= 5e-1 ", Condition("end_time", ">=", 0.5)),
+        ("held=true", Condition("held", "=", 1.0)),
+        ("slipping_at_end=false", Condition("slipping_at_end", "=", 0.0)),
+    ],
+)
+def test_a_condition_is_read_as_it_is_written(text, condition):
+    assert Condition.parse(text) == condition
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "<",
+        "held",
+        "slip_path_0<",
+        "slip_path_0<nan",
+        "slip_path_0<1e999",
+        "slip_path<1",
+        "id=1",
+        "held=1;drop table runs",
+        "held==1",
+        "held<>1",
+        "x" * 10_000,
+        "end_time<0x10",
+        "\0<1",
+    ],
+)
+def test_what_is_no_condition_is_refused(text):
+    with pytest.raises(QueryError) as refusal:
+        Condition.parse(text)
+    assert len(str(refusal.value)) < 200
+
+
+@pytest.mark.parametrize("sort", ["", "-", "id", "words", "+created", "--created", "created;"])
+def test_an_order_that_is_none_is_refused(sort):
+    with pytest.raises(QueryError, match="cannot be sorted"):
+        RunQuery(sort=sort)
+
+
+@pytest.mark.parametrize("text", ["", "now", "2026-13-01", "0001-01-01T00:00+09:00", "1", "\0"])
+def test_a_time_that_is_none_is_refused(text):
+    for parse in (parse_instant, parse_end):
+        with pytest.raises(QueryError, match="ISO 8601"):
+            parse(text)
+
+
+def test_a_date_as_an_end_includes_its_whole_day():
+    assert parse_end("2026-01-31") == datetime(2026, 1, 31, 23, 59, 59, 999_999, UTC)
+    assert parse_end("9999-12-31").year == 9999
+    assert parse_end("2026-01-31T08:30") == datetime(2026, 1, 31, 8, 30, tzinfo=UTC)
+
+
+def test_new_changed_and_vanished_files_are_noticed(store, several, tmp_path, short_run):
+    assert found(store) == [run.id for run in several[::-1]]
+    copied = tmp_path / "runs" / "zzzzzzzzzzzz.mcap"
+    shutil.copy(several[1].path, copied)
+    several[2].path.unlink()
+    set_in_sidecar(several[0].path, tags=["new"])
+
+    assert set(found(store)) == {several[0].id, several[1].id, "zzzzzzzzzzzz"}
+    assert found(store, tags=("new",)) == [several[0].id]
+    assert len(found(store, outcome=Outcome(several[1].summary["outcome"]))) == 2
+
+    copied.write_bytes(copied.read_bytes()[:1000])
+    (listed,) = [run for run in store.list() if run.id == "zzzzzzzzzzzz"]
+    assert "damaged" in listed.title and listed.size == 1000
+    assert "zzzzzzzzzzzz" in found(store, outcome=Outcome.FAILED)
+
+
+def test_what_is_written_through_the_store_is_listed_at_once(store, several):
+    for number in range(20):
+        store.annotate(several[0].id, name=f"{number:02}")
+        assert [run.name for run in store.list()][-1] == f"{number:02}"
+    store.annotate(several[0].id, name="gone")
+    store.delete(several[0].id)
+    assert store.find(RunQuery()).count == 2
+
+
+def test_two_stores_of_one_folder_list_the_same(store, several, short_run):
+    other = RecordingStore(several[0].path.parent)
+    assert other.list() == store.list()
+    made = other.save(short_run)
+    store.delete(several[0].id)
+    assert store.list() == other.list() and made in store.list()
+    store.close()
+    assert store.list() == other.list()
+
+
+def test_only_files_with_the_name_of_a_run_are_listed(store, several, tmp_path):
+    folder = tmp_path / "runs"
+    outside = tmp_path / "outside.mcap"
+    shutil.copy(several[0].path, outside)
+    (folder / "aaaaaaaaaaaa.mcap").symlink_to(outside)
+    (folder / "bbbbbbbbbbbb.mcap").mkdir()
+    for name in ("run.mcap", "CCCCCCCCCCCC.mcap", "dddddddddddd.mcap.part", "eeeeeeeeeeee.json"):
+        shutil.copy(outside, folder / name)
+    assert set(found(store)) == {run.id for run in several}
+
+
+def test_a_sidecar_that_is_a_link_is_not_followed(store, several, tmp_path):
+    sidecar = several[0].path.with_suffix(".json")
+    sidecar.rename(tmp_path / "outside.json")
+    sidecar.symlink_to(tmp_path / "outside.json")
+    assert store.get(several[0].id).tags == ()
+    assert found(store, tags=("light",)) == []
+
+
+def catalogue_of(store_folder: Path) -> Path:
+    return store_folder / CATALOGUE_NAME
+
+
+def spoil_with_garbage(path: Path) -> None:
+    path.write_bytes(os.urandom(10_000))
+
+
+def spoil_by_truncation(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:5000])
+
+
+def spoil_pages(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[1000:9000] = b"\xaa" * 8000
+    path.write_bytes(content)
+
+
+def spoil_with_other_columns(path: Path) -> None:
+    (version,) = execute(path, "PRAGMA user_version")[0]
+    path.unlink()
+    execute(path, "CREATE TABLE runs (id TEXT, stamp TEXT)")
+    execute(path, f"PRAGMA user_version = {version}")
+
+
+def spoil_with_older_version(path: Path) -> None:
+    execute(path, "PRAGMA user_version = 1")
+
+
+def spoil_documents(path: Path) -> None:
+    execute(path, "UPDATE documents SET content = '[1]'")
+
+
+def spoil_with_link(path: Path) -> None:
+    path.rename(path.with_suffix(".elsewhere"))
+    path.symlink_to(path.with_suffix(".elsewhere"))
+
+
+def spoil_with_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def execute(path: Path, statement: str) -> list[tuple]:
+    connection = sqlite3.connect(path)
+    try:
+        with connection:
+            return connection.execute(statement).fetchall()
+    finally:
+        connection.close()
+
+
+SPOILERS = [
+    Path.unlink,
+    spoil_with_garbage,
+    spoil_by_truncation,
+    spoil_pages,
+    spoil_with_other_columns,
+    spoil_with_older_version,
+    spoil_documents,
+    spoil_with_link,
+    spoil_with_folder,
+]
+
+
+@pytest.mark.parametrize("spoil", SPOILERS, ids=lambda spoil: spoil.__name__)
+@pytest.mark.parametrize("reopen", [True, False])
+def test_a_catalogue_that_will_not_do_is_made_again(store, several, spoil, reopen):
+    before = store.list()
+    path = catalogue_of(several[0].path.parent)
+    if reopen:
+        store.close()
+    spoil(path)
+    elsewhere = path.with_suffix(".elsewhere")
+    planted = elsewhere.read_bytes() if elsewhere.exists() else None
+
+    assert store.list() == before
+    assert found(store, tags=("light",)) == [several[0].id]
+    if reopen:
+        assert RecordingStore(path.parent).list() == before
+    if planted is not None:
+        assert elsewhere.read_bytes() == planted and path.is_symlink() is not reopen
+
+
+def test_a_catalogue_that_another_process_locks_is_done_without(store, several):
+    before = store.list()
+    store.close()
+    path = catalogue_of(several[0].path.parent)
+    content = path.read_bytes()
+    other = sqlite3.connect(path, isolation_level=None)
+    try:
+        other.execute("BEGIN EXCLUSIVE")
+        assert store.list() == before
+        store.annotate(several[0].id, name="while locked")
+        assert store.find(RunQuery(text="while locked")).count == 1
+        assert path.read_bytes() == content
+    finally:
+        other.close()
+
+
+def test_the_catalogue_is_kept_between_two_processes(store, several, monkeypatch):
+    before = store.list()
+    store.close()
+
+    def refuse(self: RunFolder, run_id: str) -> None:
+        raise AssertionError(f"{run_id} was read again")
+
+    monkeypatch.setattr(RunFolder, "read_sidecar", refuse)
+    assert RecordingStore(several[0].path.parent).list() == before
+
+
+def test_recordings_without_sidecar_are_read_a_few_at_a_time(several):
+    folder = several[0].path.parent
+    for number in range(6):
+        copied = folder / f"copied{number:06}.mcap"
+        shutil.copy(several[1].path, copied)
+        os.utime(copied, (number + 1, number + 1))
+    index = RunIndex(RunFolder(folder), reading_seconds=0.0)
+    heavy = RunQuery(outcome=Outcome(several[1].summary["outcome"]), limit=1)
+
+    progress = [(found.count, found.unread) for found in (index.find(heavy) for _ in range(7))]
+
+    assert progress == [(n, max(7 - n, 0)) for n in (2, 3, 4, 5, 6, 7, 7)]
+    index.close()
+
+
+def test_a_page_tells_all_of_its_runs_also_of_those_just_copied_into_the_folder(several):
+    folder = several[0].path.parent
+    for number in range(6):
+        shutil.copy(several[1].path, folder / f"copied{number:06}.mcap")
+    index = RunIndex(RunFolder(folder), reading_seconds=0.0)
+
+    listing = index.find(RunQuery(limit=4))
+
+    assert listing.count == 9 and [run.summary for run in listing.runs] == [several[1].summary] * 4
+    assert listing.unread == 2
+    index.close()
+
+
+def test_a_sidecar_of_an_older_version_is_completed_from_the_recording(store, several):
+    sidecar = several[0].path.with_suffix(".json")
+    document = json.loads(sidecar.read_text())
+    del document["controller"], document["notes"], document["tags"]
+    sidecar.write_text(json.dumps(document))
+    assert store.list()[-1] == replace(several[0], notes="", tags=())
+
+
+def test_files_may_come_and_go_while_they_are_listed(store, several, short_run):
+    folder = several[0].path.parent
+    stop = threading.Event()
+
+    def come_and_go(letter: str) -> int:
+        rounds = 0
+        while not stop.is_set():
+            copied = folder / f"{letter * 11}{rounds % 7}.mcap"
+            shutil.copyfile(several[0].path, copied)
+            (copied if rounds % 2 else several[2].path).unlink(missing_ok=True)
+            rounds += 1
+        return rounds
+
+    with ThreadPoolExecutor(2) as pool:
+        others = [pool.submit(come_and_go, letter) for letter in "ab"]
+        try:
+            for _ in range(30):
+                assert {several[0].id, several[1].id} <= {run.id for run in store.list()}
+                assert store.count() >= 2
+        finally:
+            stop.set()
+        assert all(other.result() > 5 for other in others)

@@ -1,0 +1,138 @@
+"""A run read from an exported file by another program has the same numbers."""
+
+import io
+import json
+import zipfile
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+from PIL import Image
+
+from core.columns import columns_of
+from core.loading import load_scenario, scenario_from_mapping, with_values
+from core.simulator import simulate
+from core.types import ContactPhase
+from recordings.export import write_npz, write_parquet
+from recordings.export.animation import MAX_FRAMES, frame_times, write_gif
+from recordings.palette import PHASES
+
+
+def written(write, run, **options):
+    stream = io.BytesIO()
+    write(run, stream, **options)
+    stream.seek(0)
+    return stream
+
+
+def test_parquet_holds_every_column_with_its_unit(any_run):
+    table = pyarrow.parquet.read_table(written(write_parquet, any_run))
+
+    columns = columns_of(any_run.trace)
+    assert table.column_names == [column.name for column in columns]
+    assert table.num_rows == len(any_run.trace)
+    for column in columns:
+        field = table.schema.field(column.name)
+        assert field.metadata[b"unit"].decode() == column.unit
+        if column.holds_phases:
+            expected = [ContactPhase(value).label for value in column.values]
+            assert table[column.name].to_pylist() == expected
+        else:
+            assert table[column.name].to_numpy().tobytes() == column.values.tobytes()
+
+
+def test_parquet_holds_the_scenario_the_ending_and_what_computed_it(any_run):
+    metadata = pyarrow.parquet.read_schema(written(write_parquet, any_run)).metadata
+
+    scenario = scenario_from_mapping(json.loads(metadata[b"slipgrasp.scenario"]))
+    assert scenario == any_run.scenario
+    ending = json.loads(metadata[b"slipgrasp.ending"])
+    assert ending == json.loads(json.dumps(any_run.summary()))
+    kernel = json.loads(metadata[b"slipgrasp.provenance"])["kernel"]
+    assert kernel == any_run.provenance.kernel
+
+
+def test_npz_holds_every_column_and_the_documents_without_pickles(any_run):
+    with np.load(written(write_npz, any_run), allow_pickle=False) as arrays:
+        columns = columns_of(any_run.trace)
+        for column in columns:
+            assert arrays[column.name].dtype == column.values.dtype
+            assert arrays[column.name].tobytes() == column.values.tobytes()
+        scenario = scenario_from_mapping(json.loads(arrays["scenario.json"].item()))
+        ending = json.loads(arrays["ending.json"].item())
+        units = json.loads(arrays["units.json"].item())
+        provenance = json.loads(arrays["provenance.json"].item())
+        names = set(arrays.files)
+    assert scenario == any_run.scenario
+    assert ending == json.loads(json.dumps(any_run.summary()))
+    assert units == {column.name: column.unit for column in columns}
+    assert provenance["kernel"] == any_run.provenance.kernel
+    documents = {"scenario.json", "ending.json", "units.json", "provenance.json"}
+    assert names == units.keys() | documents
+
+
+@pytest.mark.parametrize("write", [write_parquet, write_npz, write_gif])
+def test_equal_runs_give_equal_files(short_run, write):
+    assert written(write, short_run).getvalue() == written(write, short_run).getvalue()
+
+
+def test_a_damaged_npz_is_noticed_by_its_reader(short_run):
+    data = bytearray(written(write_npz, short_run).getvalue())
+    data[len(data) // 2] ^= 1
+
+    with zipfile.ZipFile(io.BytesIO(bytes(data))) as archive:
+        assert archive.testzip() is not None
+
+
+def frames_of(stream):
+    """Duration [ms] and picture of each frame."""
+    with Image.open(stream) as film:
+        for frame in range(film.n_frames):
+            film.seek(frame)
+            yield film.info["duration"], np.asarray(film.convert("RGB"))
+
+
+def count_of(picture, colour):
+    """Pixels of nearly a colour."""
+    return int((np.abs(picture.astype(int) - colour).max(axis=-1) < 12).sum())
+
+
+def test_the_film_runs_in_real_time_from_start_to_end(short_run):
+    shares = []
+    frames = list(frames_of(written(write_gif, short_run, fps=25.0, progress=shares.append)))
+
+    times = frame_times(short_run, 25.0)
+    assert times[0] == 0.0 and times[-1] == short_run.end_time
+    assert np.diff(times)[:-1] == pytest.approx(0.04)
+    assert len(frames) == len(times) == 9
+    assert {duration for duration, _ in frames[:-1]} == {40}
+    assert len(shares) == 9 and shares[-1] == 1.0
+
+
+def test_fingertips_have_the_colour_of_their_phase(short_run):
+    frames = [picture for _, picture in frames_of(written(write_gif, short_run, fps=25.0))]
+    hand = slice(40, 340)  # what is above the chart
+
+    slips = (ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD)
+    for phase in slips:
+        assert count_of(frames[1][hand], PHASES[phase]) > 40
+        assert count_of(frames[-1][hand], PHASES[phase]) == 0
+    assert count_of(frames[1][hand], PHASES[ContactPhase.STICK]) == 0
+    assert count_of(frames[-1][hand], PHASES[ContactPhase.STICK]) > 80
+
+
+def test_a_film_of_a_run_that_ended_early_can_be_made(lost_run):
+    *_, (_, last) = frames_of(written(write_gif, lost_run))
+
+    # How it ended is written below the title, black on white.
+    assert (last[45:70].min(axis=-1) < 100).sum() > 50
+
+
+def test_a_long_run_has_no_more_frames_than_allowed_and_still_lasts_as_long():
+    long = {"simulation.duration": 60.0, "simulation.output_rate": 20.0}
+    run = simulate(with_values(load_scenario("paper-case-1"), long))
+
+    times = frame_times(run, 50.0)
+
+    assert MAX_FRAMES / 2 < len(times) <= MAX_FRAMES
+    assert times[-1] == 60.0

@@ -1,0 +1,268 @@
+"""A recording is verified if, and only if, its scenario gives what it holds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.columns import columns_of
+from core.endings import describe_stop, describe_wall_limit
+from core.loading import load_scenario, with_values
+from core.simulator import Simulation, simulate
+from core.trace import Trace
+from core.types import Outcome, RunWarning
+from recordings import read_recording, write_recording
+from recordings.exceptions import AlteredRecordingError
+from recordings.reader import read_unfinished
+from recordings.verification import verify, verify_recording
+from tests.recordings.tampering import patch_in_place, repack
+
+SAMPLED = {"controller.control_period": 0.001, "simulation.duration": 6.0}
+OTHER_KERNEL = "0123456789abcdef"
+CONTACTS = "/slipgrasp/contacts"
+
+
+@pytest.fixture
+def recording(short_run, tmp_path):
+    path = tmp_path / "run.mcap"
+    write_recording(short_run, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole_run():
+    return simulate(with_values(load_scenario("paper-case-2"), SAMPLED))
+
+
+def cut_short(outcome, pieces=2):
+    simulation = Simulation(with_values(load_scenario("paper-case-2"), SAMPLED))
+    for _ in range(pieces):
+        simulation.advance()
+    reasons = {
+        Outcome.STOPPED: describe_stop(simulation.time),
+        Outcome.LIMIT: describe_wall_limit(simulation.time, 0.1),
+    }
+    simulation.end(outcome, reasons[outcome])
+    return simulation.result()
+
+
+def with_rows(run, change):
+    rows = run.trace.to_rows().copy()
+    rows = change(rows)
+    return replace(run, trace=Trace.from_rows(run.trace.shape, rows))
+
+
+def moved(run, name, row, step):
+    """The run with one number moved, in units of its last place if the step is an integer."""
+    place = [column.name for column in columns_of(run.trace)].index(name)
+
+    def change(rows):
+        old = rows[row, place]
+        rows[row, place] = np.nextafter(old, np.inf) if isinstance(step, int) else old + step
+        return rows
+
+    return with_rows(run, change)
+
+
+def elsewhere(run):
+    """The run as if other machine code had computed it."""
+    return replace(run, provenance=replace(run.provenance, kernel=OTHER_KERNEL))
+
+
+def mismatches(run):
+    found = verify(run)
+    assert not found.same
+    return [mismatch.what for mismatch in found.mismatches]
+
+
+def test_every_kind_of_run_is_verified_bit_for_bit(any_run, tmp_path):
+    write_recording(any_run, tmp_path / "run.mcap")
+
+    found = verify_recording(tmp_path / "run.mcap")
+
+    assert found.same and found.bit_for_bit and found.whole and found.unaltered
+    assert found.mismatches == ()
+    assert found.num_samples == len(any_run.trace)
+    assert found.recorded == found.present == any_run.provenance
+
+
+@pytest.mark.parametrize("outcome", [Outcome.STOPPED, Outcome.LIMIT])
+def test_a_run_that_was_cut_short_is_verified_as_far_as_it_was_recorded(outcome):
+    run = cut_short(outcome)
+
+    found = verify(run)
+
+    assert found.same and found.bit_for_bit and not found.whole
+    assert found.end_time == run.end_time < 6.0
+    last = len(run.trace) - 1
+    assert mismatches(moved(run, "slip_1", last, 1)) == ["slip_1"]
+    altered = replace(run, metrics=replace(run.metrics, torque_effort=1.0))
+    assert mismatches(altered) == ["metrics"]
+    assert verify(elsewhere(run)).same
+    assert mismatches(elsewhere(replace(run, phase_changes=run.phase_changes[1:]))) == [
+        "phase_changes"
+    ]
+
+
+def test_what_was_recovered_of_a_file_is_verified(whole_run, tmp_path):
+    write_recording(whole_run, tmp_path / "run.mcap")
+    data = (tmp_path / "run.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3])
+    run = read_unfinished(tmp_path / "cut.mcap").result
+    assert run.outcome is Outcome.RECOVERED and len(run.trace) < len(whole_run.trace)
+
+    assert verify(run).same
+    assert mismatches(moved(run, "object_velocity_x", 50, 1)) == ["object_velocity_x"]
+    altered = replace(run, metrics=replace(run.metrics, torque_effort=1.0))
+    assert mismatches(altered) == ["metrics"]
+
+
+@pytest.mark.parametrize("outcome", [Outcome.STOPPED, Outcome.LIMIT])
+def test_a_whole_run_that_claims_to_be_cut_short_is_found(short_run, outcome):
+    reason = describe_wall_limit(0.3, 1.0) if outcome is Outcome.LIMIT else describe_stop(0.3)
+    claimed = replace(short_run, outcome=outcome, reason=reason)
+
+    assert "outcome" in mismatches(claimed)
+
+
+def test_one_bit_of_one_sample_is_found_though_the_mcap_library_made_all_checksums_fit(
+    recording, short_run
+):
+    altered = recording.with_name("altered.mcap")
+    repack(recording, altered, CONTACTS, 25)
+    with pytest.raises(AlteredRecordingError):
+        read_recording(altered)
+
+    found = verify_recording(altered)
+
+    (mismatch,) = found.mismatches
+    assert not found.same and not found.unaltered
+    assert (mismatch.what, mismatch.time) == ("friction_coefficient_1", short_run.trace.times[25])
+    assert mismatch.recorded != mismatch.computed == pytest.approx(mismatch.recorded, rel=1e-15)
+
+
+def test_one_bit_patched_in_place_with_all_checksums_computed_anew_is_found(recording, short_run):
+    altered = recording.with_name("altered.mcap")
+    row = patch_in_place(recording, altered, "/slipgrasp/energy")
+    assert altered.stat().st_size == recording.stat().st_size
+    with pytest.raises(AlteredRecordingError):
+        read_recording(altered)
+
+    found = verify_recording(altered)
+
+    (mismatch,) = found.mismatches
+    assert not found.same and not found.unaltered
+    assert (mismatch.what, mismatch.time) == ("dissipated_energy", short_run.trace.times[row])
+
+
+def test_one_bit_is_found_also_where_the_hashes_were_made_to_fit(short_run, tmp_path):
+    write_recording(moved(short_run, "slip_velocity_0", 12, 1), tmp_path / "forged.mcap")
+    read_recording(tmp_path / "forged.mcap")
+
+    found = verify_recording(tmp_path / "forged.mcap")
+
+    (mismatch,) = found.mismatches
+    assert found.unaltered and not found.same
+    assert (mismatch.what, mismatch.time) == ("slip_velocity_0", short_run.trace.times[12])
+
+
+def test_a_file_whose_hash_alone_does_not_fit_is_not_verified(short_run):
+    found = verify(short_run, unaltered=False)
+
+    assert not found.same and found.mismatches == ()
+
+
+def test_the_column_that_differs_first_is_named_first(short_run):
+    run = moved(moved(short_run, "x", 30, 1), "torque_1_1", 20, 1)
+
+    assert mismatches(run) == ["torque_1_1", "x"]
+
+
+ALTERATIONS = {
+    "outcome": lambda run: replace(run, outcome=Outcome.SEPARATED),
+    "warnings": lambda run: replace(
+        run, warnings=(RunWarning(code="x", message="x", count=1, first_time=0.0),)
+    ),
+    "metrics": lambda run: replace(run, metrics=replace(run.metrics, held=not run.metrics.held)),
+    "reason": lambda run: replace(run, reason=describe_stop(0.1)),
+    "phase_changes": lambda run: replace(run, phase_changes=run.phase_changes[:-1]),
+}
+
+
+@pytest.mark.parametrize("what", ALTERATIONS)
+def test_every_part_of_the_ending_is_compared(short_run, what):
+    assert mismatches(ALTERATIONS[what](short_run)) == [what]
+
+
+@pytest.mark.parametrize("what", ["outcome", "phase_changes"])
+def test_other_machine_code_must_end_alike_too(short_run, what):
+    assert mismatches(elsewhere(ALTERATIONS[what](short_run))) == [what]
+
+
+def test_samples_too_few_or_too_many_are_found(short_run):
+    fewer = with_rows(short_run, lambda rows: rows[:-5])
+    more = with_rows(short_run, lambda rows: np.concatenate([rows, rows[-1:]]))
+
+    assert mismatches(fewer) == ["samples"]
+    assert mismatches(more) == ["samples"]
+
+
+def test_a_phase_change_moved_by_its_last_bit_is_found(short_run):
+    *before, last = short_run.phase_changes
+    run = replace(
+        short_run, phase_changes=(*before, replace(last, time=np.nextafter(last.time, 1.0).item()))
+    )
+
+    assert mismatches(run) == ["phase_changes"]
+
+
+def test_other_machine_code_is_held_to_the_tolerance(short_run):
+    found = verify(elsewhere(short_run))
+
+    assert found.same and not found.bit_for_bit
+    assert found.recorded.kernel == OTHER_KERNEL != found.present.kernel
+
+
+def test_columns_may_differ_by_the_tolerance_until_the_first_phase_change(short_run):
+    first = min(c.time for c in short_run.phase_changes if c.time > 0.0)
+    before, after = np.searchsorted(short_run.trace.times, first) + np.array([-2, 4])
+
+    assert verify(moved(elsewhere(short_run), "slip_0", before, 0.9e-8)).same
+    assert verify(moved(elsewhere(short_run), "slip_0", after, 1e-6)).same
+    run = moved(elsewhere(short_run), "slip_0", before, 1.1e-8)
+    (mismatch,) = verify(run).mismatches
+    assert (mismatch.what, mismatch.time) == ("slip_0", short_run.trace.times[before])
+
+
+def test_phase_changes_may_move_by_a_microsecond_but_not_change_their_order(short_run):
+    def later(step):
+        *before, last = short_run.phase_changes
+        moved_last = replace(last, time=last.time + step)
+        return elsewhere(replace(short_run, phase_changes=(*before, moved_last)))
+
+    assert verify(later(0.9e-6)).same
+    assert mismatches(later(1.1e-6)) == ["phase_changes"]
+    swapped = (*short_run.phase_changes[:-2], *short_run.phase_changes[:-3:-1])
+    assert mismatches(elsewhere(replace(short_run, phase_changes=swapped))) == ["phase_changes"]
+
+
+def test_samples_at_other_times_do_not_escape_the_tolerance(short_run):
+    def shift(rows):
+        rows[1:10, 0] += 1e-5
+        return rows
+
+    assert "t" in mismatches(elsewhere(with_rows(short_run, shift)))
+
+
+def test_another_end_is_found_elsewhere(whole_run):
+    shorter = replace(whole_run, trace=whole_run.trace[:-3])
+
+    assert mismatches(elsewhere(shorter)) == ["end_time"]
+
+
+def test_the_progress_goes_up_to_one(whole_run):
+    shares = []
+
+    verify(whole_run, progress=shares.append)
+
+    assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 2

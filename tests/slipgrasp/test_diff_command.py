@@ -1,0 +1,137 @@
+"""``slipgrasp diff`` as its users meet it."""
+
+import json
+
+import pytest
+
+from core.loading import load_scenario, with_values
+from core.simulator import simulate
+from recordings import write_recording
+from recordings.comparison import compare
+
+SHORT = {"simulation.duration": 0.3}
+CHANGES = {
+    "base": {},
+    "slipperier": {"fingers.0.friction": 0.2525},
+    "slower": {"simulation.output_rate": 50.0},
+}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    base = with_values(load_scenario("paper-case-1"), SHORT)
+    return {name: simulate(with_values(base, values)) for name, values in CHANGES.items()}
+
+
+@pytest.fixture
+def files(runs, tmp_path):
+    for name, run in runs.items():
+        write_recording(run, tmp_path / f"{name}.mcap")
+    return tmp_path
+
+
+def test_a_recording_and_itself_are_identical(slipgrasp, files):
+    done = slipgrasp("diff", "base.mcap", "base.mcap", "--json")
+    assert done.returncode == 0
+    assert json.loads(done.stdout) == {
+        "equal": True,
+        "scenario": [],
+        "phase_changes": [],
+        "first_divergence": {},
+        "signals": {},
+        "metrics": {},
+    }
+
+    told = slipgrasp("diff", "base.mcap", "base.mcap")
+    assert (told.returncode, told.stdout.count("\n")) == (0, 1)
+    assert "not one number differs" in told.stdout
+
+
+def test_different_recordings_give_the_comparison_and_exit_1(slipgrasp, files, runs):
+    done = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--json")
+
+    assert done.returncode == 1
+    expected = compare(runs["base"], runs["slipperier"]).to_mapping()
+    assert json.loads(done.stdout) == json.loads(json.dumps(expected))
+
+
+def test_the_words_name_parameter_phase_change_first_column_and_metric(slipgrasp, files):
+    done = slipgrasp("diff", "base.mcap", "slipperier.mcap")
+
+    assert done.returncode == 1
+    lines = [line.split() for line in done.stdout.splitlines()]
+    assert ["fingers.0.friction", "0.25", "0.2525"] in lines
+    assert any(
+        " ".join(words).startswith("contact 1 right: slip backward to stick") for words in lines
+    )
+    assert any(words[:2] == ["0.005", "s"] and "x," in words for words in lines)
+    assert any(words[:1] == ["slip_path"] for words in lines)
+    assert done.stdout.startswith("Different from 0 s on (object_acceleration_x first)")
+
+
+def test_another_rate_is_equal_and_the_parameter_has_its_unit(slipgrasp, files):
+    done = slipgrasp("diff", "base.mcap", "slower.mcap")
+
+    assert done.returncode == 0
+    assert done.stdout.startswith("Equal within 1e-09")
+    assert ["simulation.output_rate", "200", "50", "Hz"] in [
+        line.split() for line in done.stdout.splitlines()
+    ]
+
+
+def test_the_tolerance_decides(slipgrasp, files):
+    done = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--tolerance", "1000")
+    assert done.returncode == 0
+    assert done.stdout.startswith("Equal within 1000")
+
+
+@pytest.mark.parametrize("tolerance", ["nan", "-1"])
+def test_a_tolerance_that_is_none_is_refused(slipgrasp, files, tolerance):
+    done = slipgrasp("diff", "base.mcap", "base.mcap", f"--tolerance={tolerance}")
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "tolerance" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_stored_runs_are_found_by_their_ids(slipgrasp):
+    paths = [
+        slipgrasp.run_json("paper-case-1", "--set", f"simulation.duration={duration}")["recording"]
+        for duration in ("0.1", "0.2")
+    ]
+    ids = [path.rpartition("/")[2].removesuffix(".mcap") for path in paths]
+
+    assert slipgrasp("diff", ids[0], ids[0]).returncode == 0
+    done = slipgrasp("diff", *ids)
+    assert done.returncode == 1
+    assert "a ends at 0.1 s, b at 0.2 s" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ("missing.mcap", "there is no recording 'missing.mcap'"),
+        ("abcdefghijkl", "there is no recording 'abcdefghijkl'"),
+        ("cut.mcap", "is damaged"),
+        ("text.mcap", "not an MCAP file"),
+    ],
+)
+def test_what_cannot_be_read_exits_2_in_one_line(slipgrasp, files, other, message):
+    data = (files / "base.mcap").read_bytes()
+    (files / "cut.mcap").write_bytes(data[: len(data) // 2])
+    (files / "text.mcap").write_text("just some text")
+
+    done = slipgrasp("diff", "base.mcap", other)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
+
+
+def test_the_figure_is_drawn_in_the_format_of_its_name(slipgrasp, files):
+    done = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--figure", "both.pdf")
+    assert done.returncode == 1
+    assert (files / "both.pdf").read_bytes().startswith(b"%PDF")
+
+    again = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--figure", "both.pdf")
+    assert again.returncode == 2 and "already exists" in again.stderr
+    wrong = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--figure", "both.bmp")
+    assert wrong.returncode == 2 and ".svg, .pdf and .png" in wrong.stderr

@@ -1,0 +1,90 @@
+"""``slipgrasp verify`` in a process of its own, on what other processes have recorded."""
+
+import json
+
+import pytest
+
+from core.loading import load_scenario, with_values
+from core.simulator import simulate
+from recordings import write_recording
+from tests.recordings.tampering import patch_in_place, repack
+
+SHORT = {"simulation.duration": 0.3}
+
+
+@pytest.fixture
+def recording(tmp_path):
+    path = tmp_path / "run.mcap"
+    write_recording(simulate(with_values(load_scenario("paper-case-1"), SHORT)), path)
+    return path
+
+
+def verified(slipgrasp, *arguments, status=0):
+    done = slipgrasp("verify", *arguments, "--json")
+    assert done.returncode == status, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_what_another_process_recorded_is_the_same_bit_for_bit(slipgrasp):
+    run = slipgrasp.run_json("paper-case-2", "--output", "run.mcap")
+
+    found = verified(slipgrasp, "run.mcap")
+
+    assert found["same"] and found["bit_for_bit"] and found["whole"]
+    assert found["mismatches"] == []
+    assert found["end_time"] == run["end_time"]
+
+
+def test_a_stored_run_is_verified_by_its_id_in_words(slipgrasp):
+    path = slipgrasp.run_json("paper-case-2", "--set", "simulation.duration=0.5")["recording"]
+
+    done = slipgrasp("verify", path.rpartition("/")[2].removesuffix(".mcap"))
+
+    assert done.returncode == 0
+    assert done.stdout.startswith("The same: ")
+    assert "bit for bit" in done.stdout and "the whole run" in done.stdout
+
+
+@pytest.mark.parametrize("tamper", ["with the mcap library", "in place"])
+def test_one_altered_bit_exits_1_and_names_signal_and_time(slipgrasp, recording, tamper):
+    altered = recording.with_name("altered.mcap")
+    number = 20
+    if tamper == "in place":
+        number = patch_in_place(recording, altered, "/slipgrasp/joints")
+    else:
+        repack(recording, altered, "/slipgrasp/joints", number)
+
+    found = verified(slipgrasp, altered, status=1)
+
+    (mismatch,) = found["mismatches"]
+    assert mismatch["what"] == "torque_1_1"
+    assert not found["same"] and not found["unaltered"]
+    told = slipgrasp("verify", altered)
+    assert told.returncode == 1
+    assert told.stdout.startswith(f"It differs: torque_1_1 at {mismatch['time']:.9g} s: ")
+    assert "do not fit the hash" in told.stdout
+
+
+def test_what_was_recovered_is_compared_as_far_as_it_goes(slipgrasp, tmp_path):
+    whole = tmp_path / "whole.mcap"
+    write_recording(simulate(load_scenario("paper-case-1")), whole)
+    data = whole.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3])
+    assert slipgrasp("recover", "cut.mcap", "--output", "rest.mcap").returncode == 0
+
+    done = slipgrasp("verify", "rest.mcap")
+
+    assert done.returncode == 0, done.stdout
+    assert "as far as it was recorded" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "message"), [("missing.mcap", "there is no recording"), ("cut.mcap", "is damaged")]
+)
+def test_what_cannot_be_read_exits_2_in_one_line(slipgrasp, recording, name, message):
+    recording.with_name("cut.mcap").write_bytes(recording.read_bytes()[:-1000])
+
+    done = slipgrasp("verify", name)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr

@@ -1,0 +1,80 @@
+"""What tests do with a page of the dashboard in a real Chromium."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Locator, Page
+
+__all__ = [
+    "SLIP_CHART",
+    "number_field",
+    "pause",
+    "pause_at",
+    "picture",
+    "set_number",
+    "slip_at_end",
+    "wait_until",
+]
+
+SLIP_CHART = "Object.values(window.__viserTestpoints.uplots)[0].chart"
+
+
+def number_field(page: Page, label: str) -> Locator:
+    """The number beside the slider with a label."""
+    row = page.locator(f"xpath=//label[normalize-space(.)='{label}']/../../..")
+    return row.locator("input:visible").last
+
+
+def set_number(page: Page, label: str, value: str) -> None:
+    field = number_field(page, label)
+    field.fill(value)
+    field.press("Enter")
+
+
+def pause(page: Page) -> None:
+    button = page.get_by_role("button", name="Pause")
+    if button.count():
+        button.click()
+    page.get_by_role("button", name="Play").wait_for()
+
+
+def pause_at(page: Page, seconds: float) -> None:
+    """Puts the play head somewhere, at rest."""
+    pause(page)
+    set_number(page, "time [s]", f"{seconds:g}")
+    page.get_by_text(f"{1e3 * seconds:.1f} ms").wait_for()
+
+
+def picture(page: Page, height: int = 520) -> np.ndarray:
+    """The scene between the panels, once it no longer changes."""
+    before = shoot(page, height)
+    for _ in range(40):
+        page.wait_for_timeout(250)
+        after = shoot(page, height)
+        if np.array_equal(before, after):
+            return after
+        before = after
+    pytest.fail("the picture does not come to rest")
+
+
+def shoot(page: Page, height: int) -> np.ndarray:
+    clip = {"x": 380, "y": 20, "width": 560, "height": height}
+    return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB"), int)
+
+
+def slip_at_end(page: Page) -> float:
+    """Last value of the left finger's line in the slip chart [mm]."""
+    return float(page.evaluate(f"{SLIP_CHART}.data[2].at(-1)"))
+
+
+def wait_until(condition: Callable[[], bool], what: str) -> None:
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.1)

@@ -1,0 +1,246 @@
+"""A recording in the dashboard: shown bit for bit, without simulating anything."""
+
+from __future__ import annotations
+
+import base64
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page
+
+from core.kernel import entry
+from core.result import RunResult
+from core.types import ContactPhase
+from recordings.atomic_file import part_of
+from recordings.exceptions import ForeignRecordingError, RecordingNotFoundError
+from recordings.reader import read_recording
+from recordings.store import RecordingStore
+from recordings.writer import write_recording
+from server.settings import Settings
+from tests.server.serving import RunningServer, serve
+from tests.web.conftest import PATIENCE, dismiss_warning
+from tests.web.driving import number_field, pause, pause_at, picture, set_number, wait_until
+from web.app import create_dashboard_app
+from web.colours import PHASES
+from web.replay import moment_words, open_replay
+
+# The playback panel says whether it shows a live run; above it there is nothing but the scene.
+ABOVE_PLAYBACK = 355
+CHARTS = "Object.values(window.__viserTestpoints.uplots).map(u => u.chart)"
+
+
+def refuse_to_simulate(*_: object) -> None:
+    raise AssertionError("the kernel was called")
+
+
+@pytest.fixture
+def no_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From here on nothing can be simulated."""
+    monkeypatch.setattr(entry, "advance", refuse_to_simulate)
+
+
+@pytest.fixture
+def recording(case_1: RunResult, tmp_path: Path) -> Path:
+    path = tmp_path / "evidence.mcap"
+    write_recording(case_1, path)
+    return path
+
+
+@pytest.fixture
+def replaying(recording: Path, tmp_path: Path) -> Iterator[RunningServer]:
+    """A dashboard that opens on a recording."""
+    settings = Settings(data_directory=tmp_path / "data")
+    with serve(settings, create_dashboard_app(settings, recording)) as running:
+        yield running
+
+
+@pytest.fixture
+def computing(tmp_path: Path) -> Iterator[RunningServer]:
+    """A dashboard that opens on a run of its own, the only one in its store."""
+    settings = Settings(data_directory=tmp_path / "data")
+    with serve(settings, create_dashboard_app(settings)) as running:
+        yield running
+
+
+def open_page(browser: Browser, server: RunningServer) -> Page:
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(PATIENCE)
+    page.goto(f"{server.url}/?fixedDpr=0.5")
+    return page
+
+
+def chart_values(page: Page) -> list[list[list[float]]]:
+    """What the charts of the page draw, as the browser holds it."""
+    return page.evaluate(f"{CHARTS}.map(c => c.data.map(column => Array.from(column)))")
+
+
+def chart_pictures(page: Page) -> list[bytes]:
+    urls = page.evaluate(f"{CHARTS}.slice(0, 3).map(c => c.ctx.canvas.toDataURL())")
+    return [base64.b64decode(url.partition(",")[2]) for url in urls]
+
+
+def open_only_run(page: Page) -> None:
+    page.get_by_role("tab", name="Recordings").click()
+    page.get_by_role("button", name="paper-case-2", exact=True).click()
+    page.get_by_text("Replay of").wait_for(state="attached")
+
+
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_the_pictures_of_a_live_run_and_of_its_replay_are_equal(
+    browser: Browser, computing: RunningServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = open_page(browser, computing)
+    page.get_by_text("Saved as").wait_for()
+    dismiss_warning(page)
+    pause_at(page, 0.08)
+    live = picture(page, ABOVE_PLAYBACK)
+    live_charts, live_values = chart_pictures(page), chart_values(page)
+    slipping = np.abs(live - PHASES[ContactPhase.SLIP_FORWARD]).max(axis=2) < 30
+    assert slipping.sum() > 150
+    monkeypatch.setattr(entry, "advance", refuse_to_simulate)
+    open_only_run(page)
+    page.get_by_role("tab", name="Run").click()
+    pause_at(page, 0.08)
+    assert np.array_equal(picture(page, ABOVE_PLAYBACK), live)
+    assert chart_pictures(page) == live_charts
+    assert chart_values(page) == live_values
+    page.close()
+
+
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_a_dashboard_that_opens_on_a_recording_shows_the_values_of_the_file(
+    no_kernel: None, browser: Browser, replaying: RunningServer, recording: Path
+) -> None:
+    page = open_page(browser, replaying)
+    page.get_by_text("Replay of evidence.mcap").wait_for()
+    page.get_by_text("2.59 mm left").wait_for()
+    page.get_by_role("button", name="whole run").click()
+    page.wait_for_function(f"Math.abs({CHARTS}[0].scales.x.max - 7) < 1e-3")
+    trace = read_recording(recording).trace
+    times, _, left, right = chart_values(page)[0]
+    rows = np.searchsorted(trace.times, times[1:-1], side="left")
+    assert np.array_equal(trace.times[rows], times[1:-1])
+    shown = np.array([left[1:-1], right[1:-1]]).T
+    both_sides = 1e3 * trace.slip[rows], 1e3 * trace.slip[np.minimum(rows + 1, len(trace) - 1)]
+    assert ((shown == both_sides[0]) | (shown == both_sides[1])).all()
+    assert replaying.app.state.run_service.store.count() == 0
+    page.close()
+
+
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_a_replay_is_played_and_scrubbed_with_the_real_controls(
+    no_kernel: None, browser: Browser, replaying: RunningServer
+) -> None:
+    page = open_page(browser, replaying)
+    page.get_by_text("Replay of evidence.mcap").wait_for()
+    dismiss_warning(page)
+    pause_at(page, 0.02)
+    early = picture(page)
+    row = page.locator("xpath=//label[normalize-space(.)='time [s]']/../../..")
+    row.get_by_role("slider").press("End")
+    wait_until(lambda: float(number_field(page, "time [s]").input_value()) > 0.1, "it did not move")
+    assert not np.array_equal(picture(page), early)
+    page.get_by_role("button", name="◂ step").click()
+    pause_at(page, 0.02)
+    assert np.array_equal(picture(page), early)
+    page.get_by_role("button", name="Play").click()
+    page.get_by_text("20.0 ms").wait_for(state="detached")
+    page.close()
+
+
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_a_knob_makes_a_live_run_of_a_recording_and_there_is_a_way_back(
+    browser: Browser, replaying: RunningServer
+) -> None:
+    page = open_page(browser, replaying)
+    page.get_by_text("Replay of evidence.mcap").wait_for()
+    pause(page)
+    assert number_field(page, "mass [kg]").input_value() == "1"
+    set_number(page, "mass [kg]", "1.4")
+    page.get_by_text("Live run").wait_for()
+    page.get_by_text("Saved as").wait_for()
+    store = replaying.app.state.run_service.store
+    assert store.open(store.list()[0].id).scenario.object.mass == 1.4
+    page.get_by_role("button", name="Back to the recording").click()
+    page.get_by_text("Replay of evidence.mcap").wait_for()
+    page.get_by_text("2.59 mm left").wait_for()
+    assert number_field(page, "mass [kg]").input_value() == "1"
+    page.close()
+
+
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_a_run_that_vanished_or_is_damaged_is_explained_in_the_list(
+    browser: Browser, replaying: RunningServer, case_2: RunResult
+) -> None:
+    store = replaying.app.state.run_service.store
+    first, second = store.save(case_2), store.save(case_2)
+    page = open_page(browser, replaying)
+    page.get_by_text("Replay of evidence.mcap").wait_for()
+    page.get_by_role("tab", name="Recordings").click()
+    rows = page.get_by_role("button", name="paper-case-2")
+    rows.nth(1).wait_for()
+    second.path.unlink()
+    first.path.write_bytes(first.path.read_bytes()[:5000])
+    rows.first.click()
+    page.get_by_text(f"no recording '{second.id}'").wait_for()
+    rows.nth(1).click()
+    page.get_by_text("is damaged").wait_for()
+    assert page.get_by_text("Replay", exact=True).count() == 1
+    page.close()
+
+
+def test_a_file_that_is_still_written_is_opened_as_far_as_it_goes(
+    recording: Path, case_1: RunResult, tmp_path: Path
+) -> None:
+    part = part_of(recording)
+    part.write_bytes(recording.read_bytes()[: recording.stat().st_size * 3 // 4])
+    recording.unlink()
+    replay = open_replay(RecordingStore(tmp_path), part)
+    rows = len(replay.result.trace)
+    assert replay.is_unfinished
+    assert 10 < rows < len(case_1.trace)
+    assert replay.result.trace.to_rows().tobytes() == case_1.trace[:rows].to_rows().tobytes()
+
+
+def test_a_part_that_has_become_a_recording_meanwhile_is_found(
+    recording: Path, tmp_path: Path
+) -> None:
+    replay = open_replay(RecordingStore(tmp_path), part_of(recording))
+    assert (replay.name, replay.is_unfinished) == ("evidence.mcap", False)
+
+
+def test_a_stored_run_is_called_as_its_user_called_it(case_1: RunResult, tmp_path: Path) -> None:
+    store = RecordingStore(tmp_path)
+    stored = store.save(case_1)
+    assert open_replay(store, stored.id).name == stored.id
+    store.annotate(stored.id, name="the one that held")
+    replay = open_replay(store, stored.id)
+    assert (replay.name, replay.run_id) == ("the one that held", stored.id)
+    assert replay.recorded == moment_words(stored.created)
+
+
+@pytest.mark.parametrize("hostile", ["..", "../x", "", "a" * 300, "\0", "/etc/passwd"])
+def test_an_id_never_leads_out_of_the_store(hostile: str, tmp_path: Path) -> None:
+    with pytest.raises(RecordingNotFoundError):
+        open_replay(RecordingStore(tmp_path), hostile)
+
+
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    shutil.copy(__file__, path)
+    with pytest.raises(ForeignRecordingError):
+        open_replay(RecordingStore(tmp_path), path)
+
+
+def test_moments_in_words() -> None:
+    assert moment_words("2026-11-21T10:05:59.123+00:00") == "2026-11-21 10:05 UTC"
+    assert moment_words("2026-11-21T10:05:59+05:00") == "2026-11-21 05:05 UTC"
+    assert moment_words("x" * 100) == "x" * 40

@@ -1,0 +1,118 @@
+"""A run as one HTML file, opened from disk in a real Chromium without a network."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, Page
+
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.simulator import simulate
+from core.types import ContactPhase
+from tests.web.conftest import PATIENCE, dismiss_warning
+from web.colours import PHASES
+from web.scene_export import MAX_FRAMES, frame_times, write_html
+
+
+def write(result: RunResult, path: Path) -> Path:
+    with path.open("wb") as stream:
+        write_html(result, stream)
+    return path
+
+
+@dataclass
+class Opened:
+    page: Page
+    requests: list[str]
+
+    @property
+    def time(self) -> float:
+        return float(self.page.locator("input:visible").first.input_value())
+
+    def seek(self, seconds: float) -> np.ndarray:
+        """The picture at a time, once it no longer changes."""
+        field = self.page.locator("input:visible").first
+        field.fill(f"{seconds:g}")
+        field.press("Enter")
+        before = self.shoot()
+        for _ in range(40):
+            self.page.wait_for_timeout(250)
+            after = self.shoot()
+            if np.array_equal(before, after):
+                return after
+            before = after
+        pytest.fail("the picture does not come to rest")
+
+    def shoot(self) -> np.ndarray:
+        picture = Image.open(io.BytesIO(self.page.screenshot()))
+        return np.asarray(picture.convert("RGB"), int)
+
+
+@pytest.fixture
+def opened(browser: Browser, case_2: RunResult, tmp_path: Path) -> Iterator[Opened]:
+    path = write(case_2, tmp_path / "run.html")
+    context = browser.new_context(viewport={"width": 800, "height": 600}, offline=True)
+    page, requests = context.new_page(), []
+    page.set_default_timeout(PATIENCE)
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(f"{path.as_uri()}?fixedDpr=0.5")
+    page.locator("canvas").first.wait_for()
+    page.locator("input:visible").first.wait_for()
+    dismiss_warning(page)
+    yield Opened(page, requests)
+    context.close()
+
+
+def pixels_of(picture: np.ndarray, phase: ContactPhase) -> int:
+    return int((np.abs(picture - PHASES[phase]).max(axis=2) < 30).sum())
+
+
+@pytest.mark.browser
+def test_the_page_plays_the_run_offline(opened: Opened, case_2: RunResult) -> None:
+    assert opened.page.title() == f"{case_2.scenario.title} – Held"
+    opened.page.wait_for_function(
+        "() => Number(document.querySelector('input').value) > 0.3", timeout=PATIENCE
+    )
+    slipping, resting = opened.seek(0.08), opened.seek(6.5)
+    assert pixels_of(slipping, ContactPhase.SLIP_FORWARD) > 300
+    assert pixels_of(slipping, ContactPhase.STICK) < 20
+    assert pixels_of(resting, ContactPhase.STICK) > 300
+    assert opened.seek(0.08).tolist() == slipping.tolist()
+    assert [url for url in opened.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_the_file_is_small(case_2: RunResult, tmp_path: Path) -> None:
+    assert write(case_2, tmp_path / "run.html").stat().st_size < 3_000_000
+
+
+def test_progress_is_told_up_to_the_end(tmp_path: Path) -> None:
+    short = simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.2}))
+    told: list[float] = []
+    write_html(short, io.BytesIO(), told.append, fps=20.0)
+    assert told == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+
+
+def test_frames_span_the_run_in_real_time(case_2: RunResult) -> None:
+    times = frame_times(case_2, 30.0)
+    assert (times[0], times[-1], len(times)) == (0.0, 7.0, 211)
+    assert np.diff(times) == pytest.approx(1.0 / 30.0)
+
+
+def test_a_long_run_gets_fewer_frames_per_second(case_2: RunResult) -> None:
+    stretched = replace(case_2.trace, times=100.0 * case_2.trace.times)
+    times = frame_times(replace(case_2, trace=stretched), 30.0)
+    assert (times[-1], len(times)) == (700.0, MAX_FRAMES)
+
+
+def test_the_title_of_a_scenario_is_never_markup(case_1: RunResult, tmp_path: Path) -> None:
+    hostile = replace(case_1, scenario=replace(case_1.scenario, title="</title><script>x"))
+    page = write(hostile, tmp_path / "run.html").read_text()
+    assert "<script>x" not in page
+    assert "&lt;/title&gt;&lt;script&gt;x" in page
