@@ -1,13 +1,16 @@
-"""Where each fingertip touches the object at the start (docs/model.md, Contact)."""
+"""Where fingers stand, and where their tips touch the object (docs/model.md, Contact)."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from core.scenario import FingerParameters, ObjectParameters, Scenario
 
-__all__ = ["ContactFrame", "contact_frame", "tip_distance"]
+__all__ = ["ContactFrame", "contact_frame", "joint_points", "tip_distance"]
 
 
 class ContactFrame(NamedTuple):
@@ -51,6 +54,22 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
     offset = finger.contact_offset
     anchor = (-depth * nx + offset * tx, -depth * ny + offset * ty)
     return ContactFrame(anchor, (tx, ty), (nx, ny), -reach - offset, reach - offset)
+
+
+def joint_points(
+    finger: FingerParameters, joint_positions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Where the base, the joints and the tip of a finger stand, shape ``(..., joints + 1, 2)`` [m].
+
+    Args:
+        finger: Base and link lengths.
+        joint_positions: Joint angles, each relative to the link before, ``(..., joints)`` [rad].
+    """
+    angles = np.cumsum(joint_positions, axis=-1)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    links = np.asarray(finger.link_lengths)[:, None] * directions
+    base = np.broadcast_to(np.asarray(finger.base), (*angles.shape[:-1], 1, 2))
+    return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
 
 
 def tip_distance(scenario: Scenario, index: int) -> float:

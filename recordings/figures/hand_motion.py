@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import contact_frame
+from core.geometry import contact_frame, joint_points
 from core.result import RunResult
-from core.scenario import FingerParameters
 from core.trace import JOINTS_PER_FINGER
 
 __all__ = ["HandMotion", "drawable", "motion_at"]
@@ -76,7 +75,9 @@ def motion_at(result: RunResult, times: Values) -> HandMotion:
         times=times,
         corners=pose[:, None, :2] + _turned(half * _CORNERS, pose),
         desired=desired[:, None, :2] + _turned(half * _CORNERS, desired),
-        joints=np.stack([_points(f, joints[:, i]) for i, f in enumerate(scenario.fingers)], axis=1),
+        joints=np.stack(
+            [joint_points(f, joints[:, i]) for i, f in enumerate(scenario.fingers)], axis=1
+        ),
         normals=normals,
         tangents=tangents,
         # F_x counts along the axis x_c of the contact, against positive slip.
@@ -97,12 +98,3 @@ def _turned(vectors: Values, pose: Values) -> Values:
     cos, sin = np.cos(pose[:, 2, None]), np.sin(pose[:, 2, None])
     x, y = vectors.T
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-
-
-def _points(finger: FingerParameters, joint_positions: Values) -> Values:
-    """Base, elbow and tip of a finger, shape ``(times, 3, 2)`` [m]."""
-    angles = np.cumsum(joint_positions, axis=1)
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    steps = np.asarray(finger.link_lengths)[:, None] * directions
-    base = np.broadcast_to(np.asarray(finger.base), (len(angles), 1, 2))
-    return np.concatenate([base, base + np.cumsum(steps, axis=1)], axis=1)

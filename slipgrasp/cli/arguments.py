@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from recordings.store import RecordingStore
 
-__all__ = ["add_data_directory", "data_directory", "recording_path", "store_in"]
+__all__ = ["add_data_directory", "data_directory", "names_a_file", "recording_path", "store_in"]
 
 
 def add_data_directory(parser: argparse.ArgumentParser) -> None:
@@ -41,13 +41,16 @@ def recording_path(source: str, chosen: Path | None) -> Path:
     """The file of a recording that is named by its path, or by its id in the data folder.
 
     Args:
-        source: What stands for a file is one; anything else is an id.
+        source: The path or the id.
         chosen: The folder of the recordings, if one was chosen.
 
     Raises:
         RecordingNotFoundError: If there is no run of that id.
     """
+    return Path(source) if names_a_file(source) else store_in(chosen).get(source).path
+
+
+def names_a_file(source: str) -> bool:
+    """Whether a recording is named by its path; anything that does not look so is an id."""
     path = Path(source)
-    if path.suffix or path.parent != Path() or path.exists():
-        return path
-    return store_in(chosen).get(source).path
+    return bool(path.suffix) or path.parent != Path() or path.exists()

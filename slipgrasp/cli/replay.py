@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, data_directory, store_in
+from slipgrasp.cli.arguments import add_data_directory, data_directory, names_a_file, store_in
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.serving import add_limits, add_port, serve_dashboard
 from slipgrasp.cli.status import ExitStatus
@@ -47,10 +46,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _source(text: str) -> Source:
-    """What stands for a file is one; anything else is the id of a stored run."""
-    path = Path(text)
-    is_file = bool(path.suffix) or path.parent != Path() or os.path.exists(path)
-    return path.absolute() if is_file else text
+    return Path(text).absolute() if names_a_file(text) else text
 
 
 def _check(source: Source, folder: Path) -> None:

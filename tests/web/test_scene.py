@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from core.geometry import contact_frame
+from core.geometry import contact_frame, joint_points
 from core.result import RunResult
 from web.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, is_moved_by_hand
 from web.colours import PHASES, glow
@@ -19,7 +19,6 @@ from web.scene.contact_view import (
     MarkSizes,
     contact_marks,
 )
-from web.scene.hand_view import joint_points
 from web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
 from web.scene.shapes import circle, extrude, lift, tapered_bar
 

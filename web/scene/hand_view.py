@@ -6,34 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from core.geometry import joint_points
 from core.scenario import FingerParameters, Scenario
 from web.colours import GROUND, JOINT, LINK, MOUNT
 from web.sampling import Sample
 from web.scene.shapes import circle, extrude, lift, position, tapered_bar, turn
 
-__all__ = ["HandView", "joint_points"]
+__all__ = ["HandView"]
 
 _THICKNESS = 0.05
 _JOINT_RADIUS = 0.055
 _TIP_SHARE = 0.36
 _TIP_GAP = 0.035
-
-
-def joint_points(
-    finger: FingerParameters, joint_positions: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Where the joints and the end of a finger stand, shape ``(joints + 1, 2)`` [m].
-
-    Args:
-        finger: Base and link lengths.
-        joint_positions: Joint angles, each relative to the link before [rad].
-    """
-    angles = np.cumsum(joint_positions)
-    steps = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    links = np.asarray(finger.link_lengths)[:, None] * steps
-    return np.concatenate([[finger.base], finger.base + np.cumsum(links, axis=0)])
 
 
 class HandView:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from core.geometry import joint_points
 from core.result import RunResult
 from web.sampling import Sampler
-from web.scene.hand_view import joint_points
 
 __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
 
