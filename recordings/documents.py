@@ -8,6 +8,7 @@ Python's shortest representation of a float reads back to the same bits.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -206,10 +207,9 @@ def parse_json(text: str | bytes) -> Any:
         raise ValueError("it is nested too deeply") from None
 
 
-def _read_integer(digits: str) -> int:
-    if len(digits) > _MAX_DIGITS:
-        raise ValueError(f"it holds an integer of {len(digits)} digits")
-    return int(digits)
+def _read_integer(digits: str) -> int | float:
+    """An integer; one with more digits than any of ours is infinite, which no value may be."""
+    return int(digits) if len(digits) <= _MAX_DIGITS else math.inf
 
 
 def _read(kind: Any, text: str) -> Any:
