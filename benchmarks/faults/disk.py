@@ -26,7 +26,15 @@ from recordings.reader import read_recording, read_unfinished
 from recordings.recorder import record
 from recordings.writer import write_recording
 
-__all__ = ["Failures", "PowerCuts", "cut_the_power", "fail_every_write"]
+__all__ = [
+    "KINDS",
+    "FailingFile",
+    "Failures",
+    "PowerCuts",
+    "cut_the_power",
+    "fail_every_write",
+    "growing_files",
+]
 
 KINDS = ("full", "broken", "torn")
 
@@ -107,7 +115,7 @@ def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
 def _fail_write(folder: Path, whole: RunResult, number: int, kind: str) -> int | None:
     """How many samples are left when a write fails; None if there are not so many writes."""
     path = folder / "run.mcap"
-    with _files(lambda descriptor: FailingFile(descriptor, number, kind)):
+    with growing_files(lambda descriptor: FailingFile(descriptor, number, kind)):
         try:
             recorded = record(whole.scenario, path)
         except RecordingError:
@@ -196,13 +204,17 @@ def _watch_a_slow_run(
         real_sync(descriptor)
         synced.append((time.monotonic(), size))
 
-    with tempfile.TemporaryDirectory() as folder, _files(remember), _replaced(os, "fsync", sync):
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        growing_files(remember),
+        _replaced(os, "fsync", sync),
+    ):
         record(scenario, Path(folder) / "run.mcap")
     return opened[0].sizes, synced
 
 
 @contextmanager
-def _files(make: Callable[[int], io.FileIO]) -> Iterator[None]:
+def growing_files(make: Callable[[int], io.FileIO]) -> Iterator[None]:
     """Within it every file that grows is made by ``make``."""
 
     def open_raw(descriptor: int, mode: str) -> BinaryIO:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from benchmarks.faults.disk import KINDS, FailingFile, growing_files
 from core.exceptions import ScenarioError
 from core.loading import load_scenario, with_values
 from core.types import Outcome
@@ -41,6 +42,22 @@ def test_a_run_is_simulated_and_saved(service) -> None:
     result, stored = service.run(SHORT)
     assert stored is not None and stored.summary["outcome"] == result.outcome
     assert np.array_equal(service.store.open(stored.id).trace.to_rows(), result.trace.to_rows())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("number", [1, 2, 4, 6])
+def test_a_disk_that_fails_leaves_service_and_earlier_runs_alone(service, kind, number) -> None:
+    _, earlier = service.run(SHORT)
+    before = earlier.path.read_bytes()
+
+    with growing_files(lambda descriptor: FailingFile(descriptor, number, kind)):
+        result, stored = service.run(SHORT)
+
+    assert stored is None
+    assert [warning.code for warning in result.warnings] == ["not_saved"]
+    assert earlier.path.read_bytes() == before
+    _, later = service.run(SHORT)
+    assert later is not None and later.path.read_bytes() == before
 
 
 def test_a_preview_is_simulated_and_not_saved(service) -> None:
