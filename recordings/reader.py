@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -60,7 +62,7 @@ class Unfinished:
     unread_bytes: int
 
 
-def read_recording(path: Path) -> RunResult:
+def read_recording(path: str | PathLike[str]) -> RunResult:
     """Reads a recording back into the run it was written from.
 
     Args:
@@ -83,7 +85,7 @@ def read_recording(path: Path) -> RunResult:
     return read.result
 
 
-def read_back(path: Path) -> ReadBack:
+def read_back(path: str | PathLike[str]) -> ReadBack:
     """Reads a recording also where it was altered and every checksum made to fit.
 
     Raises:
@@ -94,7 +96,7 @@ def read_back(path: Path) -> ReadBack:
         return ReadBack(contents.result(), contents.is_unaltered())
 
 
-def read_unfinished(path: Path) -> Unfinished:
+def read_unfinished(path: str | PathLike[str]) -> Unfinished:
     """Reads what a file holds up to its first missing or damaged byte.
 
     It may be still being written, or be left of a process that was killed.
@@ -109,13 +111,13 @@ def read_unfinished(path: Path) -> Unfinished:
     with _open(path) as stream:
         reading = _Reading(stream, str(path), unfinished=True)
         result = reading.contents().result_so_far()
-        return Unfinished(result, path.stat().st_size - reading.whole_bytes)
+        return Unfinished(result, os.fstat(stream.fileno()).st_size - reading.whole_bytes)
 
 
 @contextmanager
-def _open(path: Path) -> Iterator[BinaryIO]:
+def _open(path: str | PathLike[str]) -> Iterator[BinaryIO]:
     try:
-        with path.open("rb") as stream:
+        with Path(path).open("rb") as stream:
             yield stream
     except FileNotFoundError:
         raise RecordingNotFoundError(str(path)) from None

@@ -10,7 +10,12 @@ from pathlib import Path
 
 from core.result import RunResult
 from recordings.atomic_file import PART_SUFFIX
-from recordings.exceptions import NothingToRecoverError, RecordingError
+from recordings.exceptions import (
+    DamagedRecordingError,
+    ForeignRecordingError,
+    NothingToRecoverError,
+    RecordingError,
+)
 from recordings.file_lock import try_lock
 from recordings.reader import read_recording, read_unfinished
 from recordings.recorder import REGULAR_SUFFIX
@@ -82,7 +87,11 @@ def recover_orphans(folder: Path) -> list[Recovered]:
             if part.is_symlink() or part.stat().st_size == 0:
                 continue  # a link leads elsewhere; a file that was just made is not locked yet
             with part.open("rb") as stream:
-                if try_lock(stream):
+                if not try_lock(stream):
+                    continue
+                if _was_recovered(part):
+                    part.unlink()
+                else:
                     found.append(_recover_orphan(part))
         except (OSError, RecordingError) as error:
             _logger.warning("'%s' could not be recovered: %s", part, error)
@@ -90,16 +99,32 @@ def recover_orphans(folder: Path) -> list[Recovered]:
 
 
 def _recover_orphan(part: Path) -> Recovered:
-    """Turns a part into a recording of its age; the part goes once that is on disk."""
+    """Turns a part into a recording of its age; the part goes once that is on disk.
+
+    A part that is not at fault, because the disk is full or a newer program wrote it, stays.
+    """
     times = part.stat()
     try:
         recovered = recover(part, recovered_name(part))
-    except RecordingError:
+    except (DamagedRecordingError, ForeignRecordingError, NothingToRecoverError):
         part.replace(part.with_name(part.name.removesuffix(PART_SUFFIX) + DAMAGED_SUFFIX))
         raise
     os.utime(recovered.path, ns=(times.st_atime_ns, times.st_mtime_ns))
     part.unlink()
     return recovered
+
+
+def _was_recovered(part: Path) -> bool:
+    """Whether the recording that it would become is there already, with all its samples."""
+    recording = recovered_name(part)
+    if not recording.exists():
+        return False
+    kept, left = read_recording(recording), read_unfinished(part).result
+    rows = left.trace.to_rows()
+    return (
+        kept.scenario == left.scenario
+        and kept.trace.to_rows()[: len(rows)].tobytes() == rows.tobytes()
+    )
 
 
 def _delete_if_orphaned(copy: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from contextlib import ExitStack
+from os import PathLike
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -46,7 +47,7 @@ MAX_CHANGES_PER_CHUNK = 4096
 
 def write_recording(
     result: RunResult,
-    path: Path,
+    path: str | PathLike[str],
     *,
     overwrite: bool = False,
     display_rate: float = DISPLAY_RATE,
@@ -68,7 +69,7 @@ def write_recording(
         RecordingWriteError: If it cannot be written, or a number of the run is not finite.
     """
     with RecordingWriter(
-        path,
+        Path(path),
         result.scenario,
         result.trace.shape,
         provenance=result.provenance,

@@ -9,6 +9,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
+from benchmarks.faults.disk import KINDS, FailingFile, growing_files
 from core.loading import load_scenario, with_values
 from core.simulator import simulate
 from core.types import Outcome
@@ -166,6 +167,35 @@ def test_a_part_that_lacks_only_its_name_becomes_the_recording_it_is(small, tmp_
 
     assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap"]
     assert (tmp_path / "abc.mcap").read_bytes() == data
+
+
+def test_a_part_that_was_recovered_by_hand_goes_at_the_next_start(part, small, tmp_path):
+    shutil.copy(part, tmp_path / "abc.mcap.part")
+    recover(tmp_path / "abc.mcap.part", tmp_path / "abc.mcap")
+
+    assert recover_orphans(tmp_path) == []
+    assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap"]
+
+
+def test_a_part_beside_another_run_of_its_name_stays(part, tmp_path):
+    shutil.copy(part, tmp_path / "abc.mcap.part")
+    other = simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.05}))
+    write_recording(other, tmp_path / "abc.mcap", part_suffix=".other.part")
+
+    assert recover_orphans(tmp_path) == []
+    assert {file.name for file in tmp_path.iterdir()} == {"abc.mcap", "abc.mcap.part"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_full_disk_leaves_an_orphan_for_the_next_start(part, small, tmp_path, kind):
+    shutil.copy(part, tmp_path / "abc.mcap.part")
+
+    with growing_files(lambda descriptor: FailingFile(descriptor, 2, kind)):
+        assert recover_orphans(tmp_path) == []
+    assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap.part"]
+
+    (found,) = recover_orphans(tmp_path)
+    assert_prefix(read_recording(found.path), small)
 
 
 def test_copies_that_were_not_finished_go_and_what_they_copied_stays(part, small, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from html import escape
@@ -30,6 +31,7 @@ from web.view import Shown, ViewState
 __all__ = ["PlaybackPanel", "phase_runs", "strip_html"]
 
 _INTERVAL = 0.08
+_SETTLING_TIME = 1.0
 _CELLS = 320
 _PLAY, _PAUSE = "▶ Play", "❚❚ Pause"
 _BACK, _FORTH = "◂ step", "step ▸"
@@ -70,6 +72,7 @@ class PlaybackPanel:
         self._drawn: tuple[int, TimeWindow] | None = None
         self._drawn_at = 0.0
         self._was_playing = False
+        self._paused_at = -math.inf
 
     def update(self, view: ViewState) -> None:
         """Shows where the play head stands."""
@@ -115,10 +118,13 @@ class PlaybackPanel:
     def _show_time(self, playback: Playback) -> None:
         """Moves the slider.
 
-        A user who takes hold of it while it moves may be overtaken by values that are still
-        on their way; the slider is then told once more where it stands.
+        A user who takes hold of it while it moves, or has just stopped it, may be overtaken
+        by values that are still on their way; the slider is then told once more where it
+        stands.
         """
         if self._was_playing and not playback.playing:
+            self._paused_at = self._drawn_at
+        if not playback.playing and self._drawn_at - self._paused_at < _SETTLING_TIME:
             at_start = playback.time == playback.window.start
             self._time.value = playback.window.end if at_start else playback.window.start
         self._was_playing = playback.playing
