@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from html import escape
+from typing import Any
 
 import numpy as np
 import viser
@@ -98,22 +99,31 @@ class PlaybackPanel:
             command.remove()
 
     def _connect(self) -> None:
-        self._time.on_update(lambda event: self._pass(event, Seek(float(self._time.value))))
-        self._speed.on_update(lambda event: self._pass(event, SetSpeed(self._speed.value)))
-        self._window.on_click(lambda event: self._pass(event, _window_intent(self._window.value)))
+        self._time.on_update(self._passing(lambda: Seek(float(self._time.value))))
+        self._speed.on_update(self._passing(lambda: SetSpeed(self._speed.value)))
+        self._window.on_click(self._passing(lambda: _window_intent(self._window.value)))
         moves = {_BACK: Step(-1), _FORTH: Step(1)}
-        self._buttons.on_click(
-            lambda event: self._pass(event, moves.get(self._buttons.value, TogglePlay()))
-        )
+        self._buttons.on_click(self._passing(lambda: moves.get(self._buttons.value, TogglePlay())))
         for command, intent in zip(
             self._commands, (TogglePlay(), Step(1), Step(-1), FrameHand()), strict=True
         ):
             command.on_trigger(lambda _, intent=intent: self._send(intent))
 
-    def _pass(self, event: viser.GuiEvent, intent: Intent) -> None:
-        # Values that the program sets come without a client; they must not come back.
-        if event.client_id is not None:
-            self._send(intent)
+    def _passing(
+        self, intent: Callable[[], Intent]
+    ) -> Callable[[viser.GuiEvent[Any]], Coroutine[Any, Any, None]]:
+        """A callback that passes on what the user asks for.
+
+        It runs in the viewer server's event loop, where the order in which a user does things
+        is kept, and a value is read before the program can set another one.
+        """
+
+        async def callback(event: viser.GuiEvent[Any]) -> None:
+            # Values that the program sets come without a client; they must not come back.
+            if event.client_id is not None:
+                self._send(intent())
+
+        return callback
 
     def _show_time(self, playback: Playback) -> None:
         """Moves the slider.
