@@ -18,6 +18,7 @@ from recordings.file_lock import try_lock
 __all__ = ["PART_SUFFIX", "atomic_file", "part_of"]
 
 PART_SUFFIX = ".part"
+RECORDING_PART = ".mcap.part"
 
 
 @contextmanager
@@ -27,7 +28,8 @@ def atomic_file(
     """Opens a new file that takes its name only once it is complete and on disk.
 
     It grows as ``NAME.part``, locked as long as this process writes it, which also keeps
-    two writers of one file apart. After an error a file that was there before is untouched.
+    two writers of one file apart. What a killed process left of it is replaced, but for a
+    recording. After an error a file that was there before is untouched.
 
     Args:
         path: Final name of the file.
@@ -40,13 +42,14 @@ def atomic_file(
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
-        RecordingBusyError: If its ``.part`` exists.
+        RecordingBusyError: If its ``.part`` is being written, or is that of a recording.
         RecordingWriteError: If the disk or its permissions do not allow it.
     """
     part = path.with_name(path.name + part_suffix)
     if not overwrite and path.exists():
         raise RecordingExistsError(path)
     try:
+        _remove_remains(part)
         stream = _create(part)
     except FileExistsError:
         raise RecordingBusyError(path, _words_for_existing(part)) from None
@@ -75,6 +78,15 @@ def atomic_file(
 def part_of(path: Path) -> Path:
     """What a file is called while it grows."""
     return path.with_name(path.name + PART_SUFFIX)
+
+
+def _remove_remains(part: Path) -> None:
+    """Removes what a killed process left of a file that can be made again; a run cannot."""
+    if part.name.endswith(RECORDING_PART) or part.is_symlink() or not part.exists():
+        return
+    with part.open("rb") as stream:
+        if try_lock(stream):
+            part.unlink()
 
 
 def _create(part: Path) -> BinaryIO:

@@ -148,7 +148,8 @@ class Contents:
         return Contents(self.name, self.shape, self.metadata, self.attachments, columns)
 
     def _has_hashes(self) -> bool:
-        return int(self.metadata[START]["format"]) >= FIRST_FORMAT_WITH_HASHES
+        start = self.metadata[START]
+        return int(start["format"]) >= FIRST_FORMAT_WITH_HASHES or "kernel" in start
 
     def _documents(self) -> bytes:
         return documents_hash(self.metadata[START], self._scenario_document())
@@ -173,7 +174,13 @@ class Contents:
             ending = read_stop(stop)
         except (KeyError, ValueError) as error:
             raise self._damaged("how the run ended is malformed") from error
-        if len(ending.metrics.slip_path) != self.shape.num_contacts:
+        metrics = ending.metrics
+        per_contact = (
+            metrics.slip_path,
+            metrics.peak_normal_force,
+            metrics.minimum_friction_margin,
+        )
+        if any(len(values) != self.shape.num_contacts for values in per_contact):
             raise self._damaged("its metrics do not belong to its samples")
         return ending
 
@@ -214,6 +221,8 @@ class Contents:
         columns = self.columns[PHASE_CHANGES.name]
         if (columns["contact"] >= self.shape.num_contacts).any():
             raise self._damaged("it holds a phase change of a contact that does not exist")
+        if (np.diff(columns["t"]) < 0.0).any():
+            raise self._damaged("its phase changes are not in time order")
         rows = zip(*(columns[field.name].tolist() for field in PHASE_CHANGES.fields), strict=True)
         try:
             return tuple(

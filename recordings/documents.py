@@ -214,7 +214,10 @@ def _read_integer(digits: str) -> int | float:
 
 def _read(kind: Any, text: str) -> Any:
     """A value of a type from JSON, in which anything may stand."""
-    return _reader_of(kind).validate_python(_check_writable(parse_json(text)))
+    reader = _reader_of(kind)
+    value = reader.validate_python(parse_json(text))
+    _check_writable(reader.dump_python(value))
+    return value
 
 
 @cache
@@ -222,10 +225,9 @@ def _reader_of(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _check_writable(value: Any) -> Any:
+def _check_writable(value: Any) -> None:
     """Finite numbers, and text that is more than halves of characters."""
     _to_json(value).encode()
-    return value
 
 
 def _to_json(value: Any) -> str:

@@ -33,6 +33,9 @@ from recordings.versions import FORMAT_VERSION
 
 __all__ = ["ReadBack", "Unfinished", "read_back", "read_recording", "read_unfinished"]
 
+LONGEST_RUN = 1e3
+"""No simulation lasts as long [s]."""
+
 Columns = dict[str, NDArray[Any]]
 
 
@@ -197,6 +200,8 @@ class _Reading:
     def _take_start(self, start: Mapping[str, str]) -> None:
         try:
             version = int(start["format"])
+            if version < 1:
+                raise ValueError("there was no such format")
             if version > FORMAT_VERSION:
                 raise NewerRecordingError(self._name, version, FORMAT_VERSION)
             self._shape = read_shape(start)
@@ -218,6 +223,8 @@ class _Reading:
             block = columns.layout.unpack(messages.payloads)
         except ValueError as error:
             raise self._damaged(f"{error} ({topic})") from error
+        if not ((block["t"] >= 0.0) & (block["t"] <= LONGEST_RUN)).all():
+            raise self._damaged(f"{topic} holds a time that no run has")
         if not np.array_equal(to_log_times(block["t"]), messages.log_times):
             raise self._damaged(f"times of {topic} contradict each other")
         count = columns.count + len(messages.sequences)

@@ -6,6 +6,7 @@ import logging
 import os
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain, count
 from pathlib import Path
 
 from core.result import RunResult
@@ -14,6 +15,7 @@ from recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
     NothingToRecoverError,
+    RecordingBusyError,
     RecordingError,
 )
 from recordings.file_lock import try_lock
@@ -56,10 +58,17 @@ def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered
 
     Raises:
         NothingToRecoverError: If the file is whole, or holds no sample.
+        RecordingBusyError: If it is being written right now.
         RecordingError: If it cannot be read at all, or the output cannot be written.
     """
+    if source.suffix == PART_SUFFIX and _is_being_written(source):
+        raise RecordingBusyError(source, "another run is writing it right now")
     if source.suffix != PART_SUFFIX and _is_whole(source):
         raise NothingToRecoverError(source, "it is a whole recording")
+    return _recover(source, output, overwrite=overwrite)
+
+
+def _recover(source: Path, output: Path, *, overwrite: bool) -> Recovered:
     unfinished = read_unfinished(source)
     write_recording(unfinished.result, output, overwrite=overwrite, part_suffix=RECOVERING_SUFFIX)
     return Recovered(output, unfinished.result, unfinished.unread_bytes)
@@ -105,13 +114,29 @@ def _recover_orphan(part: Path) -> Recovered:
     """
     times = part.stat()
     try:
-        recovered = recover(part, recovered_name(part))
+        recovered = _recover(part, recovered_name(part), overwrite=False)
     except (DamagedRecordingError, ForeignRecordingError, NothingToRecoverError):
-        part.replace(part.with_name(part.name.removesuffix(PART_SUFFIX) + DAMAGED_SUFFIX))
+        part.rename(_free_name(part.with_name(part.name.removesuffix(PART_SUFFIX))))
         raise
     os.utime(recovered.path, ns=(times.st_atime_ns, times.st_mtime_ns))
     part.unlink()
     return recovered
+
+
+def _free_name(path: Path) -> Path:
+    """``NAME.damaged``, or with a number if there is one already."""
+    wanted = path.with_name(path.name + DAMAGED_SUFFIX)
+    others = (wanted.with_name(f"{wanted.name}.{number}") for number in count(1))
+    return next(name for name in chain([wanted], others) if not name.exists())
+
+
+def _is_being_written(part: Path) -> bool:
+    """Whether another writer holds a file; False if there is none."""
+    try:
+        with part.open("rb") as stream:
+            return not try_lock(stream)
+    except OSError:
+        return False
 
 
 def _was_recovered(part: Path) -> bool:

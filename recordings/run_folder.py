@@ -20,7 +20,11 @@ from recordings.annotations import Annotations, usable_part
 from recordings.atomic_file import atomic_file
 from recordings.description import Description
 from recordings.documents import parse_json
-from recordings.exceptions import RecordingError, RecordingNotFoundError
+from recordings.exceptions import (
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+)
 from recordings.reader import read_recording
 from recordings.stored_run import StoredRun
 
@@ -159,9 +163,12 @@ class RunFolder:
             "tags": stored.tags,
             "summary": stored.summary,
         }
-        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1)
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1).encode()
+        if len(text) > MAX_SIDECAR_BYTES:
+            cause = f"its phase changes and texts take more than {MAX_SIDECAR_BYTES} bytes"
+            raise RecordingWriteError(self.sidecar(stored.id), cause)
         with atomic_file(self.sidecar(stored.id), overwrite=True) as stream:
-            stream.write(text.encode())
+            stream.write(text)
 
     def delete(self, run_id: str) -> None:
         """Removes the files of a run.
@@ -210,7 +217,7 @@ def _read_document(path: Path) -> Mapping[str, Any]:
         if path.is_symlink() or path.stat().st_size > MAX_SIDECAR_BYTES:
             return {}
         text = path.read_bytes()
-        document = parse_json(text)
+        document = parse_json(text.decode("utf-8"))
         if _HALF_PAIR.search(text):
             json.dumps(document, ensure_ascii=False).encode()
     except (OSError, ValueError):

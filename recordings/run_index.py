@@ -125,15 +125,20 @@ class RunIndex:
         """Reads recordings, at least one; returns the ids of those that were read or are gone."""
         found: list[Entry] = []
         done: set[str] = set()
+        gone: set[str] = set()
         for run_id in ids:
             done.add(run_id)
+            stamp = self._stamps.get(run_id)
+            if stamp is None:
+                continue  # another process has just added it; the next listing finds it
             try:
-                found.append(Entry(self._folder.read(run_id), self._stamps[run_id], is_read=True))
+                found.append(Entry(self._folder.read(run_id), stamp, is_read=True))
             except RecordingNotFoundError:
                 del self._stamps[run_id]
+                gone.add(run_id)
             if deadline is not None and time.monotonic() > deadline:
                 break
-        catalogue.apply(done - self._stamps.keys(), found)
+        catalogue.apply(gone, found)
         return done
 
     def _open(self) -> Catalogue:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from core.exceptions import FieldError
 from core.loading import preset_names
 from core.types import Outcome
-from recordings.annotations import MAX_TAGS
+from recordings.annotations import MAX_TAGS, RunTag
 from recordings.documents import parameter_templates
 from recordings.exceptions import QueryError
 from recordings.run_query import Condition, RunQuery, parse_end, parse_instant, parse_sort
@@ -50,7 +50,8 @@ class RunsQuery(BaseModel):
     ] = None
     outcome: Annotated[Text | None, Field(description="ended so", examples=["completed"])] = None
     tag: Annotated[
-        list[Text], Field(max_length=MAX_TAGS, description="has this tag; repeat it for several")
+        list[RunTag],
+        Field(max_length=MAX_TAGS, description="has this tag; repeat it for several"),
     ] = []
     created_from: Annotated[
         Text | None,

@@ -14,7 +14,7 @@ from core.loading import load_scenario, with_values
 from core.simulator import simulate
 from core.types import Outcome
 from recordings import DamagedRecordingError, RecordingError, read_recording, write_recording
-from recordings.exceptions import AlteredRecordingError, NothingToRecoverError
+from recordings.exceptions import AlteredRecordingError, NothingToRecoverError, RecordingBusyError
 from recordings.file_lock import try_lock
 from recordings.reader import read_back, read_unfinished
 from recordings.recovery import recover, recover_orphans
@@ -205,6 +205,27 @@ def test_copies_that_were_not_finished_go_and_what_they_copied_stays(part, small
 
     assert recover_orphans(tmp_path) == []
     assert [file.name for file in tmp_path.iterdir()] == ["abc.mcap"]
+
+
+def test_a_part_that_is_being_written_is_not_recovered_on_request(part, tmp_path):
+    growing = tmp_path / "abc.mcap.part"
+    shutil.copy(part, growing)
+    with growing.open("ab") as stream:
+        assert try_lock(stream)
+        with pytest.raises(RecordingBusyError, match="right now"):
+            recover(growing, tmp_path / "abc.mcap")
+    assert [file.name for file in tmp_path.iterdir()] == [growing.name]
+
+
+def test_what_is_damaged_never_replaces_what_was_damaged_before(part, tmp_path):
+    (tmp_path / "abc.mcap.damaged").write_bytes(b"kept")
+    (tmp_path / "abc.mcap.part").write_bytes(part.read_bytes()[:2000])
+
+    recover_orphans(tmp_path)
+
+    names = sorted(file.name for file in tmp_path.iterdir())
+    assert names == ["abc.mcap.damaged", "abc.mcap.damaged.1"]
+    assert (tmp_path / "abc.mcap.damaged").read_bytes() == b"kept"
 
 
 def test_an_orphan_without_a_sample_is_kept_under_another_name(part, tmp_path):

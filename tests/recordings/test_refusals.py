@@ -2,6 +2,7 @@
 
 import random
 import struct
+import warnings
 import zlib
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ from recordings import (
     read_recording,
     write_recording,
 )
+from recordings.atomic_file import atomic_file
 from recordings.container import McapContainer
 from recordings.documents import START, start_document
 from recordings.exceptions import RecordingBusyError
@@ -199,3 +201,33 @@ def test_two_writers_of_one_file_keep_apart(small, tmp_path):
 def test_a_folder_that_does_not_exist_is_named(small, tmp_path):
     with pytest.raises(RecordingWriteError, match="nowhere"):
         write_recording(small, tmp_path / "nowhere" / "run.mcap")
+
+
+def test_display_messages_of_our_own_are_never_too_many(small, tmp_path, monkeypatch):
+    monkeypatch.setattr("recordings.scan.MAX_UNWANTED_MESSAGES", 0)
+    write_recording(small, tmp_path / "run.mcap", display_rate=1000.0)
+
+    assert len(read_recording(tmp_path / "run.mcap").trace) == len(small.trace)
+
+
+@pytest.mark.parametrize("time", [-1.0, 1.7e308])
+def test_a_time_that_no_run_has_is_damage(small, tmp_path, time):
+    rows = small.trace.to_rows()
+    rows[0 if time < 0.0 else -1, 0] = time
+    run = replace(small, trace=Trace.from_rows(small.trace.shape, rows), phase_changes=())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        write_recording(run, tmp_path / "run.mcap", display_rate=0.0)
+
+    with pytest.raises(DamagedRecordingError, match="time"):
+        read_recording(tmp_path / "run.mcap")
+
+
+def test_what_a_killed_process_left_of_another_file_is_no_obstacle(tmp_path):
+    (tmp_path / "notes.json.part").write_bytes(b"half a sid")
+
+    with atomic_file(tmp_path / "notes.json", overwrite=True) as stream:
+        stream.write(b"whole")
+
+    assert [file.name for file in tmp_path.iterdir()] == ["notes.json"]
+    assert (tmp_path / "notes.json").read_bytes() == b"whole"

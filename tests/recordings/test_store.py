@@ -93,6 +93,8 @@ BROKEN_SIDECARS = [
     b"{",
     b"[]",
     b"\xff",
+    b'{"title": "\xed\xa0\x80"}',
+    '{"title": "x"}'.encode("utf-16"),
     b"[" * 100_000,
     b'{"created": "now"}',
     b'{"created": 1, "title": 1, "controller": 1, "summary": 1, "name": 1, "tags": "x"}',
