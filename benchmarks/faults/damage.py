@@ -16,7 +16,15 @@ from recordings.exceptions import RecordingError
 from recordings.reader import read_recording, read_unfinished
 from recordings.writer import RecordingWriter, write_recording
 
-__all__ = ["Cuts", "Flips", "cut_everywhere", "flip_bits", "small_run", "write_part"]
+__all__ = [
+    "Cuts",
+    "Flips",
+    "assert_prefix",
+    "cut_everywhere",
+    "flip_bits",
+    "small_run",
+    "write_part",
+]
 
 SAMPLES_PER_CHUNK = 3
 
@@ -144,4 +152,5 @@ def assert_prefix(result: RunResult, whole: RunResult) -> None:
     rows = result.trace.to_rows()
     assert rows.tobytes() == whole.trace.to_rows()[: len(rows)].tobytes()
     assert result.phase_changes == whole.phase_changes[: len(result.phase_changes)]
+    assert all(change.time <= result.end_time for change in result.phase_changes)
     assert result.scenario == whole.scenario

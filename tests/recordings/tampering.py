@@ -16,13 +16,14 @@ LAST_NUMBER = 8
 
 
 def repack(source, target, topic, number):
-    """Copies a recording with the mcap library, one bit of one message flipped.
+    """Copies a recording with the mcap library, one bit of one message flipped or none.
 
     Args:
         source: The recording.
         target: The copy.
         topic: Topic of the message.
-        number: Which message of the topic; its last number changes in its last bit.
+        number: Which message of the topic; its last number changes in its last bit. None
+            leaves all as they are.
     """
     with source.open("rb") as stream:
         summary = make_reader(stream).get_summary()

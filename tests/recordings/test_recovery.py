@@ -5,54 +5,33 @@ import shutil
 from dataclasses import asdict
 
 import pytest
-from mcap.records import Attachment, Channel, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
-from mcap.writer import Writer
 
+from benchmarks.faults.damage import assert_prefix, small_run, write_part
 from benchmarks.faults.disk import KINDS, FailingFile, growing_files
 from core.loading import load_scenario, with_values
 from core.simulator import simulate
 from core.types import Outcome
 from recordings import DamagedRecordingError, RecordingError, read_recording, write_recording
+from recordings.atomic_file import part_of
 from recordings.exceptions import AlteredRecordingError, NothingToRecoverError, RecordingBusyError
 from recordings.file_lock import try_lock
 from recordings.reader import read_back, read_unfinished
 from recordings.recovery import recover, recover_orphans
 from recordings.writer import RecordingWriter
+from tests.recordings.tampering import repack
 
 
 @pytest.fixture(scope="module")
 def small():
-    """About 20 kB: few samples, in several chunks."""
-    values = {"simulation.duration": 0.25, "simulation.output_rate": 50.0}
-    return simulate(with_values(load_scenario("paper-case-2"), values))
+    return small_run()
 
 
 @pytest.fixture(scope="module")
 def part(small, tmp_path_factory):
-    """What a writer leaves that is killed before it can end the file; in chunks of 3 samples."""
+    """What a writer leaves that is stopped before it can end the file, in small chunks."""
     path = tmp_path_factory.mktemp("part") / "run.mcap"
-    with (
-        pytest.raises(KeyboardInterrupt),
-        RecordingWriter(path, small.scenario, small.trace.shape, keep_part=True) as writer,
-    ):
-        for start in range(0, len(small.trace), 3):
-            end = start + 3
-            span = small.trace.times[start : end + 1]
-            changes = [c for c in small.phase_changes if span[0] <= c.time < span[-1]]
-            writer.write(small.trace[start:end], changes)
-            writer.flush()
-        raise KeyboardInterrupt
-    return path.with_name("run.mcap.part")
-
-
-def assert_prefix(result, whole):
-    """Every sample and phase change is one of the whole run, from its first on, to the bit."""
-    rows = result.trace.to_rows()
-    assert rows.tobytes() == whole.trace.to_rows()[: len(rows)].tobytes()
-    assert result.phase_changes == whole.phase_changes[: len(result.phase_changes)]
-    assert all(c.time <= result.end_time for c in result.phase_changes)
-    assert result.scenario == whole.scenario
+    write_part(small, path)
+    return part_of(path)
 
 
 def test_what_was_flushed_of_an_unfinished_file_is_read(part, small):
@@ -85,6 +64,7 @@ def test_no_flipped_bit_makes_an_unfinished_file_tell_something_else(part, small
     data = part.read_bytes()
     flipped = tmp_path / "flipped.mcap"
     source = random.Random(2)
+    recovered = 0
     for _ in range(300):
         damaged = bytearray(data)
         damaged[source.randrange(len(data))] ^= 1 << source.randrange(8)
@@ -94,6 +74,8 @@ def test_no_flipped_bit_makes_an_unfinished_file_tell_something_else(part, small
         except RecordingError:
             continue
         assert_prefix(result, small)
+        recovered += 1
+    assert 0 < recovered < 300
 
 
 def test_a_whole_run_whose_index_is_missing_is_recovered_as_it_ended(small, tmp_path):
@@ -237,46 +219,13 @@ def test_an_orphan_without_a_sample_is_kept_under_another_name(part, tmp_path):
 
 def test_samples_that_do_not_fit_the_hash_are_told_apart_from_damage(small, tmp_path):
     write_recording(small, tmp_path / "run.mcap")
-    rewrite(tmp_path / "run.mcap", tmp_path / "same.mcap", changed=None)
-    rewrite(tmp_path / "run.mcap", tmp_path / "changed.mcap", changed=40)
+    repack(tmp_path / "run.mcap", tmp_path / "same.mcap", "/slipgrasp/joints", None)
+    repack(tmp_path / "run.mcap", tmp_path / "changed.mcap", "/slipgrasp/joints", 4)
 
     assert_prefix(read_recording(tmp_path / "same.mcap"), small)
     with pytest.raises(AlteredRecordingError, match="altered"):
         read_recording(tmp_path / "changed.mcap")
     assert not read_back(tmp_path / "changed.mcap").is_unaltered
-
-
-def rewrite(source, target, changed):
-    """Copies a recording with the mcap library, which makes every checksum fit.
-
-    Args:
-        source: The recording.
-        target: The copy.
-        changed: Which message gets one bit flipped in its last number, None for none.
-    """
-    with source.open("rb") as old, target.open("wb") as new:
-        writer = Writer(new, enable_data_crcs=True)
-        writer.start(profile="slipgrasp", library="another program")
-        for i, record in enumerate(StreamReader(old).records):
-            match record:
-                case Schema():
-                    writer.register_schema(record.name, record.encoding, record.data)
-                case Channel():
-                    kind = record.topic, record.message_encoding, record.schema_id
-                    writer.register_channel(*kind, record.metadata)
-                case Attachment():
-                    kind = record.create_time, record.log_time, record.name, record.media_type
-                    writer.add_attachment(*kind, record.data)
-                case Metadata():
-                    writer.add_metadata(record.name, record.metadata)
-                case Message():
-                    data = bytearray(record.data)
-                    data[-5] ^= i == changed
-                    times = record.log_time, bytes(data), record.publish_time, record.sequence
-                    writer.add_message(record.channel_id, *times)
-                case _:
-                    pass
-        writer.finish()
 
 
 def test_the_metrics_of_what_is_recovered_are_those_of_its_samples(part, small):
