@@ -1,0 +1,129 @@
+"""What is wrong with the fields of a scenario, in words: field, value, limit and the way out."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from functools import cache
+from typing import Any
+
+import pydantic
+
+from core.exceptions import FieldError, ScenarioError
+from core.parameters import Parameter, describe
+from core.scenario import Change, Estimate, FingerParameters, Scenario
+
+__all__ = [
+    "echo",
+    "field_errors",
+    "nearest",
+    "shortened",
+    "single_error",
+    "template_key",
+    "template_keys",
+    "unknown_key",
+]
+
+
+def unknown_key(scenario: Scenario, key: str) -> FieldError:
+    """The error for a key that no parameter has, with the nearest one that there is."""
+    keys = list(describe(scenario))
+    message = f"unknown parameter '{shortened(key)}'{nearest(key, keys)}"
+    return FieldError(field=shortened(key), value=None, limit=None, message=message)
+
+
+def nearest(word: str, words: Iterable[str]) -> str:
+    """What was perhaps meant, as the end of a sentence; empty if nothing is near."""
+    close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def field_errors(error: pydantic.ValidationError) -> list[FieldError]:
+    """Pydantic's findings as field errors, one per field, with unit and limit in words."""
+    found: dict[str, FieldError] = {}
+    for item in error.errors(include_url=False, include_context=False):
+        path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
+        key = ".".join(path)
+        if key not in found:
+            found[key] = _field_error(key, item)
+    # A wrong entry makes its list look too short as well; only the entry is worth telling.
+    parents = {key[:i] for key in found for i, letter in enumerate(key) if letter == "."}
+    return [error for key, error in found.items() if key not in parents]
+
+
+def _is_type_label(part: str) -> bool:
+    return part in ("float", "str", "int") or part.startswith(
+        ("tuple[", "constrained", "function-")
+    )
+
+
+def _field_error(key: str, item: Any) -> FieldError:
+    kind, value = item["type"], item["input"]
+    if kind == "unexpected_keyword_argument":
+        siblings = [
+            k.rpartition(".")[2]
+            for k in template_keys()
+            if k.rpartition(".")[0] == template_key(key).rpartition(".")[0]
+        ]
+        near = nearest(key.rpartition(".")[2], siblings or template_keys())
+        return FieldError(
+            field=shortened(key),
+            value=None,
+            limit=None,
+            message=f"unknown parameter '{shortened(key)}'{near}",
+        )
+    parameter = template_keys().get(template_key(key))
+    limit = parameter.limit if parameter else None
+    shown = echo(value)
+    if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
+        return FieldError(field=key, value=None, limit=limit, message=f"{key} is missing")
+    told = (
+        "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
+    )
+    allowed = f"; allowed: {limit}" if limit else ""
+    return FieldError(
+        field=key,
+        value=shown,
+        limit=limit,
+        message=(
+            f"{key or 'the scenario'}{told}: {item['msg'][:1].lower()}{item['msg'][1:]}{allowed}"
+        ),
+    )
+
+
+@cache
+def template_keys() -> dict[str, Parameter]:
+    """Parameters by key with every list index replaced by 0."""
+    full = Scenario(
+        fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
+        estimates=(Estimate(parameter="object.mass", initial=1.0),),
+        changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
+    )
+    return {template_key(key): parameter for key, parameter in describe(full).items()}
+
+
+def template_key(key: str) -> str:
+    """A key with every list index replaced by 0."""
+    return ".".join("0" if part.isdigit() else part for part in key.split("."))
+
+
+def echo(value: Any) -> float | int | bool | str | None:
+    """What may be repeated to the user: finite numbers and short printable text."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return value if abs(value) < 10**15 else "a huge integer"
+    return shortened(value) if isinstance(value, str) else None
+
+
+def shortened(text: str) -> str:
+    """The beginning of a text, as it may be repeated to the user."""
+    return "".join(c if c.isprintable() else "?" for c in text[:80])
+
+
+def single_error(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
+    """A scenario error with one entry."""
+    return ScenarioError([FieldError(field=field, value=echo(value), limit=limit, message=message)])

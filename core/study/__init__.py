@@ -1,0 +1,1 @@
+"""A study: a base scenario, and how it varies."""

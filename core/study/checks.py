@@ -1,0 +1,125 @@
+"""Whether a study fits its base: keys that exist, ranges within bounds, runs that are countable."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from core.exceptions import FieldError, ScenarioError
+from core.loading import with_values
+from core.parameters import Parameter
+from core.scenario import Scenario
+from core.study.definition import expand_key
+from core.study.document import AxisDocument, StudyDocument, plain_value
+
+__all__ = ["check_document"]
+
+
+def check_document(
+    document: StudyDocument, base: Scenario, definitions: Mapping[str, Parameter]
+) -> Iterator[FieldError]:
+    """Yields what is wrong with a study, but for what only its runs can tell.
+
+    Args:
+        document: The study as it is written down.
+        base: The scenario that varies.
+        definitions: The parameters of the base by dotted key.
+    """
+    yield from _check_axes(document, base, definitions)
+    yield from _check_sampling(document)
+
+
+def _check_axes(
+    document: StudyDocument, base: Scenario, definitions: Mapping[str, Parameter]
+) -> Iterator[FieldError]:
+    for key, axis in document.vary.items():
+        field = f"vary.{key}"
+        unknown = next((k for k in expand_key(base, key) if k not in definitions), None)
+        if unknown is not None:
+            yield from _unknown(base, field, unknown, axis)
+        elif axis.values is not None:
+            if (axis.min, axis.max, axis.count) != (None, None, None):
+                yield _error(field, "values, or min and max", "has values as well as a range")
+        else:
+            parameter = definitions[expand_key(base, key)[0]]
+            yield from _check_range(field, axis, parameter, document.sampling.method)
+    listed = {key for run in document.runs for key in run}
+    for key in listed & document.vary.keys():
+        yield _error(f"vary.{key}", "one of both", "is set by the listed runs already")
+
+
+def _unknown(base: Scenario, field: str, key: str, axis: AxisDocument) -> Iterator[FieldError]:
+    """A key that only some bases have, such as a list of gains, is judged by its first value."""
+    value = axis.values[0] if axis.values else axis.min
+    try:
+        with_values(base, {key: plain_value(value)})
+    except ScenarioError as error:
+        for finding in error.errors:
+            yield FieldError(
+                field=field,
+                value=finding.value,
+                limit=finding.limit,
+                message=f"{field}: {finding.message}",
+            )
+
+
+def _check_range(
+    field: str, axis: AxisDocument, parameter: Parameter, method: str
+) -> Iterator[FieldError]:
+    if axis.min is None or axis.max is None:
+        yield _error(field, "values, or min and max", "needs 'values', or both 'min' and 'max'")
+        return
+    if parameter.kind not in ("number", "integer", "number-or-list"):
+        yield _error(field, parameter.limit, f"is a {parameter.kind}; give its 'values'")
+        return
+    if axis.min > axis.max:
+        yield _error(field, "min below max", f"has min {axis.min:g} above max {axis.max:g}")
+    if method == "list":
+        yield _error(field, "values", "has a range, which a list does not sample; give 'values'")
+    if method == "grid" and axis.count is None:
+        yield _error(f"{field}.count", "1 or more", "is missing; a grid needs min, max and count")
+    if axis.scale == "log" and axis.min <= 0.0:
+        yield _error(f"{field}.min", "above 0", f"is {axis.min:g}; a log scale begins above 0")
+    for name, value in (("min", axis.min), ("max", axis.max)):
+        if not _is_allowed(value, parameter):
+            yield FieldError(
+                field=f"{field}.{name}",
+                value=value,
+                limit=parameter.limit,
+                message=f"{field}.{name} is {value:g}; allowed: {parameter.limit}",
+            )
+
+
+def _is_allowed(value: float, parameter: Parameter) -> bool:
+    low, high = parameter.minimum, parameter.maximum
+    if low is not None and (value < low or (parameter.exclusive_minimum and value == low)):
+        return False
+    if parameter.kind == "integer" and not float(value).is_integer():
+        return False
+    return high is None or value <= high
+
+
+def _check_sampling(document: StudyDocument) -> Iterator[FieldError]:
+    sampling, method = document.sampling, document.sampling.method
+    ranges = [key for key, axis in document.vary.items() if axis.values is None]
+    if method in ("random", "latin-hypercube"):
+        if sampling.runs is None:
+            yield _error("sampling.runs", "1 or more", f"is missing; {method} needs their number")
+        if not ranges:
+            yield _error("vary", "a range", f"has no range to sample; {method} needs min and max")
+    elif method == "list":
+        if not document.runs:
+            yield _error("runs", "1 or more", "is empty; a list needs [[runs]] of key = value")
+        if sampling.runs not in (None, len(document.runs)):
+            yield _error(
+                "sampling.runs",
+                f"{len(document.runs)}",
+                f"is {sampling.runs}, but {len(document.runs)} are listed; leave it out",
+            )
+    elif not document.vary:
+        yield _error("vary", "1 or more", "is empty; a grid needs parameters that vary")
+    if document.runs and method != "list":
+        yield _error("runs", "none", f"lists runs, but sampling.method is '{method}'")
+
+
+def _error(field: str, limit: str, finding: str) -> FieldError:
+    return FieldError(field=field, value=None, limit=limit, message=f"{field} {finding}")

@@ -1,0 +1,239 @@
+"""What a study is: a base scenario and how it varies, with every run found by its index.
+
+Nothing is expanded: the number of runs is computed, and a run is made when it is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.loading import with_values
+from core.scenario import Scenario
+from core.study.sampling import unit_samples
+
+__all__ = [
+    "MAX_RUNS",
+    "Axis",
+    "KeptRecordings",
+    "Method",
+    "Sampling",
+    "Study",
+    "Value",
+    "apply_values",
+    "expand_key",
+]
+
+MAX_RUNS = 1_000_000
+
+Value = float | int | str | bool | tuple[float, ...] | None
+"""What a parameter may be set to."""
+
+Method = Literal["grid", "list", "random", "latin-hypercube"]
+KeptRecordings = Literal["all", "ended-early", "none"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """How one parameter varies: over chosen values, or between two bounds.
+
+    Attributes:
+        key: Dotted key of the parameter; ``*`` stands for every finger or estimate.
+        values: The values it takes, crossed with everything else; None for a range.
+        minimum: Lower bound of a range, in the unit of the parameter.
+        maximum: Upper bound of a range, likewise.
+        count: Into how many values a grid divides the range, both bounds included.
+        scale: Whether a range is divided, or sampled, evenly or evenly in its logarithm.
+        integer: Whether the parameter takes whole numbers only.
+    """
+
+    key: str
+    values: tuple[Value, ...] | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    count: int | None = None
+    scale: Literal["linear", "log"] = "linear"
+    integer: bool = False
+
+    @property
+    def is_range(self) -> bool:
+        """Whether it has bounds rather than values."""
+        return self.values is None
+
+    def value_at(self, share: float) -> float | int:
+        """The value of a range at a share of the way from its lower to its upper bound."""
+        assert self.minimum is not None and self.maximum is not None
+        low, high = self.minimum, self.maximum
+        if self.integer:
+            return min(int(low) + math.floor(share * (high - low + 1)), int(high))
+        if share in (0.0, 1.0):
+            return high if share else low
+        if self.scale == "log":
+            return low * (high / low) ** share
+        return low + share * (high - low)
+
+    def grid_value(self, place: int) -> Value:
+        """The value at a place of the grid."""
+        if self.values is not None:
+            return self.values[place]
+        assert self.count is not None
+        share = place / (self.count - 1) if self.count > 1 else 0.0
+        if self.integer:
+            assert self.minimum is not None and self.maximum is not None
+            return round(self.minimum + share * (self.maximum - self.minimum))
+        return self.value_at(share)
+
+    @property
+    def grid_size(self) -> int:
+        """How many values it has in a grid."""
+        return len(self.values) if self.values is not None else self.count or 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampling:
+    """How the runs are found.
+
+    Attributes:
+        method: Every combination, a list, or samples of the ranges.
+        runs: How many samples of the ranges; None for grid and list, which have their own.
+        seed: What decides the samples.
+    """
+
+    method: Method
+    runs: int | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A base scenario, how it varies, and what is to be kept of its runs.
+
+    The runs are numbered from 0: samples, or entries of the list, one after the other, and
+    within each the combinations of the values that are crossed with them, the last axis
+    fastest. A grid is one sample.
+
+    Attributes:
+        title: What it is about, in a sentence.
+        base: The scenario that varies.
+        base_name: Name of the preset it was made from, empty if from none.
+        axes: What varies, and how.
+        sampling: How the runs are found.
+        listed: The runs of a list, each as values by dotted key.
+        recordings: Of which runs the recording is kept.
+    """
+
+    base: Scenario
+    sampling: Sampling
+    axes: tuple[Axis, ...] = ()
+    listed: tuple[Mapping[str, Value], ...] = ()
+    recordings: KeptRecordings = "none"
+    title: str = ""
+    base_name: str = ""
+
+    @property
+    def num_runs(self) -> int:
+        """How many runs there are."""
+        return self.num_samples * self.num_combinations
+
+    @property
+    def num_samples(self) -> int:
+        """How many samples, or entries of the list; 1 for a grid."""
+        if self.sampling.method == "grid":
+            return 1
+        return len(self.listed) if self.sampling.method == "list" else self.sampling.runs or 0
+
+    @cached_property
+    def num_combinations(self) -> int:
+        """How many combinations of values are tried on each sample."""
+        return math.prod(axis.grid_size for axis in self.crossed_axes)
+
+    @cached_property
+    def crossed_axes(self) -> tuple[Axis, ...]:
+        """The axes of which every combination is tried on each sample."""
+        if self.sampling.method == "grid":
+            return self.axes
+        return tuple(axis for axis in self.axes if not axis.is_range)
+
+    @cached_property
+    def sampled_axes(self) -> tuple[Axis, ...]:
+        """The axes of which each sample has a value."""
+        if self.sampling.method == "grid":
+            return ()
+        return tuple(axis for axis in self.axes if axis.is_range)
+
+    @cached_property
+    def keys(self) -> tuple[str, ...]:
+        """What varies, by dotted key."""
+        listed = dict.fromkeys(key for run in self.listed for key in run)
+        return (*listed, *(axis.key for axis in self.axes))
+
+    def values_of(self, index: int) -> dict[str, Value]:
+        """What a run sets, by dotted key.
+
+        Args:
+            index: The run, from 0 to below `num_runs`.
+
+        Raises:
+            IndexError: If there is no such run.
+        """
+        if not 0 <= index < self.num_runs:
+            raise IndexError(f"run {index} of a study with {self.num_runs} runs")
+        sample, place = divmod(index, self.num_combinations)
+        crossed: dict[str, Value] = {}
+        for axis in reversed(self.crossed_axes):
+            place, digit = divmod(place, axis.grid_size)
+            crossed[axis.key] = axis.grid_value(digit)
+        found = crossed | self._sampled(sample)
+        return {key: found[key] for key in self.keys if key in found}
+
+    def _sampled(self, sample: int) -> dict[str, Value]:
+        if self.sampling.method == "list":
+            return dict(self.listed[sample])
+        if not self.sampled_axes:
+            return {}
+        shares = self._shares[sample].tolist()
+        return {
+            axis.key: axis.value_at(share)
+            for axis, share in zip(self.sampled_axes, shares, strict=True)
+        }
+
+    @property
+    def _shares(self) -> NDArray[np.float64]:
+        assert self.sampling.runs is not None
+        return unit_samples(
+            self.sampling.method, self.sampling.runs, len(self.sampled_axes), self.sampling.seed
+        )
+
+    def scenario_of(self, index: int) -> Scenario:
+        """The scenario of a run.
+
+        Raises:
+            ScenarioError: If its values are not allowed, or not together.
+            IndexError: If there is no such run.
+        """
+        return apply_values(self.base, self.values_of(index))
+
+
+def apply_values(base: Scenario, values: Mapping[str, Value]) -> Scenario:
+    """A base with the values that a run of a study sets.
+
+    Raises:
+        ScenarioError: If they are not allowed, or not together.
+    """
+    return with_values(
+        base, {one: value for key, value in values.items() for one in expand_key(base, key)}
+    )
+
+
+def expand_key(base: Scenario, key: str) -> tuple[str, ...]:
+    """The keys that a key with ``*`` stands for: one per finger, estimate or timed change."""
+    head, star, tail = key.partition(".*")
+    if not star or head not in ("fingers", "estimates", "changes"):
+        return (key,)
+    return tuple(f"{head}.{index}{tail}" for index in range(len(getattr(base, head))))

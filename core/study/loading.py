@@ -1,0 +1,221 @@
+"""From a file or plain values to a study that can be run, and back."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from core.exceptions import FieldError, ScenarioError
+from core.field_errors import echo, shortened, single_error
+from core.loading import (
+    load_scenario,
+    parameter_definitions,
+    preset_names,
+    scenario_from_mapping,
+    with_values,
+)
+from core.parameters import Parameter
+from core.scenario import Scenario
+from core.study.checks import check_document
+from core.study.definition import MAX_RUNS, Axis, KeptRecordings, Sampling, Study, expand_key
+from core.study.document import AxisDocument, StudyDocument, flatten, plain_value
+
+__all__ = ["check_members", "load_study", "study_from_mapping", "study_to_mapping"]
+
+MAX_FILE_BYTES = 20_000_000
+MAX_RUNS_RECORDED_BY_DEFAULT = 1000
+MAX_FINDINGS = 10
+
+
+def load_study(path: str | Path) -> Study:
+    """Loads a study file; its base is a preset or a scenario file, found from the study's folder.
+
+    Raises:
+        ScenarioError: With one entry per wrong field.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise single_error("study", str(path), None, f"there is no study file '{path}'")
+    if file.stat().st_size > MAX_FILE_BYTES:
+        raise single_error("study", str(path), "20 MB", f"'{path}' is larger than 20 MB")
+    try:
+        mapping = tomllib.loads(file.read_bytes().decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        message = f"'{path}' is not valid TOML: {error}"
+        raise single_error("study", str(path), "TOML", message) from error
+    return study_from_mapping(mapping, lambda base: _base_from_file(base, file.parent))
+
+
+def study_from_mapping(mapping: Any, find_base: Callable[[Any], Scenario]) -> Study:
+    """Validates a study given as plain values; its runs are not made, only counted.
+
+    Args:
+        mapping: As in a study file.
+        find_base: Gives the scenario that ``base`` stands for.
+
+    Raises:
+        ScenarioError: With one entry per wrong field, or if there are too many runs.
+    """
+    try:
+        document = StudyDocument.model_validate(flatten(mapping))
+    except ValidationError as error:
+        raise ScenarioError(_field_errors(error)) from error
+    base = find_base(document.base)
+    if document.set:
+        changed = {one: v for key, v in document.set.items() for one in expand_key(base, key)}
+        base = with_values(base, changed)
+    definitions = parameter_definitions(base)
+    errors = [*check_document(document, base, definitions)]
+    if errors:
+        raise ScenarioError(errors)
+    named = isinstance(document.base, str) and document.base in preset_names()
+    study = Study(
+        title=document.title,
+        base=base,
+        base_name=str(document.base) if named else "",
+        axes=tuple(_axis(key, axis, base, definitions) for key, axis in document.vary.items()),
+        sampling=_sampling(document),
+        listed=tuple({k: plain_value(v) for k, v in run.items()} for run in document.runs),
+    )
+    _check_count(study)
+    return _keeping(study, document.recordings)
+
+
+def study_to_mapping(study: Study) -> dict[str, Any]:
+    """The study as plain values that `study_from_mapping` reads back to an equal study."""
+    sampling = study.sampling
+    return {
+        "title": study.title,
+        "base": study.base.to_mapping(),
+        "sampling": {
+            "method": sampling.method,
+            "seed": sampling.seed,
+            **({"runs": sampling.runs} if sampling.runs is not None else {}),
+        },
+        "vary": {axis.key: _axis_to_mapping(axis) for axis in study.axes},
+        "runs": [{key: _listed(value) for key, value in run.items()} for run in study.listed],
+        "recordings": study.recordings,
+    }
+
+
+def check_members(study: Study, progress: Callable[[float], None] | None = None) -> None:
+    """Makes and validates every run of a study.
+
+    Args:
+        study: The study.
+        progress: Called now and then with the share that is checked, 0 to 1.
+
+    Raises:
+        ScenarioError: Naming the first wrong runs by index.
+    """
+    errors: list[FieldError] = []
+    for index in range(study.num_runs):
+        try:
+            study.scenario_of(index)
+        except ScenarioError as error:
+            errors += [_of_member(index, finding) for finding in error.errors]
+            if len(errors) >= MAX_FINDINGS:
+                break
+        if progress is not None and index % 256 == 0:
+            progress(index / study.num_runs)
+    if errors:
+        raise ScenarioError(errors[:MAX_FINDINGS])
+
+
+def _of_member(index: int, finding: FieldError) -> FieldError:
+    return FieldError(
+        field=f"runs.{index}.{finding.field}",
+        value=finding.value,
+        limit=finding.limit,
+        message=f"run {index}: {finding.message}",
+    )
+
+
+def _base_from_file(base: Any, folder: Path) -> Scenario:
+    if isinstance(base, dict):
+        return scenario_from_mapping(base)
+    path = folder / base
+    return load_scenario(path if base not in preset_names() and path.is_file() else base)
+
+
+def _check_count(study: Study) -> None:
+    method, asked = study.sampling.method, study.num_runs
+    if asked > MAX_RUNS:
+        message = (
+            f"the study has {asked} runs, at most {MAX_RUNS} are allowed; use fewer values, or "
+            "several studies (random ones with other seeds)"
+        )
+        raise single_error("vary", asked, f"at most {MAX_RUNS} runs", message)
+    if method == "grid" and study.sampling.runs not in (None, asked):
+        message = f"sampling.runs is {study.sampling.runs}, but the grid has {asked}; leave it out"
+        raise single_error("sampling.runs", study.sampling.runs, str(asked), message)
+
+
+def _axis(
+    key: str, axis: AxisDocument, base: Scenario, definitions: Mapping[str, Parameter]
+) -> Axis:
+    parameter = definitions.get(expand_key(base, key)[0])
+    return Axis(
+        key=key,
+        values=None if axis.values is None else tuple(plain_value(value) for value in axis.values),
+        minimum=axis.min,
+        maximum=axis.max,
+        count=axis.count,
+        scale=axis.scale,
+        integer=parameter is not None and parameter.kind == "integer",
+    )
+
+
+def _axis_to_mapping(axis: Axis) -> dict[str, Any]:
+    if axis.values is not None:
+        return {"values": [_listed(value) for value in axis.values]}
+    bounds = {"min": axis.minimum, "max": axis.maximum, "scale": axis.scale}
+    return bounds if axis.count is None else {**bounds, "count": axis.count}
+
+
+def _sampling(document: StudyDocument) -> Sampling:
+    sampling = document.sampling
+    return Sampling(method=sampling.method, runs=sampling.runs, seed=sampling.seed)
+
+
+def _keeping(study: Study, recordings: KeptRecordings | None) -> Study:
+    few = study.num_runs <= MAX_RUNS_RECORDED_BY_DEFAULT
+    return replace(study, recordings=recordings or ("all" if few else "none"))
+
+
+def _listed(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _field_errors(error: ValidationError) -> list[FieldError]:
+    """Pydantic's findings, one per field; of a value that may be of several kinds, one of all."""
+    kinds: dict[str, list[Any]] = {}
+    for item in error.errors(include_url=False):
+        kinds.setdefault(_field_of(item), []).append(item)
+    return [_field_error(field, items) for field, items in kinds.items()]
+
+
+def _field_error(field: str, items: list[Any]) -> FieldError:
+    wrong = next((item for item in items if not item["type"].endswith("_type")), items[0])
+    finding = f"{wrong['msg'][:1].lower()}{wrong['msg'][1:]}"
+    if len(items) > 1 and wrong["type"].endswith("_type"):
+        finding = "should be a number, a word or a list of numbers"
+    message = f"{field or 'the study'}: {finding}"
+    return FieldError(field=field, value=echo(wrong["input"]), limit=None, message=message)
+
+
+def _field_of(item: Any) -> str:
+    return shortened(".".join(str(part) for part in item["loc"] if _is_name(part)))
+
+
+def _is_name(part: int | str) -> bool:
+    """Whether a step of pydantic's path is one of the document, not a kind of value."""
+    return isinstance(part, int) or not (
+        part in ("bool", "float", "int", "str")
+        or part.startswith(("list[", "dict[", "constrained"))
+    )
