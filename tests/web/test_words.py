@@ -65,7 +65,7 @@ def test_one_slipping_fingertip_is_named(case_1: RunResult) -> None:
     assert sentence.startswith("The right fingertip slipped, 2 mm right")
 
 
-@pytest.mark.parametrize("outcome", set(Outcome))
+@pytest.mark.parametrize("outcome", list(Outcome))
 def test_every_outcome_has_words(case_1: RunResult, outcome: Outcome) -> None:
     assert describe_outcome(replace(case_1, outcome=outcome)).headline
 
