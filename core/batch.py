@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from core.kernel import entry as kernel
+from core.processors import available_processors
 from core.result import RunSummary
 from core.scenario import Scenario
 from core.simulation import Simulation
@@ -37,7 +37,7 @@ def simulate_many(
         ScenarioError: At the place of a scenario that cannot be simulated.
     """
     kernel.prepare()
-    count = threads or _processors()
+    count = threads or available_processors()
     pending: deque[Future[RunSummary]] = deque()
     with ThreadPoolExecutor(count, thread_name_prefix="slipgrasp-batch") as pool:
         try:
@@ -57,9 +57,3 @@ def _summarise(scenario: Scenario) -> RunSummary:
     while not simulation.finished:
         simulation.advance()
     return simulation.summary()
-
-
-def _processors() -> int:
-    """How many processors this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -112,7 +112,7 @@ class Simulation:
         outcome = self.outcome or Outcome.STOPPED
         return RunResult(
             scenario=self.scenario,
-            trace=Trace.from_rows(self.shape, self._all_rows()),
+            trace=Trace.from_rows(self.shape, self.all_rows()),
             phase_changes=tuple(self._changes),
             outcome=outcome,
             reason=self._reason,
@@ -120,6 +120,16 @@ class Simulation:
             metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
             provenance=present_provenance(),
         )
+
+    def all_rows(self) -> np.ndarray:
+        """The trace so far as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
+        rows = rows_in(self._outlet, self.shape.num_columns)
+        if self._run.tally.rows == 0:
+            return _start_row(self.shape, self.scenario)
+        if self._rows:
+            return np.concatenate([*self._rows, rows])
+        # The buffer is written on while the run goes on.
+        return rows if self.finished else rows.copy()
 
     @property
     def num_rows(self) -> int:
@@ -198,15 +208,6 @@ class Simulation:
         contact = int(self._run.concerned)
         trace = Trace.from_rows(self.shape, self._last_row())
         self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
-
-    def _all_rows(self) -> np.ndarray:
-        rows = rows_in(self._outlet, self.shape.num_columns)
-        if self._run.tally.rows == 0:
-            return _start_row(self.shape, self.scenario)
-        if self._rows:
-            return np.concatenate([*self._rows, rows])
-        # The buffer is written on while the run goes on.
-        return rows if self.finished else rows.copy()
 
     def _last_row(self) -> np.ndarray:
         if self._run.tally.rows == 0:

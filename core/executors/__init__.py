@@ -1,0 +1,68 @@
+"""Engines that do the tasks of a study: here, in processes, or on a Dask cluster.
+
+Results do not depend on the engine or on how many workers it has.
+"""
+
+from __future__ import annotations
+
+import re
+
+from core.executors.executor import (
+    AHEAD,
+    ATTEMPTS,
+    Cancelled,
+    Executor,
+    ExecutorError,
+    Finished,
+    ShouldStop,
+    TaskFunction,
+)
+from core.executors.inline import InlineExecutor
+from core.executors.processes import ProcessExecutor
+
+__all__ = [
+    "AHEAD",
+    "ATTEMPTS",
+    "SPECIFICATIONS",
+    "Cancelled",
+    "Executor",
+    "ExecutorError",
+    "Finished",
+    "ShouldStop",
+    "TaskFunction",
+    "make_executor",
+]
+
+SPECIFICATIONS = ("processes", "inline", "dask", "dask://HOST:PORT")
+
+_SCHEDULER = re.compile(r"dask://([\w.-]{1,253}|\[[0-9a-fA-F:.]{2,45}\]):([0-9]{1,5})", re.ASCII)
+
+
+def make_executor(specification: str = "processes", *, workers: int | None = None) -> Executor:
+    """The engine of this name; nothing is started before it is needed.
+
+    Args:
+        specification: ``processes`` on this machine, ``inline`` in this process, ``dask`` for a
+            Dask cluster on this machine, ``dask://HOST:PORT`` for that of a Dask scheduler.
+        workers: How many processes; as many as there are processors if None.
+
+    Raises:
+        ExecutorError: If there is no such engine, or not with so many workers.
+    """
+    match = _SCHEDULER.fullmatch(specification)
+    if match is None and specification not in SPECIFICATIONS[:3]:
+        raise ExecutorError(
+            f"'{specification[:60]!s}' is no executor; choose one of {', '.join(SPECIFICATIONS)}"
+        )
+    if specification == "processes":
+        return ProcessExecutor(workers)
+    if workers is not None and specification != "dask":
+        raise ExecutorError(
+            f"the executor '{specification[:60]}' has a fixed number of workers; leave it out"
+        )
+    if specification == "inline":
+        return InlineExecutor()
+    from core.executors.dask_cluster import DaskExecutor
+
+    address = None if match is None else f"tcp://{match[1]}:{match[2]}"
+    return DaskExecutor(address, workers=workers)

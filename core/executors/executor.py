@@ -1,0 +1,125 @@
+"""What every engine offers: one function mapped over many tasks, wherever they are done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Generic, Protocol, Self, TypeVar
+
+from core.exceptions import SlipgraspError
+
+__all__ = [
+    "AHEAD",
+    "ATTEMPTS",
+    "Cancelled",
+    "Executor",
+    "ExecutorError",
+    "Finished",
+    "ShouldStop",
+    "TaskFunction",
+]
+
+AHEAD = 64
+"""How far, at least, tasks are taken beyond the oldest that is not finished."""
+
+ATTEMPTS = 3
+"""How often a task is tried whose worker dies."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+ShouldStop = Callable[[], bool]
+TaskFunction = Callable[[Task, ShouldStop], Result]
+
+
+class ExecutorError(SlipgraspError):
+    """There is no such engine, or it cannot work."""
+
+
+class Cancelled(SlipgraspError):  # noqa: N818 - it is no error, but an answer
+    """A function gave up because it was asked to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finished(Generic[Task, Result]):
+    """A task that will not be tried any more.
+
+    Attributes:
+        task: The task.
+        result: What the function gave, None if it never came to an end.
+        failure: Why there is no result, in one sentence; None if there is one.
+    """
+
+    task: Task
+    result: Result | None
+    failure: str | None = None
+
+
+class Executor(Protocol):
+    """An engine that does tasks; a context manager, whose end lets go of its workers."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in requests and messages."""
+        ...
+
+    @property
+    def num_workers(self) -> int:
+        """How many tasks it does at a time, as far as is known."""
+        ...
+
+    def prepare(self) -> float:
+        """Starts all workers, as the first `map` would, and waits until they are warm.
+
+        Returns:
+            How long that took, almost nothing if they were [s].
+
+        Raises:
+            ExecutorError: If they cannot be started or reached.
+        """
+        ...
+
+    def map(
+        self,
+        function: TaskFunction[Task, Result],
+        tasks: Iterable[Task],
+        *,
+        should_stop: ShouldStop,
+    ) -> Iterator[Finished[Task, Result]]:
+        """Does all tasks, each exactly once as far as the caller can tell.
+
+        A worker that dies costs the task it was at, which is tried again, `ATTEMPTS` times
+        in all; then it has failed, and the others go on.
+
+        Args:
+            function: A function of an imported module, not of the script that is run. It
+                depends on nothing but its task. Its second argument is to be asked every few
+                milliseconds whether to give up, by raising `Cancelled`.
+            tasks: What to do, taken one by one: at most `AHEAD`, or four per worker where
+                that is more, beyond the oldest task that is not finished.
+            should_stop: Asked about 20 times a second; True ends the iteration within half a
+                second, without the tasks that are not finished.
+
+        Yields:
+            The tasks, in the order in which they are finished.
+
+        Raises:
+            ExecutorError: If the workers cannot be started or reached, or are at work
+                already for another caller.
+            Exception: What the function raised, whatever it is.
+        """
+        ...
+
+    def close(self) -> None:
+        """Lets go of the workers; what they are at is lost."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None: ...

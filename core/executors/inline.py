@@ -1,0 +1,61 @@
+"""One task after the other, in the calling process: for tests and for finding errors."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from types import TracebackType
+from typing import Self, TypeVar
+
+from core.executors.executor import Cancelled, Finished, ShouldStop, TaskFunction
+
+__all__ = ["InlineExecutor"]
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+class InlineExecutor:
+    """Does tasks where they are asked for; see `core.executors.executor.Executor`."""
+
+    name = "inline"
+    num_workers = 1
+
+    def prepare(self) -> float:
+        """Loads the kernel."""
+        from core.simulator import prepare_kernel
+
+        started = time.perf_counter()
+        prepare_kernel()
+        return time.perf_counter() - started
+
+    def map(
+        self,
+        function: TaskFunction[Task, Result],
+        tasks: Iterable[Task],
+        *,
+        should_stop: ShouldStop,
+    ) -> Iterator[Finished[Task, Result]]:
+        """Does all tasks in their order."""
+        for task in tasks:
+            if should_stop():
+                return
+            try:
+                result = function(task, should_stop)
+            except Cancelled:
+                return
+            yield Finished(task, result)
+
+    def close(self) -> None:
+        """There is nothing to let go of."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

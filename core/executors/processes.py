@@ -1,0 +1,254 @@
+"""Tasks in worker processes on this machine: the default."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from queue import Empty, SimpleQueue
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+from core.executors.answers import ask, open_answer
+from core.executors.executor import (
+    ATTEMPTS,
+    ExecutorError,
+    Finished,
+    ShouldStop,
+    TaskFunction,
+)
+from core.executors.messages import Kind
+from core.executors.window import Window, window_length
+from core.executors.worker_process import Event, WorkerProcess
+from core.processors import available_processors
+
+__all__ = ["MAX_WORKERS", "ProcessExecutor"]
+
+MAX_WORKERS = 1024
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+_POLL = 0.05  # [s] between two questions whether to stop
+_DEPTH = 2  # tasks per worker: the one it does, and the next, so that it never waits
+_GIVING_UP = 0.3  # [s] until a worker that does not give up its task is killed
+_STARTS = 3  # workers that end one after the other before they are ready
+
+
+class ProcessExecutor:
+    """Does tasks in processes; see `core.executors.executor.Executor`.
+
+    They are started when they are first needed and stay warm from one `map` to the next. A
+    worker that dies is replaced, and harms no other.
+    """
+
+    name = "processes"
+
+    def __init__(self, workers: int | None = None) -> None:
+        """Starts nothing yet.
+
+        Args:
+            workers: How many processes; as many as there are processors if None.
+
+        Raises:
+            ExecutorError: If the number is out of bounds.
+        """
+        count = available_processors() if workers is None else workers
+        if not 1 <= count <= MAX_WORKERS:
+            raise ExecutorError(f"{count} workers cannot be had; allowed: 1 … {MAX_WORKERS}")
+        self.num_workers = count
+        self._workers: list[WorkerProcess | None] = [None] * count
+        self._events: SimpleQueue[Event] = SimpleQueue()
+        self._at_work = threading.Lock()
+        self._round = 0
+        self._failed_starts = 0
+        self._closed = False
+
+    def prepare(self) -> float:
+        """Starts all workers and waits until each has loaded the kernel; the time taken [s]."""
+        started = time.perf_counter()
+        with self._only_caller():
+            self._compile_kernel(_never)
+            while not all(worker is not None and worker.ready for worker in self._workers):
+                for place, worker in enumerate(self._workers):
+                    self._workers[place] = worker or self._start()
+                if (event := self._next_event()) is not None:
+                    self._note_life(event)
+        return time.perf_counter() - started
+
+    def map(
+        self,
+        function: TaskFunction[Task, Result],
+        tasks: Iterable[Task],
+        *,
+        should_stop: ShouldStop,
+    ) -> Iterator[Finished[Task, Result]]:
+        """Does all tasks; see `core.executors.executor.Executor.map`."""
+        window = Window(tasks, window_length(self.num_workers))
+        with self._only_caller():
+            self._round += 1
+            try:
+                if self._compile_kernel(should_stop):
+                    yield from self._work(function, window, should_stop)
+            finally:
+                self._give_up()
+
+    def close(self) -> None:
+        """Ends the workers, whatever they are at, for good."""
+        self._closed = True
+        workers = [worker for worker in self._workers if worker is not None]
+        self._workers = [None] * self.num_workers
+        for worker in workers:
+            worker.close()
+        for worker in workers:
+            worker.how_it_ended()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @contextmanager
+    def _only_caller(self) -> Iterator[None]:
+        if not self._at_work.acquire(blocking=False):
+            raise ExecutorError("the worker processes are at work for another caller")
+        try:
+            yield
+        finally:
+            self._at_work.release()
+
+    def _compile_kernel(self, should_stop: ShouldStop) -> bool:
+        """Compiles the kernel once for all workers; False if asked to stop meanwhile."""
+        from core.simulator import kernel_is_cached, prepare_kernel
+
+        if kernel_is_cached():
+            return True
+        thread = threading.Thread(target=prepare_kernel, daemon=True)
+        thread.start()
+        while thread.is_alive():
+            if should_stop():
+                return False
+            thread.join(_POLL)
+        return True
+
+    def _work(
+        self,
+        function: TaskFunction[Task, Result],
+        window: Window[Task],
+        should_stop: ShouldStop,
+    ) -> Iterator[Finished[Task, Result]]:
+        while not should_stop():
+            self._hand_out(function, window)
+            if window.done:
+                return
+            event = self._next_event()
+            if event is not None:
+                yield from self._note(event, window)
+
+    def _hand_out(self, function: TaskFunction[Task, Result], window: Window[Task]) -> None:
+        """Gives every worker what it lacks, and starts those that are missing."""
+        for depth in range(_DEPTH):
+            for place, worker in enumerate(self._workers):
+                if worker is not None and len(worker.pending) > depth:
+                    continue
+                attempt = window.take()
+                if attempt is None:
+                    return
+                message = ask(self._round, attempt.number, function, attempt.task)
+                worker = self._workers[place] = worker or self._start()
+                worker.do(message)
+
+    def _start(self) -> WorkerProcess:
+        if self._closed:
+            raise ExecutorError("the worker processes have been ended")
+        return WorkerProcess(self._events)
+
+    def _next_event(self) -> Event | None:
+        try:
+            return self._events.get(timeout=_POLL)
+        except Empty:
+            return None
+
+    def _note(self, event: Event, window: Window[Task]) -> Iterator[Finished[Task, Any]]:
+        """What an event means for the tasks."""
+        worker, message = event
+        if worker not in self._workers:
+            return
+        self._note_life(event)
+        if message is None:
+            yield from self._note_death(worker, window)
+        elif message.round == self._round:
+            worker.pending.remove(message.number)
+            yield Finished(window.finish(message.number), open_answer(message))
+
+    def _note_life(self, event: Event) -> None:
+        """What an event means for the worker.
+
+        Raises:
+            ExecutorError: If it is the last of several that ended before they could work.
+        """
+        worker, message = event
+        if message is None:
+            self._forget(worker)
+        elif message.kind is Kind.READY:
+            worker.ready = True
+            self._failed_starts = 0
+
+    def _forget(self, worker: WorkerProcess) -> None:
+        """Lets another one take the place of a worker that has ended."""
+        if worker not in self._workers:
+            return
+        self._workers[self._workers.index(worker)] = None
+        how = worker.how_it_ended()
+        if not worker.ready:
+            self._failed_starts += 1
+        if self._failed_starts >= _STARTS:
+            raise ExecutorError(
+                f"worker processes cannot be started: the last one {how} before its first task; "
+                "what it said stands on standard error"
+            )
+
+    def _note_death(
+        self, worker: WorkerProcess, window: Window[Task]
+    ) -> Iterator[Finished[Task, Any]]:
+        """The task it was at has cost a worker, those that waited behind it have not."""
+        if worker.ready and worker.pending:
+            number = worker.pending.popleft()
+            if not window.note_death(number):
+                told = f"its worker died {ATTEMPTS} times, the last one {worker.how_it_ended()}"
+                yield Finished(window.finish(number), None, told)
+        while worker.pending:
+            window.put_back(worker.pending.popleft())
+
+    def _give_up(self) -> None:
+        """Makes the workers give up what they are at; those that do not are killed."""
+        deadline = time.monotonic() + _GIVING_UP
+        for worker in self._busy():
+            worker.stop(self._round)
+            if not worker.ready:
+                worker.pending.clear()  # it hears this before its first task
+        while self._busy() and time.monotonic() < deadline:
+            if (event := self._next_event()) is None:
+                continue
+            self._note_life(event)
+            if event.message is None:
+                event.worker.pending.clear()
+            elif event.message.round == self._round:
+                event.worker.pending.remove(event.message.number)
+        for worker in self._busy():
+            worker.kill()
+            self._forget(worker)
+
+    def _busy(self) -> list[WorkerProcess]:
+        return [worker for worker in self._workers if worker is not None and worker.pending]
+
+
+def _never() -> bool:
+    return False

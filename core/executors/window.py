@@ -1,0 +1,95 @@
+"""Which task comes next: taken lazily, tried again where a worker died."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from typing import Generic, NamedTuple, TypeVar
+
+from core.executors.executor import AHEAD, ATTEMPTS
+
+__all__ = ["Attempt", "Window", "window_length"]
+
+Task = TypeVar("Task")
+
+_PER_WORKER = 4
+
+
+def window_length(num_workers: int) -> int:
+    """How far tasks may be taken beyond the oldest that is not finished."""
+    return max(AHEAD, _PER_WORKER * num_workers)
+
+
+class Attempt(NamedTuple, Generic[Task]):
+    """A task to be begun.
+
+    Attributes:
+        number: The place of the task among all of them.
+        task: The task.
+        is_last: Whether it is not tried again if its worker dies.
+    """
+
+    number: int
+    task: Task
+    is_last: bool = False
+
+
+class Window(Generic[Task]):
+    """The tasks that have been taken and are not finished."""
+
+    def __init__(self, tasks: Iterable[Task], length: int) -> None:
+        """Takes nothing yet.
+
+        Args:
+            tasks: All tasks.
+            length: How far they may be taken beyond the oldest that is not finished.
+        """
+        self._source = iter(tasks)
+        self._length = length
+        self._unfinished: dict[int, Task] = {}
+        self._deaths: dict[int, int] = {}
+        self._again: deque[int] = deque()
+        self._num_taken = 0
+        self._exhausted = False
+
+    @property
+    def done(self) -> bool:
+        """Whether all tasks are finished; known once `take` has given None."""
+        return self._exhausted and not self._unfinished
+
+    def take(self) -> Attempt[Task] | None:
+        """The task to begin now, None if there is none or the oldest must be finished first."""
+        if self._again:
+            number = self._again.popleft()
+            is_last = self._deaths.get(number, 0) == ATTEMPTS - 1
+            return Attempt(number, self._unfinished[number], is_last)
+        if self._exhausted or self._is_full():
+            return None
+        for task in self._source:
+            number = self._num_taken
+            self._num_taken += 1
+            self._unfinished[number] = task
+            return Attempt(number, task)
+        self._exhausted = True
+        return None
+
+    def finish(self, number: int) -> Task:
+        """The task of this number, which is finished."""
+        self._deaths.pop(number, None)
+        return self._unfinished.pop(number)
+
+    def put_back(self, number: int) -> None:
+        """Notes that a task was not begun, through no fault of its own."""
+        self._again.append(number)
+
+    def note_death(self, number: int) -> bool:
+        """Notes that a worker died at this task; whether the task is to be tried again."""
+        deaths = self._deaths.get(number, 0) + 1
+        self._deaths[number] = deaths
+        if deaths < ATTEMPTS:
+            self._again.append(number)
+        return deaths < ATTEMPTS
+
+    def _is_full(self) -> bool:
+        oldest = next(iter(self._unfinished), self._num_taken)
+        return self._num_taken - oldest >= self._length

@@ -1,0 +1,116 @@
+"""One worker process, as seen from the process that started it.
+
+It is a fresh interpreter that loads this package and nothing of the script that started it:
+a script needs no `if __name__ == "__main__"`, and threads of the service are not copied. It
+has one pipe for tasks and one for results, both held by nobody else, so that the end of
+either process ends the other's reading, be it in the middle of a result.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections import deque
+from contextlib import suppress
+from queue import SimpleQueue
+from typing import BinaryIO, NamedTuple, cast
+
+from core.executors.messages import Kind, Message, read_message, write_message
+
+__all__ = ["Event", "WorkerProcess"]
+
+_PROGRAM = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
+    "from core.executors.worker import serve; serve()"
+)
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_PATIENCE = 2.0  # [s] until a process that should end by itself is killed
+
+
+class Event(NamedTuple):
+    """Something a worker says; None is its end."""
+
+    worker: WorkerProcess
+    message: Message | None
+
+
+class WorkerProcess:
+    """A worker process.
+
+    Attributes:
+        ready: Whether it has loaded the kernel.
+        pending: Numbers of the tasks it has been given, in the order in which it does them.
+    """
+
+    def __init__(self, events: SimpleQueue[Event]) -> None:
+        """Starts it, without waiting for it.
+
+        Args:
+            events: Where what it says is put.
+        """
+        self.ready = False
+        self.pending: deque[int] = deque()
+        path = json.dumps([os.path.abspath(entry) for entry in sys.path])
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", _PROGRAM, path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=_environment(),
+        )
+        self._requests = cast("BinaryIO", self._process.stdin)
+        self._replies = cast("BinaryIO", self._process.stdout)
+        threading.Thread(target=self._listen, args=(events,), daemon=True).start()
+
+    def do(self, asked: Message) -> None:
+        """Gives it a task, to be done after those it has."""
+        self.pending.append(asked.number)
+        self._tell(asked)
+
+    def stop(self, round: int) -> None:
+        """Asks it to give up all tasks up to this round."""
+        self._tell(Message(Kind.STOP, round))
+
+    def close(self) -> None:
+        """Lets it end, which it does at once."""
+        with suppress(OSError):
+            self._requests.close()
+
+    def kill(self) -> None:
+        """Ends it whatever it does."""
+        self._process.kill()
+        self.close()
+
+    def how_it_ended(self) -> str:
+        """Waits for its end, and says in words how it ended."""
+        self.close()
+        try:
+            status = self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            status = self._process.wait()
+        if status < 0:
+            return f"was killed by {signal.Signals(-status).name}"
+        return f"ended with exit status {status}"
+
+    def _tell(self, message: Message) -> None:
+        # Where it is gone or closed, its end is noted by the thread that listens to it.
+        with suppress(OSError, ValueError):
+            write_message(self._requests, message)
+
+    def _listen(self, events: SimpleQueue[Event]) -> None:
+        with self._replies:
+            while (message := read_message(self._replies)) is not None:
+                events.put(Event(self, message))
+        events.put(Event(self, None))
+
+
+def _environment() -> dict[str, str]:
+    """One thread each, and the same folder of machine code."""
+    from core.kernel.cache import ROOT_VARIABLE, cache_root
+
+    threads = dict.fromkeys(_THREAD_VARIABLES, "1")
+    return {**os.environ, **threads, ROOT_VARIABLE: str(cache_root())}

@@ -1,0 +1,13 @@
+"""How many processors there are."""
+
+from __future__ import annotations
+
+import os
+
+__all__ = ["available_processors"]
+
+
+def available_processors() -> int:
+    """How many processors this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -1,0 +1,85 @@
+"""Functions that workers do in tests: module-level, so that every engine finds them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+from core.exceptions import FieldError, ScenarioError
+from core.executors import Cancelled
+from core.simulator import simulate
+from recordings.state_hash import state_hash
+
+
+def square(task, should_stop):
+    return task * task
+
+
+def hash_of(scenario, should_stop):
+    return state_hash(simulate(scenario))
+
+
+def wait_until_asked(task, should_stop):
+    """Leaves a sign that it has begun, then works on until it is to give up."""
+    Path(task).touch()
+    while not should_stop():
+        time.sleep(0.001)
+    raise Cancelled
+
+
+def never_listen(task, should_stop):
+    time.sleep(60.0)
+
+
+def refuse_odd(task, should_stop):
+    if task % 2:
+        error = FieldError(field="object.mass", value=-1.0, limit="> 0", message=f"{task} is odd")
+        raise ScenarioError([error])
+    return task
+
+
+def give_a_lock(task, should_stop):
+    return threading.Lock()
+
+
+def print_and_read(task, should_stop):
+    """Prints, and reads what there is: neither may reach the pipes of the engine."""
+    print("x" * 100_000)
+    os.write(1, b"y" * 100_000)
+    return os.read(0, 10)
+
+
+def die_as_told(task, should_stop):
+    """A task is (number, file): with a file it kills its worker once for every letter in it."""
+    number, path = task
+    if path is not None:
+        left = Path(path).read_text()
+        if left:
+            Path(path).write_text(left[1:])
+            os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def give_much(task, should_stop):
+    """Says who does it, and gives more than a pipe holds."""
+    Path(task).write_text(str(os.getpid()))
+    return bytes(5_000_000)
+
+
+def process_id(task, should_stop):
+    return os.getpid()
+
+
+def thread_setting(task, should_stop):
+    return {name: os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+
+
+def wait_for_the_first(task, should_stop):
+    """The task with a sign goes on until it is to give up, all others end at once."""
+    number, sign = task
+    if sign is not None:
+        wait_until_asked(sign, should_stop)
+    return number

@@ -1,0 +1,299 @@
+"""Engines: the same results everywhere, no task lost or done twice, and an end when asked."""
+
+import itertools
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from core.exceptions import ScenarioError
+from core.executors import AHEAD, ExecutorError, make_executor
+from core.loading import load_scenario, with_values
+from tests.core import executor_tasks as work
+
+PATIENCE = 30.0
+
+SCRIPT = """
+import sys
+from core.executors import make_executor
+from tests.core.executor_tasks import process_id, wait_until_asked
+
+executor = make_executor("processes", workers=1)
+for finished in executor.map(process_id, [0], should_stop=lambda: False):
+    print(finished.result, flush=True)
+list(executor.map(wait_until_asked, [sys.argv[1]], should_stop=lambda: False))
+"""
+
+
+def go_on():
+    return False
+
+
+@pytest.fixture(scope="module")
+def pool():
+    with make_executor("processes", workers=2) as executor:
+        executor.prepare()
+        yield executor
+
+
+@pytest.fixture(params=["inline", "processes"])
+def engine(request, pool):
+    return pool if request.param == "processes" else make_executor("inline")
+
+
+def scenarios():
+    """Runs that hold, slide and separate, short ones."""
+    base = with_values(load_scenario("paper-case-2"), {"simulation.duration": 0.2})
+    for k in range(6):
+        values = {"fingers.0.friction": 0.1 + 0.05 * k, "object.mass": 0.7 + 0.2 * k}
+        yield with_values(base, values)
+
+
+def outcome_of(executor, function, tasks, should_stop=go_on):
+    """All that is finished, by task."""
+    done = list(executor.map(function, tasks, should_stop=should_stop))
+    found = {finished.task: finished for finished in done}
+    assert len(found) == len(done), "a task was finished twice"
+    return found
+
+
+def test_every_engine_gives_the_same_bits(pool):
+    tasks = list(scenarios())
+    expected = [work.hash_of(task, go_on) for task in tasks]
+    with make_executor("processes", workers=1) as one_worker:
+        for executor in (make_executor("inline"), one_worker, pool):
+            done = executor.map(work.hash_of, tasks, should_stop=go_on)
+            hashes = {tasks.index(finished.task): finished.result for finished in done}
+            assert [hashes[place] for place in range(len(tasks))] == expected
+
+
+def test_every_task_is_done_once(engine):
+    done = outcome_of(engine, work.square, range(500))
+    assert {task: finished.result for task, finished in done.items()} == {
+        task: task * task for task in range(500)
+    }
+
+
+def test_no_task_is_no_work(engine):
+    assert outcome_of(engine, work.square, []) == {}
+
+
+def test_an_error_of_the_function_comes_back_as_it_was(engine):
+    with pytest.raises(ScenarioError, match="1 is odd") as caught:
+        list(engine.map(work.refuse_odd, range(10), should_stop=go_on))
+    assert caught.value.errors[0].field == "object.mass"
+    assert outcome_of(engine, work.refuse_odd, [4])[4].result == 4
+
+
+def test_an_error_tells_where_in_the_worker_it_was_raised(pool):
+    with pytest.raises(ScenarioError) as caught:
+        list(pool.map(work.refuse_odd, [1], should_stop=go_on))
+    assert "in refuse_odd" in caught.value.__notes__[0]
+
+
+def test_a_result_that_cannot_be_sent_is_an_error_and_no_hang(pool):
+    with pytest.raises(TypeError, match="lock"):
+        list(pool.map(work.give_a_lock, [0], should_stop=go_on))
+
+
+def test_what_a_task_prints_and_reads_does_not_disturb_the_engine(pool):
+    done = outcome_of(pool, work.print_and_read, range(3))
+    assert [finished.result for finished in done.values()] == [b"", b"", b""]
+
+
+def test_workers_stay_warm_between_two_maps(pool):
+    processes = set()
+    for _ in range(3):
+        done = outcome_of(pool, work.process_id, range(20))
+        processes |= {finished.result for finished in done.values()}
+    assert len(processes) <= pool.num_workers
+    assert os.getpid() not in processes
+
+
+def test_workers_use_one_thread_each(pool):
+    settings = outcome_of(pool, work.thread_setting, [0])[0].result
+    assert set(settings.values()) == {"1"}
+
+
+def test_an_interrupt_of_the_terminal_is_left_to_the_caller(pool):
+    before = {done.result for done in outcome_of(pool, work.process_id, range(20)).values()}
+    for process in before:
+        os.kill(process, signal.SIGINT)
+    after = {done.result for done in outcome_of(pool, work.process_id, range(20)).values()}
+    assert after <= before
+
+
+def test_tasks_are_done_from_any_thread(pool):
+    with ThreadPoolExecutor(1) as thread:
+        done = thread.submit(outcome_of, pool, work.square, range(5)).result()
+    assert len(done) == 5
+
+
+def test_the_task_of_a_killed_worker_is_tried_again(pool, tmp_path):
+    deaths = tmp_path / "deaths"
+    deaths.write_text("x")
+    tasks = [(number, str(deaths) if number == 5 else None) for number in range(40)]
+    done = outcome_of(pool, work.die_as_told, tasks)
+    assert {finished.result for finished in done.values()} == set(range(40))
+    assert deaths.read_text() == ""
+
+
+def test_a_task_that_always_kills_its_worker_fails_and_the_others_finish(pool, tmp_path):
+    deaths = tmp_path / "deaths"
+    deaths.write_text("xxxxx")
+    tasks = [(number, str(deaths) if number == 5 else None) for number in range(40)]
+    done = outcome_of(pool, work.die_as_told, tasks)
+    failed = [finished for finished in done.values() if finished.failure]
+    assert [finished.task[0] for finished in failed] == [5]
+    assert failed[0].result is None
+    assert "died 3 times" in failed[0].failure and "SIGKILL" in failed[0].failure
+    assert len(done) == 40 and len(deaths.read_text()) == 2
+
+
+def test_a_worker_killed_in_the_middle_of_a_result_costs_only_time(pool, tmp_path):
+    path = tmp_path / "worker"
+    killed = threading.Event()
+
+    def kill_while_it_sends():
+        while not (path.exists() and path.read_text()):
+            time.sleep(0.0005)
+        os.kill(int(path.read_text()), signal.SIGKILL)
+        killed.set()
+
+    killer = threading.Thread(target=kill_while_it_sends)
+    killer.start()
+    done = outcome_of(pool, work.give_much, [str(path)])
+    killer.join()
+    assert killed.is_set()
+    assert len(done[str(path)].result) == 5_000_000
+
+
+@pytest.mark.parametrize(
+    ("function", "count"), [(work.wait_until_asked, 6), (work.never_listen, 1)]
+)
+def test_a_stop_ends_the_work_whether_tasks_listen_or_not(pool, tmp_path, function, count):
+    signs = [str(tmp_path / str(number)) for number in range(count)]
+    started = time.monotonic()
+    asked = itertools.count()
+    assert outcome_of(pool, function, signs, lambda: next(asked) > 10) == {}
+    assert time.monotonic() - started < PATIENCE
+    assert outcome_of(pool, work.square, [7])[7].result == 49
+
+
+def test_leaving_the_iteration_frees_the_workers(pool):
+    endless = pool.map(work.square, itertools.count(), should_stop=go_on)
+    assert {next(endless).result for _ in range(10)} <= {k * k for k in range(AHEAD)}
+    endless.close()
+    assert outcome_of(pool, work.square, [7])[7].result == 49
+
+
+def test_tasks_are_taken_only_as_the_oldest_unfinished_one_allows(pool, tmp_path):
+    taken, silence = [], itertools.count()
+    tasks = (taken.append(k) or (k, str(tmp_path / "sign") if k == 0 else None) for k in range(999))
+    finished = 0
+
+    def stop_after_a_silence():
+        nonlocal silence, finished
+        if len(done) > finished:
+            finished, silence = len(done), itertools.count()
+        return next(silence) > 20
+
+    done = []
+    for result in pool.map(work.wait_for_the_first, tasks, should_stop=stop_after_a_silence):
+        done.append(result.task[0])
+    assert 0 not in done and len(done) >= AHEAD - 2
+    assert len(taken) == AHEAD
+
+
+def test_a_second_caller_is_told_to_wait(pool):
+    first = pool.map(work.square, range(3), should_stop=go_on)
+    next(first)
+    with pytest.raises(ExecutorError, match="at work for another caller"):
+        list(pool.map(work.square, range(3), should_stop=go_on))
+    first.close()
+
+
+def test_a_function_of_the_script_itself_is_refused(pool, monkeypatch):
+    monkeypatch.setattr(work.square, "__module__", "__main__")
+    with pytest.raises(ExecutorError, match="put it into a module"):
+        list(pool.map(work.square, [1], should_stop=go_on))
+
+
+def test_workers_that_cannot_start_are_an_error_and_no_endless_loop(monkeypatch):
+    monkeypatch.setattr(sys, "executable", shutil.which("false"))
+    with (
+        make_executor("processes", workers=1) as executor,
+        pytest.raises(ExecutorError, match="ended with exit status 1 before its first task"),
+    ):
+        list(executor.map(work.square, [1], should_stop=go_on))
+
+
+def test_a_closed_engine_starts_no_workers():
+    executor = make_executor("processes", workers=1)
+    executor.close()
+    with pytest.raises(ExecutorError, match="have been ended"):
+        list(executor.map(work.square, [1], should_stop=go_on))
+
+
+def test_a_killed_script_leaves_no_workers_behind_and_needs_no_main_guard(tmp_path):
+    script, sign = tmp_path / "script.py", tmp_path / "sign"
+    script.write_text(SCRIPT)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, str(script), str(sign)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        worker = int(process.stdout.readline())
+        await_condition(sign.exists)
+        process.kill()
+    await_condition(lambda: not is_alive(worker))
+
+
+def await_condition(holds):
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def is_alive(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("specification", "workers", "words"),
+    [
+        ("threads", None, "'threads' is no executor; choose one of processes, inline, dask"),
+        ("dask://", None, "is no executor"),
+        ("dask://host:port", None, "is no executor"),
+        ("", None, "'' is no executor"),
+        ("x" * 1000, None, "x' is no executor"),
+        ("processes", 0, "0 workers cannot be had; allowed: 1 … 1024"),
+        ("processes", 2000, "2000 workers cannot be had"),
+        ("dask", 0, "0 workers cannot be had"),
+        ("inline", 2, "'inline' has a fixed number of workers"),
+        ("dask://localhost:8786", 2, "has a fixed number of workers"),
+    ],
+)
+def test_what_is_no_engine_is_refused_in_one_sentence(specification, workers, words):
+    with pytest.raises(ExecutorError) as caught:
+        make_executor(specification, workers=workers)
+    assert words in str(caught.value) and len(str(caught.value)) < 200
+
+
+def test_dask_that_is_not_installed_is_said_so(monkeypatch):
+    monkeypatch.setattr("core.executors.dask_cluster.find_spec", lambda name: None)
+    with pytest.raises(ExecutorError, match=r"pip install 'slipgrasp\[dask\]'"):
+        make_executor("dask")
+
+
+def test_as_many_workers_as_processors_by_default():
+    assert make_executor("processes").num_workers == len(os.sched_getaffinity(0))
