@@ -15,7 +15,7 @@ from recordings.exceptions import (
 )
 from recordings.file_lock import try_lock
 
-__all__ = ["PART_SUFFIX", "atomic_file", "part_of"]
+__all__ = ["PART_SUFFIX", "atomic_file", "part_of", "sync_folder"]
 
 PART_SUFFIX = ".part"
 RECORDING_PART = ".mcap.part"
@@ -67,7 +67,7 @@ def atomic_file(
                 stream.close()  # elsewhere only a closed file can be renamed
             part.replace(path)
             complete = True
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
     except OSError as error:
         raise RecordingWriteError(path, _words(error)) from error
     finally:
@@ -108,7 +108,7 @@ def _words_for_existing(part: Path) -> str:
     )
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Makes the new name itself survive a power cut; only POSIX systems can."""
     if os.name != "posix":
         return

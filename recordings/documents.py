@@ -32,6 +32,7 @@ __all__ = [
     "SCENARIO_ATTACHMENT",
     "START",
     "STOP",
+    "STUDY_PROFILE",
     "Ending",
     "documents_hash",
     "parameter_templates",
@@ -47,6 +48,7 @@ __all__ = [
 ]
 
 PROFILE = "slipgrasp"
+STUDY_PROFILE = "slipgrasp-study"
 START = "slipgrasp/start"
 STOP = "slipgrasp/stop"
 SCENARIO_ATTACHMENT = "scenario.json"

@@ -6,13 +6,14 @@ which people who see no red could hardly tell apart.
 
 from __future__ import annotations
 
-from core.types import ContactPhase
+from core.types import ContactPhase, Outcome
 
 __all__ = [
     "CONE",
     "FINGERS",
     "GHOST",
     "GROUND",
+    "HELD",
     "JOINT",
     "LINK",
     "MARK",
@@ -20,6 +21,7 @@ __all__ = [
     "MUTED",
     "OBJECT",
     "OBJECT_EDGE",
+    "OUTCOMES",
     "PHASES",
     "SHADE",
     "Rgb",
@@ -56,3 +58,20 @@ MUTED: Rgb = (120, 128, 140)
 MARK: Rgb = (30, 30, 30)
 SHADE: Rgb = (230, 97, 0)
 """Behind a chart while any contact slips."""
+
+HELD: Rgb = PHASES[ContactPhase.STICK]
+"""Runs of a study that hold the object; the darkest of a map, also in print without colours."""
+OUTCOMES: dict[Outcome, Rgb] = {
+    Outcome.COMPLETED: (240, 160, 90),
+    Outcome.LEFT_FACE: (236, 178, 216),
+    Outcome.SEPARATED: (247, 228, 150),
+    Outcome.CHATTERING: (126, 200, 170),
+    Outcome.INCONSISTENT: (190, 190, 196),
+    Outcome.DIVERGED: (222, 132, 104),
+    Outcome.SINGULAR: (172, 156, 210),
+    Outcome.LIMIT: (160, 200, 228),
+    Outcome.STOPPED: (226, 228, 232),
+    Outcome.RECOVERED: (226, 228, 232),
+    Outcome.FAILED: (250, 250, 250),
+}
+"""Runs of a study that do not hold it, by how they ended; completed means that it slips on."""

@@ -18,7 +18,7 @@ from core.result import RunResult
 from core.trace import TraceShape
 from recordings.chunks import layouts_of
 from recordings.contents import Contents
-from recordings.documents import PROFILE, START, read_shape
+from recordings.documents import PROFILE, START, STUDY_PROFILE, read_shape
 from recordings.exceptions import (
     AlteredRecordingError,
     DamagedRecordingError,
@@ -193,6 +193,9 @@ class _Reading:
     def _check_header(self, header: object) -> None:
         if not isinstance(header, Header):
             raise self._damaged("it does not start with a header")
+        if header.profile == STUDY_PROFILE:
+            finding = "it is a study; 'slipgrasp rebuild' makes a recording of one of its runs"
+            raise ForeignRecordingError(self._name, finding)
         if header.profile != PROFILE:
             finding = f"it is an MCAP file of another program ({header.library[:40]!r})"
             raise ForeignRecordingError(self._name, finding)

@@ -25,6 +25,7 @@ from recordings.exceptions import (
     RecordingNotFoundError,
     RecordingWriteError,
 )
+from recordings.identifiers import ID
 from recordings.reader import read_recording
 from recordings.stored_run import StoredRun
 
@@ -32,7 +33,6 @@ __all__ = ["RunFolder", "Sidecar", "iso_time"]
 
 MAX_SIDECAR_BYTES = 1 << 25
 
-_ID = re.compile(r"[a-z0-9]{12}")
 _HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
@@ -71,7 +71,7 @@ class RunFolder:
 
     def holds(self, run_id: str) -> bool:
         """Whether there is such a run; whatever the id looks like, nothing outside is one."""
-        if not _ID.fullmatch(run_id):
+        if not ID.fullmatch(run_id):
             return False
         path = self.recording(run_id)
         return path.is_file() and not path.is_symlink()
@@ -83,7 +83,7 @@ class RunFolder:
             with os.scandir(self.path) as entries:
                 for entry in entries:
                     run_id, _, kind = entry.name.partition(".")
-                    if kind in stamps and _ID.fullmatch(run_id):
+                    if kind in stamps and ID.fullmatch(run_id):
                         stamps[kind][run_id] = _stamp(entry)
         except (FileNotFoundError, NotADirectoryError):
             return {}

@@ -81,6 +81,7 @@ class RecordScanner:
         name: What to call it in errors.
         is_wanted: Whether the messages of a channel are to be given; all others are counted.
         unfinished: Whether the file may end anywhere; it then is damaged where it ends.
+        max_record_bytes: How long a record may be that is no chunk.
     """
 
     def __init__(
@@ -90,11 +91,13 @@ class RecordScanner:
         is_wanted: Callable[[int], bool],
         *,
         unfinished: bool = False,
+        max_record_bytes: int = MAX_RECORD_BYTES,
     ) -> None:
         self._stream = stream
         self._name = name
         self._is_wanted = is_wanted
         self._tail = 0 if unfinished else _TAIL_BYTES
+        self._max_record_bytes = max_record_bytes
         self._size = os.fstat(stream.fileno()).st_size
         self._offset = 0
         self._checksum = 0
@@ -159,7 +162,7 @@ class RecordScanner:
         if self._size - self._offset < _RECORD_HEAD.size + self._tail:
             raise self._damaged("its data end too early")
         opcode, length = _RECORD_HEAD.unpack(self._read(_RECORD_HEAD.size))
-        limit = 2 * MAX_CHUNK_BYTES if opcode == Opcode.CHUNK else MAX_RECORD_BYTES
+        limit = 2 * MAX_CHUNK_BYTES if opcode == Opcode.CHUNK else self._max_record_bytes
         if length > min(limit, self._size - self._offset - self._tail):
             raise self._damaged(f"a record claims to be {length} bytes long")
         return opcode, self._read(length)

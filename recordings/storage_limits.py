@@ -46,13 +46,15 @@ class StorageLimits:
 
 
 def _bytes_in(folder: Path) -> int:
-    """Sizes of the files in a folder, also of those that are still being written."""
+    """Sizes of the files in a folder and below, also of those that are still being written."""
     total = 0
     with os.scandir(folder) as entries:
         for entry in entries:
             try:
                 if entry.is_file(follow_symlinks=False):
                     total += entry.stat(follow_symlinks=False).st_size
+                elif entry.is_dir(follow_symlinks=False):
+                    total += _bytes_in(Path(entry))
             except FileNotFoundError:
                 continue
     return total

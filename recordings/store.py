@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import logging
 import os
-import secrets
-import string
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -20,6 +18,7 @@ import platformdirs
 
 from core.result import RunResult
 from recordings.annotations import Annotations
+from recordings.atomic_file import atomic_file
 from recordings.description import Description
 from recordings.exceptions import (
     RecordingChangedError,
@@ -27,6 +26,7 @@ from recordings.exceptions import (
     RecordingWriteError,
 )
 from recordings.file_lock import try_lock
+from recordings.identifiers import IdSource
 from recordings.reader import read_recording
 from recordings.run_folder import RunFolder, iso_time
 from recordings.run_index import FoundRuns, RunIndex
@@ -39,10 +39,6 @@ from recordings.writer import write_recording
 __all__ = ["RecordingStore", "Reservation", "StoredRun", "default_data_directory"]
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
-
-_DIGITS = string.digits + string.ascii_lowercase
-_TIME_DIGITS = 8
-_RANDOM_DIGITS = 4
 
 _logger = logging.getLogger(__name__)
 
@@ -78,8 +74,7 @@ class RecordingStore:
         self._folder = RunFolder(folder)
         self._index = RunIndex(self._folder)
         self._limits = limits or StorageLimits()
-        self._last_stamp = 0
-        self._lock = Lock()
+        self._ids = IdSource()
         self._change_lock = Lock()
 
     def prepare(self) -> None:
@@ -100,20 +95,25 @@ class RecordingStore:
         """Closes what the store keeps open; it can still be used."""
         self._index.close()
 
-    def reserve(self, incoming: int = 0) -> Reservation:
+    def reserve(self, incoming: int = 0, *, run_id: str | None = None) -> Reservation:
         """Finds a place for a run, before it is simulated or sent.
 
         Args:
             incoming: Bytes of its recording, as far as known.
+            run_id: An id from `new_id`, if it has one already.
 
         Raises:
             RecordingWriteError: If nothing can be saved.
             StorageFullError: If there is no room.
         """
+        self.check_room(incoming)
+        run_id = run_id or self.new_id()
+        return Reservation(run_id, self._folder.recording(run_id))
+
+    def check_room(self, incoming: int = 0) -> None:
+        """Finds out whether another run can be kept; raises as `reserve`."""
         self.prepare()
         self._limits.check(self._folder.path, incoming)
-        run_id = self._new_id(datetime.now(UTC))
-        return Reservation(run_id, self._folder.recording(run_id))
 
     def register(
         self, reservation: Reservation, result: RunResult, annotations: Annotations | None = None
@@ -126,6 +126,12 @@ class RecordingStore:
         Raises:
             RecordingNotFoundError: If its recording was not written, or is gone.
         """
+        description = Description.from_result(result)
+        return self._describe(reservation, description, annotations or Annotations())
+
+    def _describe(
+        self, reservation: Reservation, description: Description, annotations: Annotations
+    ) -> StoredRun:
         try:
             size = reservation.path.stat().st_size
         except FileNotFoundError:
@@ -135,8 +141,8 @@ class RecordingStore:
             reservation.path,
             created=iso_time(datetime.now(UTC)),
             size=size,
-            description=Description.from_result(result),
-            annotations=annotations or Annotations(),
+            description=description,
+            annotations=annotations,
         )
         try:
             self._folder.write_sidecar(stored)
@@ -154,6 +160,26 @@ class RecordingStore:
         reservation = self.reserve()
         write_recording(result, reservation.path)
         return self.register(reservation, result)
+
+    def keep(
+        self, run_id: str, data: bytes, description: Description, annotations: Annotations
+    ) -> StoredRun:
+        """Keeps a recording that was made elsewhere; one of the same id is replaced.
+
+        Args:
+            run_id: Its id.
+            data: The bytes of the file, as `write_recording` makes them.
+            description: What is told of the run.
+            annotations: What is written about it.
+
+        Raises:
+            RecordingWriteError: If it cannot be written.
+            StorageFullError: If there is no room.
+        """
+        reservation = self.reserve(len(data), run_id=run_id)
+        with atomic_file(reservation.path, overwrite=True) as stream:
+            stream.write(data)
+        return self._describe(reservation, description, annotations)
 
     def upload(self, reservation: Reservation) -> Upload:
         """What takes a recording that is sent; `register` it once it is finished."""
@@ -243,29 +269,28 @@ class RecordingStore:
         self._index.forget(run_id)
         return changed
 
-    def delete(self, run_id: str) -> None:
+    def delete(self, run_id: str, *, expected: Collection[str] | None = None) -> None:
         """Removes a run for good.
+
+        Args:
+            run_id: The run.
+            expected: Revisions for which it is removed; any if None.
 
         Raises:
             RecordingNotFoundError: If there is none.
+            RecordingChangedError: If the run's revision is none of those expected.
             RecordingError: If it cannot be removed.
         """
         with self._change_lock:
             if not self._folder.holds(run_id):
                 raise RecordingNotFoundError(run_id)
+            if expected is not None and self._folder.read(run_id).revision not in expected:
+                raise RecordingChangedError(run_id)
             self._folder.delete(run_id)
 
-    def _new_id(self, now: datetime) -> str:
+    def new_id(self) -> str:
         """An id that sorts after all that this store has made before."""
-        with self._lock:
-            self._last_stamp = max(self._last_stamp + 1, int(now.timestamp() * 1000))
-            stamp = self._last_stamp
-        digits = []
-        for _ in range(_TIME_DIGITS):
-            stamp, digit = divmod(stamp, len(_DIGITS))
-            digits.append(_DIGITS[digit])
-        random = [secrets.choice(_DIGITS) for _ in range(_RANDOM_DIGITS)]
-        return "".join([*reversed(digits), *random])
+        return self._ids.new(datetime.now(UTC))
 
 
 def _is_being_written(path: Path) -> bool:

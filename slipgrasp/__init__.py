@@ -29,12 +29,18 @@ if TYPE_CHECKING:
     from core.scenario import Scenario
     from core.simulation import Simulation
     from core.simulator import simulate
+    from core.study.definition import Study
+    from core.study.loading import load_study, study_from_mapping
     from core.trace import SIGNALS, Trace
     from core.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
     from recordings.comparison import Comparison, IncomparableError, compare
     from recordings.exceptions import RecordingError
     from recordings.export import write_csv, write_npz, write_parquet
     from recordings.reader import read_recording as open_recording
+    from recordings.study.campaign import run_study
+    from recordings.study.rebuild import rebuild_run
+    from recordings.study.results import StudyResults
+    from recordings.study.results import read_results as open_study
     from recordings.verification import Verification, verify
     from recordings.writer import write_recording
 
@@ -56,16 +62,23 @@ __all__ = [
     "ScenarioError",
     "Simulation",
     "SlipgraspError",
+    "Study",
+    "StudyResults",
     "Trace",
     "Verification",
     "compare",
     "load_scenario",
+    "load_study",
     "open_recording",
+    "open_study",
     "preset_names",
+    "rebuild_run",
+    "run_study",
     "scenario_from_mapping",
     "scenario_to_toml",
     "simulate",
     "simulate_many",
+    "study_from_mapping",
     "verify",
     "with_values",
     "write_csv",
@@ -92,16 +105,23 @@ _ORIGINS = {
     "ScenarioError": "core.exceptions",
     "Simulation": "core.simulation",
     "SlipgraspError": "core.exceptions",
+    "Study": "core.study.definition",
+    "StudyResults": "recordings.study.results",
     "Trace": "core.trace",
     "Verification": "recordings.verification",
     "compare": "recordings.comparison",
     "load_scenario": "core.loading",
+    "load_study": "core.study.loading",
     "open_recording": "recordings.reader:read_recording",
+    "open_study": "recordings.study.results:read_results",
     "preset_names": "core.loading",
+    "rebuild_run": "recordings.study.rebuild",
+    "run_study": "recordings.study.campaign",
     "scenario_from_mapping": "core.loading",
     "scenario_to_toml": "core.loading",
     "simulate": "core.simulator",
     "simulate_many": "core.batch",
+    "study_from_mapping": "core.study.loading",
     "verify": "recordings.verification",
     "with_values": "core.loading",
     "write_csv": "recordings.export",

@@ -38,6 +38,7 @@ _STYLE: dict[Any, Any] = {
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
     "lines.linewidth": 1.1,
+    "hatch.linewidth": 0.45,
     "lines.solid_joinstyle": "round",
     "legend.fontsize": 8.0,
     "legend.frameon": False,

@@ -1,0 +1,1 @@
+"""Studies: thousands of runs from one scenario, their rows in one file."""

@@ -1,0 +1,143 @@
+"""Has the runs of a study simulated, and writes their rows in order, each exactly once."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from core.executors import Executor
+from core.study.definition import Study
+from recordings.study.documents import StudyEnd
+from recordings.study.member import MemberResult, MemberTask, lost_member, run_members
+from recordings.study.rows import StudyRow
+from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+
+__all__ = ["conduct"]
+
+Watch = Callable[[StudyRow], None]
+Keep = Callable[[MemberResult], str | None]
+
+
+def conduct(
+    study: Study,
+    executor: Executor,
+    writer: StudyWriter,
+    *,
+    should_stop: Callable[[], bool],
+    watch: Watch,
+    keep: Keep,
+) -> StudyEnd:
+    """Simulates the runs that the writer does not have yet.
+
+    Args:
+        study: The study.
+        executor: Who simulates.
+        writer: Where the rows go; it is not finished here.
+        should_stop: Asked about 20 times a second; True ends the study with the rows so far.
+        watch: Called with every new row once it is written.
+        keep: Called with every run whose recording is to be kept; gives its id, or None if
+            it could not be kept. It may be called again for a run whose row was lost.
+
+    Returns:
+        How it ended: ``cancelled`` if it was told to stop before its last row.
+
+    Raises:
+        ExecutorError: If there is nobody to simulate.
+        RecordingWriteError: If the rows cannot be written.
+    """
+    tasks = _Tasks(study, writer.num_rows)
+    rows = _OrderedRows(writer, watch, keep)
+    while tasks.has_more and not should_stop():
+        for done in executor.map(run_members, tasks, should_stop=should_stop):
+            if done.result is not None:
+                rows.take(done.result)
+            elif len(done.task.values) == 1:
+                failure = done.failure or "the worker gave no result"
+                rows.take([lost_member(done.task.first, done.task.values[0], failure)])
+            else:
+                tasks.split(done.task)
+    complete = writer.num_rows == study.num_runs
+    return StudyEnd(
+        state="completed" if complete else "cancelled",
+        runs=writer.num_rows,
+        outcomes=dict(sorted(writer.outcomes.items())),
+        message=rows.message,
+    )
+
+
+class _Tasks(Iterator[MemberTask]):
+    """The tasks of a study in order; single runs of a task that cannot be done come first."""
+
+    def __init__(self, study: Study, first: int) -> None:
+        self._study = study
+        self._next = first
+        self._singles: deque[MemberTask] = deque()
+
+    @property
+    def has_more(self) -> bool:
+        """Whether there is a task that was not handed out yet."""
+        return bool(self._singles) or self._next < self._study.num_runs
+
+    def __next__(self) -> MemberTask:
+        if self._singles:
+            return self._singles.popleft()
+        if self._next >= self._study.num_runs:
+            raise StopIteration
+        first = self._next
+        # Tasks are chunks of the file, also where a study goes on in the middle.
+        self._next = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._study.num_runs)
+        return self._task(first, self._next)
+
+    def split(self, task: MemberTask) -> None:
+        """Has the runs of a task tried one by one, so that the one that is at fault is found."""
+        end = task.first + len(task.values)
+        self._singles += [self._task(index, index + 1) for index in range(task.first, end)]
+
+    def _task(self, first: int, end: int) -> MemberTask:
+        return MemberTask(
+            first=first,
+            base=self._study.base,
+            values=tuple(self._study.values_of(index) for index in range(first, end)),
+            recordings=self._study.recordings,
+        )
+
+
+class _OrderedRows:
+    """Hands rows to the writer chunk by chunk in the order of their runs."""
+
+    def __init__(self, writer: StudyWriter, watch: Watch, keep: Keep) -> None:
+        self._writer = writer
+        self._watch = watch
+        self._keep = keep
+        self._waiting: dict[int, MemberResult] = {}
+        self._not_kept = 0
+
+    @property
+    def message(self) -> str:
+        """What else is to be said of the study."""
+        return f"{self._not_kept} recordings could not be kept" if self._not_kept else ""
+
+    def take(self, members: list[MemberResult]) -> None:
+        """Takes the rows of a task, and writes what is next."""
+        self._waiting |= {member.row.index: member for member in members}
+        while chunk := self._next_chunk():
+            rows = [self._kept(member) for member in chunk]
+            self._writer.add(rows)
+            for row in rows:
+                self._watch(row)
+
+    def _next_chunk(self) -> list[MemberResult]:
+        """The next chunk of the file, empty while one of its rows is missing."""
+        first = self._writer.num_rows
+        end = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._writer.num_runs)
+        if not all(index in self._waiting for index in range(first, end)):
+            return []
+        return [self._waiting.pop(index) for index in range(first, end)]
+
+    def _kept(self, member: MemberResult) -> StudyRow:
+        if member.recording is None:
+            return member.row
+        run_id = self._keep(member)
+        self._not_kept += run_id is None
+        return replace(member.row, recording=run_id)

@@ -1,0 +1,136 @@
+"""What stands at both ends of a study's file: its definition, and how it ended."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from typing import Any, Literal
+
+from mcap.records import Channel, Schema
+from pydantic import TypeAdapter, ValidationError
+
+from core.exceptions import ScenarioError
+from core.loading import preset_names, scenario_from_mapping
+from core.provenance import present_provenance
+from core.study.definition import Study
+from core.study.loading import study_from_mapping, study_to_mapping
+from recordings.documents import parse_json
+from recordings.study.rows import row_schema
+
+__all__ = [
+    "CHANNEL",
+    "DEFINITION",
+    "STUDY_FORMAT",
+    "STUDY_START",
+    "STUDY_STOP",
+    "TOPIC",
+    "StudyEnd",
+    "definition_document",
+    "read_definition",
+    "read_end",
+    "rows_channel",
+    "rows_schema",
+    "start_document",
+    "stop_document",
+]
+
+STUDY_FORMAT = 1
+STUDY_START = "slipgrasp/study/start"
+STUDY_STOP = "slipgrasp/study/stop"
+DEFINITION = "study.json"
+TOPIC = "/slipgrasp/study/runs"
+CHANNEL = 1
+
+State = Literal["completed", "cancelled", "failed"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyEnd:
+    """How a study ended.
+
+    Attributes:
+        state: ``completed`` if every run has a row, else why it ended before.
+        runs: How many rows it has.
+        outcomes: How many runs ended in each way.
+        message: What else is to be said, in a sentence; mostly empty.
+    """
+
+    state: State
+    runs: int
+    outcomes: dict[str, int]
+    message: str = ""
+
+
+def start_document(study: Study) -> dict[str, str]:
+    """Versions of format and program, the kernel, and what lists tell of a study."""
+    provenance = present_provenance()
+    return {
+        "format": str(STUDY_FORMAT),
+        "program": provenance.program,
+        "kernel": provenance.kernel,
+        "base": study.base_name,
+        "runs": str(study.num_runs),
+        "keys": json.dumps(study.keys),
+        "recordings": study.recordings,
+    }
+
+
+def definition_document(study: Study) -> bytes:
+    """The whole study as JSON: base, variation and what is kept."""
+    return json.dumps(study_to_mapping(study), ensure_ascii=False, indent=1).encode()
+
+
+def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
+    """The inverse of `definition_document`, validated.
+
+    Raises:
+        ValueError: If it is not valid.
+    """
+    try:
+        study = study_from_mapping(parse_json(document), scenario_from_mapping)
+    except ScenarioError as error:
+        raise ValueError(str(error)) from error
+    name = start.get("base", "")
+    return replace(study, base_name=name if name in preset_names() else "")
+
+
+def stop_document(end: StudyEnd, rows_hash: bytes) -> dict[str, str]:
+    """How the study ended, and the hash of all its rows."""
+    return {"end": json.dumps(asdict(end), ensure_ascii=False), "rows_hash": rows_hash.hex()}
+
+
+def read_end(document: Mapping[str, str]) -> StudyEnd:
+    """The inverse of `stop_document`.
+
+    Raises:
+        KeyError: If an entry is missing.
+        ValueError: If an entry is not what it should be.
+    """
+    try:
+        return _end_reader().validate_python(parse_json(document["end"]))
+    except ValidationError as error:
+        raise ValueError("how the study ended is malformed") from error
+
+
+def rows_schema() -> Schema:
+    """The schema of the rows; any program that reads JSON in MCAP can show them."""
+    data = json.dumps(row_schema()).encode()
+    return Schema(id=CHANNEL, name="slipgrasp.StudyRow", encoding="jsonschema", data=data)
+
+
+def rows_channel() -> Channel:
+    """The channel of the rows; the time of a message is the index of its run [ns]."""
+    return Channel(
+        id=CHANNEL,
+        topic=TOPIC,
+        message_encoding="json",
+        schema_id=CHANNEL,
+        metadata={"log_time": "index of the run, not a time"},
+    )
+
+
+@cache
+def _end_reader() -> TypeAdapter[Any]:
+    return TypeAdapter(StudyEnd)

@@ -1,0 +1,129 @@
+"""Simulates some runs of a study: a pure function of what it is handed, in any process."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from core.executors import Cancelled
+from core.result import RunResult
+from core.scenario import Scenario
+from core.simulation import Simulation
+from core.simulator import prepare_kernel, run_to_end
+from core.study.definition import KeptRecordings, Value, apply_values
+from core.types import Outcome, Reason
+from recordings.description import Description
+from recordings.study.rows import StudyRow, row_of
+from recordings.writer import write_recording
+
+__all__ = [
+    "MemberRecording",
+    "MemberResult",
+    "MemberTask",
+    "lost_member",
+    "record_member",
+    "run_members",
+]
+
+WALL_LIMIT = 60.0
+"""Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MemberTask:
+    """Some runs of a study that follow each other.
+
+    Attributes:
+        first: Index of the first one.
+        base: The scenario that varies.
+        values: What each run sets in it, by dotted key.
+        recordings: Of which runs the recording is given back.
+    """
+
+    first: int
+    base: Scenario
+    values: tuple[Mapping[str, Value], ...]
+    recordings: KeptRecordings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MemberRecording:
+    """The recording of a run: the bytes of its file, and what lists tell of it."""
+
+    data: bytes
+    description: Description
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MemberResult:
+    """What comes out of a run of a study: its row, and its recording where one is kept."""
+
+    row: StudyRow
+    recording: MemberRecording | None = None
+
+
+def run_members(task: MemberTask, cancelled: Callable[[], bool]) -> list[MemberResult]:
+    """Simulates the runs of a task one after the other.
+
+    Args:
+        task: The runs.
+        cancelled: Asked every few milliseconds whether to give up.
+
+    Raises:
+        Cancelled: If it was told to.
+        ScenarioError: If a scenario cannot be simulated.
+    """
+    prepare_kernel()
+    return [_run_member(task, place, cancelled) for place in range(len(task.values))]
+
+
+def lost_member(index: int, values: Mapping[str, Value], failure: str) -> MemberResult:
+    """The row of a run whose worker died whenever it was tried."""
+    reason = Reason(
+        code="worker_died",
+        message=failure,
+        contact=None,
+        time=0.0,
+        value=None,
+        limit=None,
+        hint="simulate it alone and look at its memory and time",
+    )
+    row = StudyRow(
+        index=index,
+        values=dict(values),
+        outcome=Outcome.FAILED,
+        reason=reason,
+        end_time=0.0,
+        metrics={},
+        state_hash="",
+        kernel="",
+    )
+    return MemberResult(row=row)
+
+
+def _run_member(task: MemberTask, place: int, cancelled: Callable[[], bool]) -> MemberResult:
+    values = task.values[place]
+    simulation = Simulation(apply_values(task.base, values))
+    run_to_end(simulation, _look_on, should_stop=cancelled, wall_limit=WALL_LIMIT)
+    if simulation.outcome is Outcome.STOPPED:
+        raise Cancelled
+    row = row_of(task.first + place, values, simulation)
+    ended_early = row.outcome is not Outcome.COMPLETED
+    if task.recordings == "all" or (task.recordings == "ended-early" and ended_early):
+        return MemberResult(row=row, recording=record_member(simulation.result()))
+    return MemberResult(row=row)
+
+
+def _look_on(simulation: Simulation) -> None:
+    """Nothing is shown of a run while it goes on."""
+
+
+def record_member(result: RunResult) -> MemberRecording:
+    """The recording as bytes: the worker may be on another machine than the recordings."""
+    description = Description.from_result(result)
+    with tempfile.TemporaryDirectory(prefix="slipgrasp-") as folder:
+        path = Path(folder) / "run.mcap"
+        write_recording(result, path)
+        return MemberRecording(data=path.read_bytes(), description=description)

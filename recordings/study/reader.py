@@ -1,0 +1,236 @@
+"""Reads the file of a study, row by row, also while it is being written."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.records import Attachment, Channel, Header, McapRecord, Metadata
+
+from core.study.definition import Study
+from recordings.documents import STUDY_PROFILE
+from recordings.exceptions import (
+    AlteredRecordingError,
+    DamagedRecordingError,
+    ForeignRecordingError,
+    NewerRecordingError,
+    RecordingError,
+)
+from recordings.scan import ChannelMessages, RecordScanner
+from recordings.study.documents import (
+    DEFINITION,
+    STUDY_FORMAT,
+    STUDY_START,
+    STUDY_STOP,
+    TOPIC,
+    StudyEnd,
+    read_definition,
+    read_end,
+)
+from recordings.study.rows import StudyRow, decode_row
+
+__all__ = ["NoSuchRunError", "StudyReader", "StudySoFar", "open_study", "read_rows_so_far"]
+
+MAX_RECORD_BYTES = 1 << 25
+HASH_BYTES = 16
+
+
+class NoSuchRunError(RecordingError):
+    """A study has no row of this run, or not yet."""
+
+    def __init__(self, name: str, index: int, count: int) -> None:
+        super().__init__(f"there is no run {index} in '{name}'; it holds {count}, counted from 0")
+
+
+@dataclass(slots=True)
+class StudySoFar:
+    """What a file without its end holds.
+
+    Attributes:
+        library: Which program wrote it.
+        start: Its start document.
+        definition: Its definition document.
+        chunks: Its rows as they were encoded, chunk by chunk.
+    """
+
+    library: str
+    start: Mapping[str, str]
+    definition: bytes
+    chunks: list[list[bytes]] = field(default_factory=list)
+
+
+class StudyReader:
+    """One pass through the file of a study; see `open_study`.
+
+    Attributes:
+        study: The study.
+        library: Which program wrote the file.
+        start: Its start document.
+        definition: Its definition document.
+        end: How the study ended; None until the rows are read to their end, and where the
+            file has no end yet.
+    """
+
+    def __init__(self, stream: BinaryIO, name: str, *, unfinished: bool) -> None:
+        self._name = name
+        self._unfinished = unfinished
+        self._channels: set[int] = set()
+        self._records = RecordScanner(
+            stream,
+            name,
+            self._channels.__contains__,
+            unfinished=unfinished,
+            max_record_bytes=MAX_RECORD_BYTES,
+        ).records()
+        self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
+        self.end: StudyEnd | None = None
+        self.start: Mapping[str, str] = {}
+        self.definition = b""
+        self.library = self._read_header(next(self._records))
+        self._read_head()
+        self.study = self._read_study()
+
+    def rows(self) -> Iterator[StudyRow]:
+        """Yields the rows in the order of their runs.
+
+        Raises:
+            DamagedRecordingError: If the file is not complete and unchanged; of one that is
+                still being written, what is whole is given.
+        """
+        for payloads in self.chunks():
+            for payload in payloads:
+                yield self._decode(payload)
+
+    def row(self, index: int) -> StudyRow:
+        """The row of one run; nothing else can be read after it.
+
+        Raises:
+            NoSuchRunError: If there is none.
+            DamagedRecordingError: If the file is not complete and unchanged up to there.
+        """
+        count = 0
+        for payloads in self.chunks():
+            if 0 <= index < count + len(payloads):
+                return self._decode(payloads[index - count])
+            count += len(payloads)
+        raise NoSuchRunError(self._name, index, count)
+
+    def chunks(self) -> Iterator[list[bytes]]:
+        """Yields the rows as they were encoded, chunk by chunk; raises as `rows`."""
+        count = 0
+        try:
+            for record in self._records:
+                if isinstance(record, ChannelMessages):
+                    numbers = list(range(count, count + len(record.payloads)))
+                    if record.sequences != numbers:
+                        raise self._damaged("rows are missing or out of order")
+                    count += len(numbers)
+                    self._add_to_hash(record.payloads)
+                    yield record.payloads
+                elif isinstance(record, Metadata) and record.name == STUDY_STOP:
+                    self.end = self._read_end(record.metadata, count)
+        except DamagedRecordingError:
+            if not self._unfinished:
+                raise
+        if self.end is None and not self._unfinished:
+            raise self._damaged("how the study ended is missing")
+
+    def _add_to_hash(self, payloads: list[bytes]) -> None:
+        for payload in payloads:
+            self._hash.update(len(payload).to_bytes(4, "little") + payload)
+
+    def _decode(self, payload: bytes) -> StudyRow:
+        try:
+            return decode_row(payload)
+        except ValueError as error:
+            raise self._damaged(str(error)) from error
+
+    def _read_header(self, header: McapRecord | ChannelMessages) -> str:
+        if not isinstance(header, Header):
+            raise self._damaged("it does not start with a header")
+        if header.profile != STUDY_PROFILE:
+            finding = f"its profile is {header.profile[:40]!r}, not that of a study"
+            raise ForeignRecordingError(self._name, finding)
+        return header.library
+
+    def _read_head(self) -> None:
+        """Reads up to the channel of the rows, before which everything else stands."""
+        for record in self._records:
+            match record:
+                case Metadata(name=name) if name == STUDY_START:
+                    self.start = record.metadata
+                    self._check_format()
+                case Attachment(name=name) if name == DEFINITION:
+                    self.definition = record.data
+                case Channel(topic=topic) if topic == TOPIC:
+                    self._channels.add(record.id)
+                    return
+                case _:
+                    continue
+        raise self._damaged("it holds no rows")
+
+    def _check_format(self) -> None:
+        try:
+            version = int(self.start["format"])
+        except (KeyError, ValueError) as error:
+            raise self._damaged("its start document is malformed") from error
+        if version > STUDY_FORMAT:
+            raise NewerRecordingError(self._name, version, STUDY_FORMAT)
+
+    def _read_study(self) -> Study:
+        try:
+            return read_definition(self.definition, self.start)
+        except ValueError as error:
+            raise self._damaged(f"its definition is not valid: {error}") from error
+
+    def _read_end(self, document: Mapping[str, str], count: int) -> StudyEnd:
+        try:
+            end = read_end(document)
+        except (KeyError, ValueError) as error:
+            raise self._damaged("how the study ended is malformed") from error
+        if end.runs != count:
+            raise self._damaged("it does not hold as many rows as were written")
+        if document.get("rows_hash") != self._hash.hexdigest():
+            raise AlteredRecordingError(self._name)
+        return end
+
+    def _damaged(self, finding: str) -> DamagedRecordingError:
+        return DamagedRecordingError(self._name, finding)
+
+
+@contextmanager
+def open_study(path: Path) -> Iterator[StudyReader]:
+    """Opens the file of a study; one that ends in ``.part`` may end anywhere.
+
+    Raises:
+        RecordingError: If there is none, it is damaged or that of another program.
+    """
+    unfinished = path.suffix == ".part"
+    try:
+        with path.open("rb") as stream:
+            yield StudyReader(stream, str(path), unfinished=unfinished)
+    except FileNotFoundError:
+        raise RecordingError(f"there is no study '{path}'") from None
+    except OSError as error:
+        raise RecordingError(f"cannot read '{path}': {error.strerror}") from error
+
+
+def read_rows_so_far(part: Path) -> StudySoFar | None:
+    """What a part holds up to its first missing or damaged byte; None if not even its head.
+
+    Raises:
+        RecordingError: If it cannot be read, or is not the part of a study.
+    """
+    if part.stat().st_size == 0:
+        return None
+    try:
+        with open_study(part) as reader:
+            so_far = StudySoFar(reader.library, reader.start, reader.definition)
+            so_far.chunks.extend(reader.chunks())
+            return so_far
+    except DamagedRecordingError:
+        return None

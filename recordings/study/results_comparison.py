@@ -1,0 +1,197 @@
+"""Settings held side by side: what each combination of crossed values did on the same samples."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.study.results_summary import spread_of
+from recordings.study.varied import compared_keys
+
+if TYPE_CHECKING:
+    from recordings.study.results import StudyResults
+
+__all__ = [
+    "Combination",
+    "CombinationComparison",
+    "CombinationPair",
+    "compare_combinations",
+    "rows_by_combination",
+]
+
+_MISSING = -1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Combination:
+    """What one combination of the crossed values did.
+
+    Attributes:
+        values: The values by dotted key.
+        runs: How many runs with them have ended.
+        held: How many of these held the object at the end.
+        share_held: The same as a share; 0 if none has ended.
+        outcomes: How many ended in which way, the most frequent first.
+        medians: Median of each metric over the runs that have it.
+    """
+
+    values: dict[str, Any]
+    runs: int
+    held: int
+    share_held: float
+    outcomes: dict[str, int]
+    medians: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CombinationPair:
+    """Two combinations on the samples that have ended with both.
+
+    Attributes:
+        first: Place of the one in the list of combinations.
+        second: Place of the other.
+        samples: How many samples have ended with both.
+        held_by_both: On how many of them both held the object.
+        held_by_first: On how many of them only the one did.
+        held_by_second: On how many of them only the other did.
+        held_by_neither: On how many of them neither did.
+    """
+
+    first: int
+    second: int
+    samples: int
+    held_by_both: int
+    held_by_first: int
+    held_by_second: int
+    held_by_neither: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CombinationComparison:
+    """Combinations of crossed values, and each two of them on the same samples.
+
+    Attributes:
+        keys: The keys whose values are compared.
+        combinations: Every combination of them.
+        pairs: Every two combinations.
+    """
+
+    keys: tuple[str, ...]
+    combinations: tuple[Combination, ...]
+    pairs: tuple[CombinationPair, ...]
+
+
+def compare_combinations(
+    results: StudyResults, keys: tuple[str, ...] | None = None
+) -> CombinationComparison | None:
+    """Compares what the values of some keys did where all else was equal.
+
+    Args:
+        results: The results so far.
+        keys: Keys whose values are crossed; if None those that no map is drawn over.
+
+    Returns:
+        The comparison; None if nothing is crossed, or too much.
+    """
+    chosen = compared_keys(results.study) if keys is None else keys
+    if not chosen:
+        return None
+    held = results.numbers("held") == 1.0
+    grouped = rows_by_combination(results, chosen, len(held))
+    places = np.zeros(len(held), dtype=np.intp)
+    for place, (_, rows) in enumerate(grouped):
+        places[rows] = place
+    samples = _sample_of_rows(results, chosen, len(held))
+    table = _held_by_sample(samples, places, held, len(grouped))
+    return CombinationComparison(
+        keys=chosen,
+        combinations=tuple(_combination(results, values, rows, held) for values, rows in grouped),
+        pairs=tuple(_pair(table, *pair) for pair in combinations(range(len(grouped)), 2)),
+    )
+
+
+def rows_by_combination(
+    results: StudyResults, keys: tuple[str, ...], count: int
+) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
+    """The rows of each combination of crossed values.
+
+    Args:
+        results: The results so far.
+        keys: Keys whose values are crossed.
+        count: How many rows to look at.
+
+    Returns:
+        Each combination, as plain values by key, with its rows.
+    """
+    axes = {axis.key: axis.values or () for axis in results.study.axes}
+    offered = list(product(*(map(_plain, axes[key]) for key in keys)))
+    members: dict[str, list[int]] = {repr(values): [] for values in offered}
+    columns = [results.values(key, 0, count) for key in keys]
+    for row, values in enumerate(zip(*columns, strict=True)):
+        members[repr(values)].append(row)
+    return [
+        (dict(zip(keys, values, strict=True)), np.array(members[repr(values)], dtype=np.intp))
+        for values in offered
+    ]
+
+
+def _sample_of_rows(results: StudyResults, keys: tuple[str, ...], count: int) -> NDArray[np.intp]:
+    """A number per row, equal where all but the compared keys are equal; shape ``(rows,)``."""
+    others = [key for key in results.study.keys if key not in keys]
+    columns = [results.values(key, 0, count) for key in ("sample", *others)]
+    known: dict[str, int] = {}
+    cells = zip(*columns, strict=True)
+    return np.array([known.setdefault(repr(row), len(known)) for row in cells], dtype=np.intp)
+
+
+def _held_by_sample(
+    samples: NDArray[np.intp], places: NDArray[np.intp], held: NDArray[np.bool_], num: int
+) -> NDArray[np.int8]:
+    """Whether each combination held on each sample, shape ``(samples, combinations)``."""
+    table = np.full((int(samples.max(initial=-1)) + 1, num), _MISSING, dtype=np.int8)
+    table[samples, places] = held
+    return table
+
+
+def _combination(
+    results: StudyResults, values: dict[str, Any], rows: NDArray[np.intp], held: NDArray[np.bool_]
+) -> Combination:
+    words = results.values("outcome", 0, len(held))
+    medians: dict[str, float] = {}
+    for column in results.columns:
+        if column.role == "metric" and column.kind != "boolean":
+            spread = spread_of(results.numbers(column.name, len(held))[rows])
+            if spread is not None:
+                medians[column.name] = spread.median
+    num_held = int(np.count_nonzero(held[rows]))
+    return Combination(
+        values=values,
+        runs=len(rows),
+        held=num_held,
+        share_held=num_held / len(rows) if len(rows) else 0.0,
+        outcomes=dict(Counter(words[row] for row in rows.tolist()).most_common()),
+        medians=medians,
+    )
+
+
+def _pair(table: NDArray[np.int8], first: int, second: int) -> CombinationPair:
+    ended = (table[:, first] != _MISSING) & (table[:, second] != _MISSING)
+    one, other = table[ended, first] == 1, table[ended, second] == 1
+    return CombinationPair(
+        first=first,
+        second=second,
+        samples=int(np.count_nonzero(ended)),
+        held_by_both=int(np.count_nonzero(one & other)),
+        held_by_first=int(np.count_nonzero(one & ~other)),
+        held_by_second=int(np.count_nonzero(~one & other)),
+        held_by_neither=int(np.count_nonzero(~one & ~other)),
+    )
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

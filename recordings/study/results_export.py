@@ -1,0 +1,129 @@
+"""The results of a study as files for other programs: CSV, Parquet and JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+
+from recordings.study.result_columns import ResultColumn
+
+if TYPE_CHECKING:
+    import pyarrow
+
+    from recordings.study.results import StudyResults
+
+__all__ = ["write_csv", "write_json", "write_parquet"]
+
+ROWS_AT_ONCE = 1000
+
+
+def write_csv(results: StudyResults, stream: TextIO, num_rows: int | None = None) -> None:
+    """Writes the results as comma-separated values, SI units, with a header line.
+
+    Numbers have as many digits as it takes to read back the same bits; truth values are
+    ``true`` and ``false``, lists JSON, and what there is not is empty.
+
+    Args:
+        results: The results so far.
+        stream: Where the text goes.
+        num_rows: How many of its rows; all that there are if None.
+    """
+    table = csv.writer(stream, lineterminator="\n")
+    table.writerow(results.column_names)
+    for rows in _pieces(results, num_rows):
+        table.writerows([_word(cell) for cell in row.values()] for row in rows)
+
+
+def _word(cell: Any) -> str:
+    if cell is None:
+        return ""
+    if isinstance(cell, float):
+        return repr(cell)
+    return cell if isinstance(cell, str) else json.dumps(cell)
+
+
+def write_json(results: StudyResults, stream: TextIO, num_rows: int | None = None) -> None:
+    """Writes the results as one JSON object.
+
+    It has ``title``, ``base`` (name of the preset, if it is one), ``runs`` (how many the
+    study has), ``columns`` (name to unit) and ``rows``, one object per run.
+
+    Args:
+        results: The results so far.
+        stream: Where the text goes.
+        num_rows: How many of its rows; all that there are if None.
+    """
+    study = results.study
+    head = {
+        "title": study.title,
+        "base": study.base_name,
+        "runs": study.num_runs,
+        "columns": {column.name: column.unit for column in results.columns},
+    }
+    stream.write(json.dumps(head, ensure_ascii=False)[:-1] + ', "rows": [')
+    separator = "\n"
+    for rows in _pieces(results, num_rows):
+        for row in rows:
+            stream.write(separator + json.dumps(row, ensure_ascii=False, allow_nan=False))
+            separator = ",\n"
+    stream.write("\n]}\n")
+
+
+def write_parquet(results: StudyResults, stream: BinaryIO, num_rows: int | None = None) -> None:
+    """Writes the results as a Parquet file.
+
+    Each column has its SI unit as ``unit`` in the metadata of its field. Varied values of
+    several kinds are JSON text. The metadata of the table holds the study, in JSON, as
+    ``slipgrasp.study``.
+
+    Args:
+        results: The results so far.
+        stream: Where the file goes.
+        num_rows: How many of its rows; all that there are if None.
+    """
+    import pyarrow
+    from pyarrow import parquet
+
+    from core.study.loading import study_to_mapping
+
+    fields = [
+        pyarrow.field(column.name, _arrow_type(column), metadata={"unit": column.unit})
+        for column in results.columns
+    ]
+    study = json.dumps(study_to_mapping(results.study), ensure_ascii=False, allow_nan=False)
+    schema = pyarrow.schema(fields, metadata={"slipgrasp.study": study})
+    count = results.num_rows if num_rows is None else num_rows
+    with parquet.ParquetWriter(stream, schema) as writer:
+        for start in range(0, count, 50 * ROWS_AT_ONCE):
+            end = min(count, start + 50 * ROWS_AT_ONCE)
+            arrays = [
+                pyarrow.array(_cells(results, column, start, end), field.type)
+                for column, field in zip(results.columns, fields, strict=True)
+            ]
+            writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
+
+
+def _cells(results: StudyResults, column: ResultColumn, start: int, end: int) -> list[Any]:
+    cells = results.values(column.name, start, end)
+    if column.kind != "value":
+        return cells
+    return [cell if cell is None or isinstance(cell, str) else json.dumps(cell) for cell in cells]
+
+
+def _arrow_type(column: ResultColumn) -> pyarrow.DataType:
+    import pyarrow
+
+    if column.kind == "number":
+        return pyarrow.float64()
+    if column.kind == "integer":
+        return pyarrow.int64()
+    return pyarrow.bool_() if column.kind == "boolean" else pyarrow.string()
+
+
+def _pieces(results: StudyResults, num_rows: int | None) -> Iterator[list[dict[str, Any]]]:
+    """The first rows, some at a time; those that come meanwhile are left out."""
+    count = results.num_rows if num_rows is None else num_rows
+    for start in range(0, count, ROWS_AT_ONCE):
+        yield results.rows(start, min(ROWS_AT_ONCE, count - start))[0]

@@ -1,0 +1,107 @@
+"""One row per run of a study: what varied, how it ended, its figures and the hash of its trace."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from core.provenance import present_provenance
+from core.simulation import Simulation
+from core.study.definition import Value
+from core.types import Outcome, Reason
+from recordings.documents import parse_json
+from recordings.state_hash import StateHash
+
+__all__ = ["Figures", "StudyRow", "decode_row", "encode_row", "row_of", "row_schema"]
+
+Figures = dict[str, float | int | bool | None]
+"""The metrics of a run by the names of `core.result.metric_names`; None where there is none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyRow:
+    """What is kept of every run of a study.
+
+    Attributes:
+        index: The run's number in the study, from 0.
+        values: What it sets in the base, by dotted key.
+        outcome: How it ended.
+        reason: Why, where it ended early.
+        end_time: Simulation time reached [s].
+        metrics: Its figures of merit; empty if it could not be simulated at all.
+        state_hash: Hash of its samples and phase changes (`recordings.state_hash`); empty likewise.
+        kernel: Digest of the machine code that computed it (`core.provenance`).
+        recording: Id of its recording, None if none is kept.
+    """
+
+    index: int
+    values: dict[str, Value]
+    outcome: Outcome
+    reason: Reason | None
+    end_time: float
+    metrics: Figures
+    state_hash: str
+    kernel: str
+    recording: str | None = None
+
+
+def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> StudyRow:
+    """The row of a run that was simulated, with its trace, to its end."""
+    summary = simulation.summary()
+    state = StateHash()
+    state.add_samples(simulation.all_rows())
+    state.add_phase_changes(simulation.phase_changes_from(0))
+    return StudyRow(
+        index=index,
+        values=dict(values),
+        outcome=summary.outcome,
+        reason=summary.reason,
+        end_time=summary.end_time,
+        metrics={name: _finite(value) for name, value in summary.metrics.flattened().items()},
+        state_hash=state.digest().hex(),
+        kernel=present_provenance().kernel,
+    )
+
+
+def encode_row(row: StudyRow) -> bytes:
+    """The row as JSON, whose numbers read back to the same bits."""
+    document = asdict(row)
+    if row.reason is not None:
+        document["reason"] |= {
+            "value": _finite(row.reason.value),
+            "limit": _finite(row.reason.limit),
+        }
+    return json.dumps(document, ensure_ascii=False, allow_nan=False).encode()
+
+
+def decode_row(payload: bytes) -> StudyRow:
+    """The inverse of `encode_row`.
+
+    Raises:
+        ValueError: If it is not what `encode_row` makes of a row.
+    """
+    try:
+        return _reader().validate_python(parse_json(payload))
+    except ValidationError as error:
+        raise ValueError("a row is malformed") from error
+
+
+def row_schema() -> dict[str, Any]:
+    """The JSON schema of a row."""
+    return _reader().json_schema()
+
+
+@cache
+def _reader() -> TypeAdapter[StudyRow]:
+    return TypeAdapter(StudyRow)
+
+
+def _finite(value: float | int | bool | None) -> float | int | bool | None:
+    """JSON has no infinity; a figure that is not finite is as good as none."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,208 @@
+"""Writes the file of a study: its definition, then one message per run.
+
+It grows as ``NAME.part``, a chunk of rows at a time and in the order of the runs, so that a
+study that was interrupted goes on behind its last row, and equal studies are equal files.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+import time
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Self
+
+import numpy as np
+from mcap.opcode import Opcode
+
+from core.provenance import program_version
+from core.study.definition import Study
+from recordings.atomic_file import part_of, sync_folder
+from recordings.container import ChannelBlock, McapContainer
+from recordings.documents import STUDY_PROFILE
+from recordings.exceptions import RecordingBusyError, RecordingExistsError, RecordingWriteError
+from recordings.file_lock import try_lock
+from recordings.study.documents import (
+    CHANNEL,
+    DEFINITION,
+    STUDY_START,
+    STUDY_STOP,
+    StudyEnd,
+    definition_document,
+    rows_channel,
+    rows_schema,
+    start_document,
+    stop_document,
+)
+from recordings.study.reader import read_rows_so_far
+from recordings.study.rows import StudyRow, decode_row, encode_row
+
+__all__ = ["RUNS_PER_CHUNK", "StudyWriter"]
+
+RUNS_PER_CHUNK = 20
+SYNC_INTERVAL = 1.0
+HASH_BYTES = 16
+
+_HEAD = struct.Struct("<BQHIQQ")
+_OPCODE_AND_LENGTH = 9
+
+
+class StudyWriter:
+    """Writes one study; leaving its ``with`` block before `finish` keeps what it has.
+
+    Args:
+        path: The file to write; it grows as ``PATH.part``. If that is there already, left of
+            the same study, it goes on behind its last whole chunk.
+        study: The study.
+        overwrite: Whether an existing file is replaced.
+
+    Attributes:
+        num_runs: How many runs the study has.
+        num_rows: How many rows are written; the next one is that of the run of this index.
+        outcomes: How many of them ended in each way.
+
+    Raises:
+        RecordingExistsError: If the file exists and may not be replaced.
+        RecordingBusyError: If another process writes it, or its part is that of another study.
+        RecordingWriteError: If it cannot be written.
+    """
+
+    def __init__(self, path: Path, study: Study, *, overwrite: bool = False) -> None:
+        self._path = path
+        self._part = part_of(path)
+        self._study = study
+        self._overwrite = overwrite
+        self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
+        self._synced_at = time.monotonic()
+        self.num_runs = study.num_runs
+        self.num_rows = 0
+        self.outcomes: Counter[str] = Counter()
+
+    def __enter__(self) -> Self:
+        if not self._overwrite and self._path.exists():
+            raise RecordingExistsError(self._path)
+        try:
+            self._stream = _open_locked(self._part)
+            try:
+                self._begin()
+            except BaseException:
+                self._stream.close()
+                raise
+        except OSError as error:
+            raise self._failed(error) from error
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        # Where the disk has failed there is nothing more that closing could tell.
+        with suppress(OSError):
+            self._stream.close()
+
+    def add(self, rows: Sequence[StudyRow]) -> None:
+        """Writes the next rows as a chunk.
+
+        Args:
+            rows: `RUNS_PER_CHUNK` rows in the order of their runs, fewer only at the end.
+
+        Raises:
+            RecordingWriteError: If they cannot be written.
+        """
+        try:
+            self._add([encode_row(row) for row in rows])
+            self.outcomes.update(row.outcome.value for row in rows)
+            self._stream.flush()
+            if time.monotonic() - self._synced_at >= SYNC_INTERVAL:
+                os.fsync(self._stream.fileno())
+                self._synced_at = time.monotonic()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def finish(self, end: StudyEnd) -> None:
+        """Writes how the study ended, and gives the file its name.
+
+        Raises:
+            RecordingWriteError: If it cannot be written.
+        """
+        try:
+            self._container.add_metadata(STUDY_STOP, stop_document(end, self._hash.digest()))
+            self._container.finish()
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            if os.name != "posix":
+                self._stream.close()  # elsewhere only a closed file can be renamed
+            self._part.replace(self._path)
+            sync_folder(self._path.parent)
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _begin(self) -> None:
+        """Writes what stands before the rows, and the rows that are there already.
+
+        What is written again is what is there: should it be interrupted, nothing is lost.
+        """
+        so_far = read_rows_so_far(self._part)
+        definition = definition_document(self._study)
+        start = start_document(self._study)
+        if so_far is not None:
+            if so_far.definition != definition:
+                cause = f"'{self._part.name}' is left of another study; delete it, or move it away"
+                raise RecordingBusyError(self._path, cause)
+            start = dict(so_far.start)
+        library = f"slipgrasp {program_version()}" if so_far is None else so_far.library
+        self._stream.seek(0)
+        self._container = McapContainer(self._stream, profile=STUDY_PROFILE, library=library)
+        self._container.add_metadata(STUDY_START, start)
+        self._container.add_attachment(DEFINITION, "application/json", definition)
+        self._container.add_schema(rows_schema())
+        self._container.add_channel(rows_channel())
+        for payloads in so_far.chunks if so_far is not None else ():
+            self._add(payloads)
+            self.outcomes.update(decode_row(payload).outcome.value for payload in payloads)
+        self._stream.truncate()
+        self._stream.flush()
+
+    def _add(self, payloads: Sequence[bytes]) -> None:
+        sequences = np.arange(self.num_rows, self.num_rows + len(payloads), dtype=np.uint64)
+        records = [
+            _HEAD.pack(
+                Opcode.MESSAGE,
+                _HEAD.size - _OPCODE_AND_LENGTH + len(payload),
+                CHANNEL,
+                number,
+                number,
+                number,
+            )
+            + payload
+            for number, payload in zip(sequences.tolist(), payloads, strict=True)
+        ]
+        sizes = np.array([0, *map(len, records[:-1])], dtype=np.uint64)
+        block = ChannelBlock(CHANNEL, sequences, np.cumsum(sizes, dtype=np.uint64))
+        self._container.add_chunk(b"".join(records), [block])
+        self.num_rows += len(payloads)
+        for payload in payloads:
+            self._hash.update(len(payload).to_bytes(4, "little") + payload)
+
+    def _failed(self, error: OSError) -> RecordingWriteError:
+        return RecordingWriteError(self._path, error.strerror or type(error).__name__)
+
+
+def _open_locked(part: Path) -> BinaryIO:
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
+    stream = os.fdopen(os.open(part, flags, 0o666), "r+b")
+    try:
+        if not try_lock(stream):
+            stream.close()
+            raise RecordingBusyError(part, "another study is writing it right now")
+    except OSError:
+        # Where the file system has no locks, one service per folder keeps writers apart.
+        pass
+    return stream

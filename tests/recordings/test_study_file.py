@@ -1,0 +1,208 @@
+"""The file of a study: read back as written, continued where it stopped, never believed blindly."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from core.executors import make_executor
+from core.loading import load_scenario, scenario_from_mapping, with_values
+from core.simulator import simulate
+from core.study.definition import Study
+from core.study.loading import study_from_mapping
+from recordings.atomic_file import part_of
+from recordings.exceptions import (
+    DamagedRecordingError,
+    ForeignRecordingError,
+    RecordingBusyError,
+    RecordingExistsError,
+)
+from recordings.reader import read_recording
+from recordings.state_hash import state_hash
+from recordings.study.conductor import conduct
+from recordings.study.member import MemberResult
+from recordings.study.reader import open_study
+from recordings.study.rebuild import RebuildError, rebuild
+from recordings.study.rows import StudyRow
+from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+
+NUM_RUNS = 50
+
+
+def make_study(**changes) -> Study:
+    mapping = {
+        "title": "grip on ice",
+        "base": "paper-case-2",
+        "set": {"simulation.duration": 0.3},
+        "sampling": {"method": "random", "runs": NUM_RUNS // 2, "seed": 5},
+        "vary": {
+            "fingers.0.friction": {"min": 0.2, "max": 0.4},
+            "fingers.1.friction": {"min": 0.2, "max": 0.4},
+            "controller.lyapunov_weight": {"values": [1.0, 20.0]},
+        },
+        "recordings": "none",
+    }
+    return study_from_mapping({**mapping, **changes}, load_scenario)
+
+
+def run_study(study: Study, path: Path, *, stop_after: int = 10**9) -> list[StudyRow]:
+    """Runs it in this process until so many rows are there."""
+    seen: list[StudyRow] = []
+    with make_executor("inline") as executor, StudyWriter(path, study) as writer:
+        end = conduct(
+            study,
+            executor,
+            writer,
+            should_stop=lambda: len(seen) >= stop_after,
+            watch=seen.append,
+            keep=lambda member: None,
+        )
+        if end.state == "completed":
+            writer.finish(end)
+    return seen
+
+
+def read_rows(path: Path) -> list[StudyRow]:
+    with open_study(path) as reader:
+        return list(reader.rows())
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("study") / "study.mcap"
+    run_study(make_study(), path)
+    return path
+
+
+def test_rows_are_read_back_as_they_were_watched(finished: Path, tmp_path: Path) -> None:
+    rows = run_study(make_study(), tmp_path / "again.mcap")
+    assert [row.index for row in rows] == list(range(NUM_RUNS))
+    assert read_rows(finished) == rows
+    with open_study(finished) as reader:
+        assert reader.study == make_study()
+        assert reader.end is None
+        assert sum(1 for _ in reader.rows()) == NUM_RUNS
+        assert reader.end is not None
+        assert reader.end.state == "completed"
+        assert sum(reader.end.outcomes.values()) == NUM_RUNS
+
+
+def test_equal_studies_are_equal_files(finished: Path, tmp_path: Path) -> None:
+    run_study(make_study(), tmp_path / "again.mcap")
+    assert (tmp_path / "again.mcap").read_bytes() == finished.read_bytes()
+
+
+def test_every_row_is_that_of_its_scenario_simulated_alone(finished: Path) -> None:
+    study = make_study()
+    for row in read_rows(finished)[::7]:
+        result = simulate(with_values(study.base, row.values))
+        assert result.scenario == study.scenario_of(row.index)
+        assert row.state_hash == state_hash(result)
+        assert row.outcome is result.outcome
+        assert row.end_time == result.end_time
+        assert row.reason == result.reason
+        assert row.metrics == result.metrics.flattened()
+        assert rebuild(study, row).summary() == result.summary()
+
+
+def test_a_row_that_was_altered_is_not_rebuilt(finished: Path) -> None:
+    from dataclasses import replace
+
+    row = read_rows(finished)[3]
+    altered = replace(row, values={**row.values, "fingers.0.friction": 0.3})
+    with pytest.raises(RebuildError, match="run 3 does not come out"):
+        rebuild(make_study(), altered)
+
+
+def test_the_mcap_library_reads_the_rows(finished: Path) -> None:
+    with finished.open("rb") as stream:
+        messages = list(make_reader(stream).iter_messages())
+    assert [message.log_time for _, _, message in messages] == list(range(NUM_RUNS))
+    assert {channel.message_encoding for _, channel, _ in messages} == {"json"}
+
+
+@pytest.mark.parametrize("stop_after", [1, RUNS_PER_CHUNK + 1])
+def test_an_interrupted_study_goes_on_behind_its_last_row(
+    finished: Path, tmp_path: Path, stop_after: int
+) -> None:
+    path = tmp_path / "study.mcap"
+    first = run_study(make_study(), path, stop_after=stop_after)
+    assert not path.exists()
+    assert read_rows(part_of(path)) == first
+    second = run_study(make_study(), path)
+    assert [row.index for row in itertools.chain(first, second)] == list(range(NUM_RUNS))
+    assert path.read_bytes() == finished.read_bytes()
+    assert not part_of(path).exists()
+
+
+def test_a_part_torn_anywhere_goes_on_to_the_same_file(finished: Path, tmp_path: Path) -> None:
+    whole = finished.read_bytes()
+    for cut in range(0, len(whole), len(whole) // 7):
+        path = tmp_path / f"{cut}.mcap"
+        part_of(path).write_bytes(whole[:cut])
+        run_study(make_study(), path)
+        assert path.read_bytes() == whole
+
+
+def test_a_part_of_another_study_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "study.mcap"
+    run_study(make_study(), path, stop_after=1)
+    before = part_of(path).read_bytes()
+    with pytest.raises(RecordingBusyError, match="left of another study"):
+        run_study(make_study(title="another"), path)
+    assert part_of(path).read_bytes() == before
+
+
+def test_a_finished_study_is_not_replaced(finished: Path) -> None:
+    with pytest.raises(RecordingExistsError):
+        run_study(make_study(), finished)
+
+
+def test_a_flipped_byte_is_noticed(finished: Path, tmp_path: Path) -> None:
+    whole = finished.read_bytes()
+    for place in range(100, len(whole), len(whole) // 40):
+        path = tmp_path / "flipped.mcap"
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
+        with pytest.raises(DamagedRecordingError):
+            read_rows(path)
+
+
+def test_a_study_is_no_recording_of_a_run(finished: Path) -> None:
+    with pytest.raises(ForeignRecordingError, match="it is a study"):
+        read_recording(finished)
+
+
+def test_recordings_are_given_back_as_asked(tmp_path: Path) -> None:
+    study = make_study(
+        sampling={"method": "list"},
+        vary={},
+        runs=[{"object.mass": 1.0}, {"fingers.0.friction": 0.05, "fingers.1.friction": 0.4}],
+        recordings="ended-early",
+    )
+    kept: list[MemberResult] = []
+
+    def keep(member: MemberResult) -> str:
+        kept.append(member)
+        return "id"
+
+    with make_executor("inline") as executor, StudyWriter(tmp_path / "s.mcap", study) as writer:
+        rows: list[StudyRow] = []
+        conduct(study, executor, writer, should_stop=lambda: False, watch=rows.append, keep=keep)
+    (member,) = kept
+    assert [row.recording for row in rows] == [None, "id"]
+    path = tmp_path / "run.mcap"
+    assert member.recording is not None
+    path.write_bytes(member.recording.data)
+    assert state_hash(read_recording(path)) == member.row.state_hash == rows[1].state_hash
+
+
+def test_a_definition_made_by_hand_is_validated_again(tmp_path: Path) -> None:
+    study = make_study()
+    mapping = {"base": study.base.to_mapping(), "vary": {"object.mass": {"values": [1.0, 2.0]}}}
+    by_hand = study_from_mapping(mapping, scenario_from_mapping)
+    run_study(by_hand, tmp_path / "s.mcap")
+    with open_study(tmp_path / "s.mcap") as reader:
+        assert reader.study == by_hand
