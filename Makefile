@@ -17,7 +17,7 @@ serve: $(VENV)/.serve
 	@$(BIN)/slipgrasp serve $(if $(PORT),--port $(PORT))
 
 test: $(VENV)/.develop
-	@$(BIN)/python tests/ensure_chromium.py
+	@$(BIN)/python tests/ensure_programs.py
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/.develop

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import (
     AbstractAsyncContextManager,
@@ -18,14 +19,30 @@ from starlette.middleware import Middleware
 
 from core.provenance import program_version
 from recordings.store import RecordingStore
+from recordings.study.study_store import StudyStore
 from server.access import AccessGuard
 from server.body_limit import BodyLimit
 from server.errors import add_error_handlers
-from server.routes import diff, docs, health, recordings, runs, scenarios, tables
+from server.events import EventSlots
+from server.made_files import MadeFiles
+from server.openapi import add_openapi, operation_id
+from server.routes import (
+    diff,
+    docs,
+    health,
+    recordings,
+    runs,
+    scenarios,
+    studies,
+    study_files,
+    study_results,
+    tables,
+)
 from server.run_service import RunService
 from server.schemas import API_PATH
 from server.service_lock import service_lock
 from server.settings import Settings
+from server.study_service import StudyService
 
 __all__ = ["Lifespan", "create_app", "server_config"]
 
@@ -56,12 +73,20 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
             service = RunService(store, settings)
             app.state.run_service = service
             app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
+            app.state.made_files = MadeFiles()
             service.start()
+            study_service = StudyService(StudyStore(settings.data_directory, store), settings)
+            app.state.study_service = study_service
+            app.state.event_slots = EventSlots(settings.max_event_streams)
+            app.state.drawing = threading.Lock()
+            study_service.start()
             try:
                 async with lifespan(app) if lifespan else nullcontext():
                     yield
             finally:
+                await run_in_threadpool(study_service.close)
                 await run_in_threadpool(service.close)
+                app.state.made_files.close()
 
     app = FastAPI(
         title="slipgrasp",
@@ -71,18 +96,25 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         redoc_url=None,
         openapi_url=f"{API_PATH}/openapi.json",
         redirect_slashes=False,
+        generate_unique_id_function=operation_id,
         lifespan=live,
         middleware=[
             Middleware(AccessGuard),
             Middleware(
                 BodyLimit,
                 max_bytes=settings.max_body_bytes,
-                larger={recordings.UPLOAD_PATH: settings.max_upload_bytes},
+                larger={
+                    recordings.UPLOAD_PATH: settings.max_upload_bytes,
+                    **dict.fromkeys(studies.BODY_PATHS, settings.max_study_body_bytes),
+                },
             ),
         ],
     )
+    app.state.settings = settings
+    app.state.stopping = asyncio.Event()
     app.include_router(_api())
     add_error_handlers(app)
+    add_openapi(app)
     return app
 
 
@@ -103,6 +135,17 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
 
 def _api() -> APIRouter:
     api = APIRouter(prefix=API_PATH)
-    for part in (health, scenarios, runs, recordings, tables, diff, docs):
+    for part in (
+        health,
+        scenarios,
+        runs,
+        recordings,
+        tables,
+        studies,
+        study_results,
+        study_files,
+        diff,
+        docs,
+    ):
         api.include_router(part.router)
     return api

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from fastapi import Depends, Query, Request
 from pydantic import BaseModel, ValidationError
@@ -11,31 +11,46 @@ from starlette.requests import ClientDisconnect
 
 from core.result import RunResult
 from recordings.stored_run import StoredRun
+from recordings.study.results import StudyResults
 from server.errors import (
     InvalidRequestError,
     UnreadableBodyError,
     UnsupportedBodyError,
     invalid_fields,
 )
-from server.json_body import read_json
+from server.json_body import MAX_VALUES, read_json
 from server.run_request import RunCreate
 from server.run_service import RunService
 from server.run_update import RunUpdate
 from server.runs_query import RunsQuery
+from server.settings import Settings
+from server.study_service import StudyService
 
 __all__ = [
+    "EndedRunIdDep",
     "RunCreateDep",
     "RunResultDep",
     "RunServiceDep",
     "RunUpdateDep",
     "RunsQueryDep",
+    "SettingsDep",
     "StoredRunDep",
+    "StudyBodyDep",
+    "StudyResultsDep",
+    "StudyServiceDep",
 ]
 
 JSON_TYPE = "application/json"
 MERGE_TYPE = "application/merge-patch+json"
+MAX_STUDY_VALUES = 500_000
 
 Body = TypeVar("Body", bound=BaseModel)
+
+
+def get_settings(request: Request) -> Settings:
+    """What the application that answers was told when it started."""
+    settings: Settings = request.app.state.settings
+    return settings
 
 
 def get_run_service(request: Request) -> RunService:
@@ -44,23 +59,56 @@ def get_run_service(request: Request) -> RunService:
     return service
 
 
+def check_ended(run_id: str, request: Request) -> str:
+    """The id of a run that may be changed.
+
+    Raises:
+        RunUnfinishedError: If it has not ended.
+    """
+    get_run_service(request).check_ended(run_id)
+    return run_id
+
+
 def get_stored_run(run_id: str, request: Request) -> StoredRun:
     """The saved run of that id.
 
     Raises:
+        RunUnfinishedError: If it has not ended.
         RecordingNotFoundError: If there is none.
     """
-    return get_run_service(request).store.get(run_id)
+    return get_run_service(request).get(run_id)
 
 
 def open_stored_run(run_id: str, request: Request) -> RunResult:
     """The saved run of that id, read back.
 
     Raises:
+        RunUnfinishedError: If it has not ended.
         RecordingNotFoundError: If there is none.
         RecordingError: If its file is damaged.
     """
-    return get_run_service(request).store.open(run_id)
+    return get_run_service(request).open(run_id)
+
+
+def get_study_service(request: Request) -> StudyService:
+    """The service for studies of the application that answers."""
+    service: StudyService = request.app.state.study_service
+    return service
+
+
+def open_study_results(study_id: str, request: Request) -> StudyResults:
+    """The results of the study of that id.
+
+    Raises:
+        StudyNotFoundError: If there is none.
+        RecordingError: If its file is damaged.
+    """
+    return get_study_service(request).results(study_id)
+
+
+async def read_study_body(request: Request) -> Any:
+    """The body of a request for a study, as plain values; raises as `read_body`."""
+    return await read_values(request, (JSON_TYPE,), MAX_STUDY_VALUES)
 
 
 async def read_run_create(request: Request) -> RunCreate:
@@ -86,14 +134,7 @@ async def read_body(request: Request, kind: type[Body], types: tuple[str, ...]) 
         UnreadableBodyError: If it is not JSON.
         InvalidRequestError: If it is something else than it should be.
     """
-    content_type = request.headers.get("content-type", "")
-    if content_type.partition(";")[0].strip().lower() not in types:
-        raise UnsupportedBodyError(content_type, types[0])
-    try:
-        body = await request.body()
-    except ClientDisconnect as error:
-        raise UnreadableBodyError("its sender has gone") from error
-    value = await run_in_threadpool(read_json, body)
+    value = await read_values(request, types, MAX_VALUES)
     try:
         return kind.model_validate(value)
     except ValidationError as error:
@@ -101,9 +142,37 @@ async def read_body(request: Request, kind: type[Body], types: tuple[str, ...]) 
         raise InvalidRequestError(invalid_fields(error.errors(), known)) from error
 
 
+async def read_values(request: Request, types: tuple[str, ...], max_values: int) -> Any:
+    """The JSON body of a request as plain values.
+
+    Args:
+        request: The request.
+        types: As what it may be declared; the first is suggested.
+        max_values: How many values it may hold.
+
+    Raises:
+        UnsupportedBodyError: If it is declared as something else than JSON.
+        UnreadableBodyError: If it is not JSON.
+        InvalidRequestError: If it holds what no request may hold.
+    """
+    content_type = request.headers.get("content-type", "")
+    if content_type.partition(";")[0].strip().lower() not in types:
+        raise UnsupportedBodyError(content_type, types[0])
+    try:
+        body = await request.body()
+    except ClientDisconnect as error:
+        raise UnreadableBodyError("its sender has gone") from error
+    return await run_in_threadpool(read_json, body, max_values)
+
+
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
+EndedRunIdDep = Annotated[str, Depends(check_ended)]
 RunResultDep = Annotated[RunResult, Depends(open_stored_run)]
 StoredRunDep = Annotated[StoredRun, Depends(get_stored_run)]
 RunCreateDep = Annotated[RunCreate, Depends(read_run_create)]
 RunUpdateDep = Annotated[RunUpdate, Depends(read_run_update)]
 RunsQueryDep = Annotated[RunsQuery, Query()]
+SettingsDep = Annotated[Settings, Depends(get_settings)]
+StudyServiceDep = Annotated[StudyService, Depends(get_study_service)]
+StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
+StudyBodyDep = Annotated[Any, Depends(read_study_body)]

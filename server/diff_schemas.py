@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -33,12 +33,16 @@ class DiffFigureQuery(DiffQuery):
     format: Annotated[Literal["svg", "png"], Field(description="format of the picture")] = "svg"
 
 
+ParameterValue = bool | int | float | str | list[float] | None
+MetricValue = bool | int | float | list[float | None] | None
+
+
 class ParameterDifferencePublic(BaseModel):
     """A parameter of the scenario that differs; null where a run has none."""
 
     key: str
-    a: Any
-    b: Any
+    a: ParameterValue
+    b: ParameterValue
 
 
 class PhaseDifferencePublic(BaseModel):
@@ -62,8 +66,8 @@ class SignalDifferencePublic(BaseModel):
 class MetricPairPublic(BaseModel):
     """A metric of both runs."""
 
-    a: Any
-    b: Any
+    a: MetricValue
+    b: MetricValue
 
 
 class DiffPublic(BaseModel):

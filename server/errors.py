@@ -25,13 +25,19 @@ from recordings.exceptions import (
     RecordingWriteError,
     StorageFullError,
 )
+from recordings.study.rebuild import RebuildError
+from server.idempotency import IdempotencyKeyReusedError
 
 __all__ = [
     "STATUSES",
     "BodyTooLargeError",
     "BodyTooSlowError",
     "InvalidRequestError",
+    "ResultNotFoundError",
+    "RunForgottenError",
+    "RunUnfinishedError",
     "ServiceBusyError",
+    "StudyUnfinishedError",
     "UnreadableBodyError",
     "UnsupportedBodyError",
     "add_error_handlers",
@@ -42,6 +48,7 @@ __all__ = [
 ]
 
 _BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
+_PLACES = ("body", "query", "header", "path", "str", "dict")
 _METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
 
 
@@ -98,18 +105,61 @@ class ServiceBusyError(SlipgraspError):
         super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
 
 
+class RunUnfinishedError(SlipgraspError):
+    """Something that can be done with a run only once it has ended."""
+
+    def __init__(self, run_id: str) -> None:
+        super().__init__(
+            f"run '{run_id}' has not ended yet; wait until GET /api/v1/runs/{run_id} answers 200, "
+            f"or end it with POST /api/v1/runs/{run_id}/stop"
+        )
+
+
+class StudyUnfinishedError(SlipgraspError):
+    """Something that can be done with a study only once its file is complete."""
+
+    def __init__(self, study_id: str) -> None:
+        super().__init__(
+            f"study '{study_id}' is not finished; wait for its end, or end it where it is with "
+            f"POST /api/v1/studies/{study_id}/cancel"
+        )
+
+
+class ResultNotFoundError(SlipgraspError):
+    """A study has no result of that run."""
+
+    def __init__(self, study_id: str, index: int, num_rows: int, num_runs: int) -> None:
+        there = f"those of runs 0 … {num_rows - 1}" if num_rows else "none yet"
+        super().__init__(
+            f"study '{study_id}' has no result of run {index}, but {there}, of {num_runs} runs"
+        )
+
+
+class RunForgottenError(SlipgraspError):
+    """A run that was still waiting for its turn when the service ended."""
+
+    def __init__(self) -> None:
+        super().__init__("the service ended before the run began; send the request again")
+
+
 STATUSES: Mapping[type[SlipgraspError], int] = {
     UnreadableBodyError: 400,
     RecordingNotFoundError: 404,
     BodyTooSlowError: 408,
+    ResultNotFoundError: 404,
+    RunUnfinishedError: 409,
+    StudyUnfinishedError: 409,
+    RebuildError: 409,
     RecordingChangedError: 412,
     BodyTooLargeError: 413,
     UnsupportedBodyError: 415,
+    IdempotencyKeyReusedError: 422,
     InvalidRequestError: 422,
     ScenarioError: 422,
     RecordingWriteError: 507,
     StorageFullError: 507,
     RecordingError: 422,
+    RunForgottenError: 503,
     ServiceBusyError: 503,
 }
 """The status of each error; of two that fit, the first."""
@@ -205,7 +255,7 @@ def invalid_fields(findings: Iterable[Any], known: Iterable[str] = ()) -> list[F
 
 
 def _field_error(finding: Any, known: Sequence[str]) -> FieldError:
-    path = [str(part) for part in finding["loc"] if part not in ("body", "query", "str", "dict")]
+    path = [str(part) for part in finding["loc"] if part not in _PLACES]
     field = printable(".".join(path))
     if finding["type"] == "extra_forbidden":
         message = f"unknown field '{field}'{nearest(field, known)}"

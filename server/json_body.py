@@ -28,11 +28,12 @@ MAX_FINDINGS = 20
 _MAX_DIGITS = 308
 
 
-def read_json(body: bytes) -> Any:
+def read_json(body: bytes, max_values: int = MAX_VALUES) -> Any:
     """Parses a request body.
 
     Args:
         body: The bytes as they came.
+        max_values: How many values it may hold.
 
     Returns:
         Plain values: dict, list, str, int, float, bool or None.
@@ -54,7 +55,7 @@ def read_json(body: bytes) -> Any:
         raise UnreadableBodyError(found) from error
     except RecursionError as error:
         raise UnreadableBodyError(f"it is nested deeper than {MAX_DEPTH} levels") from error
-    if findings := list(islice(_find_faults(value), MAX_FINDINGS)):
+    if findings := list(islice(_find_faults(value, max_values), MAX_FINDINGS)):
         raise InvalidRequestError(findings)
     return value
 
@@ -74,15 +75,15 @@ def _read_integer(digits: str) -> int | float:
     return int(digits) if len(digits) <= _MAX_DIGITS else math.copysign(math.inf, float(digits[:2]))
 
 
-def _find_faults(root: Any) -> Iterator[FieldError]:
+def _find_faults(root: Any, max_values: int) -> Iterator[FieldError]:
     """Walks the values without recursion."""
     branches: list[tuple[str, int, Any]] = [("", 0, root)]
     num_values = 0
     while branches:
         field, depth, value = branches.pop()
         num_values += 1
-        if num_values > MAX_VALUES:
-            limit = f"{MAX_VALUES} values"
+        if num_values > max_values:
+            limit = f"{max_values} values"
             yield _fault("", None, limit, f"the body holds more than {limit}")
             return
         if depth > MAX_DEPTH:

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import asdict
+from http import HTTPStatus
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from core.result import RunResult
 from core.types import Outcome, Reason
 from recordings.description import Description
 from recordings.run_index import FoundRuns
 from recordings.stored_run import StoredRun
+from server.pending_run import PendingRun, RunState
 
 __all__ = [
     "API_PATH",
     "HealthPublic",
+    "PendingRunPublic",
     "ProblemPublic",
     "RunPublic",
     "RunsPublic",
@@ -123,6 +125,8 @@ class RunPublic(BaseModel):
                 "self": own,
                 "signals": f"{own}/signals",
                 "signals_csv": f"{own}/signals.csv",
+                "signals_parquet": f"{own}/signals.parquet",
+                "signals_npz": f"{own}/signals.npz",
                 "recording": f"{own}/recording",
             },
         }
@@ -132,9 +136,8 @@ class RunPublic(BaseModel):
             return cls.model_validate({**_damaged_summary(stored.title), **kept})
 
     @classmethod
-    def from_result(cls, result: RunResult) -> Self:
-        """A run that could not be saved: nothing of it can be asked for again."""
-        description = Description.from_result(result)
+    def from_description(cls, description: Description) -> Self:
+        """A run that could not be saved."""
         told = {
             "title": description.title,
             "preset": description.preset,
@@ -143,6 +146,22 @@ class RunPublic(BaseModel):
         unkept = {"id": None, "created": None, "recording": None, "size": None, "links": {}}
         unwritten = {"name": "", "notes": "", "tags": []}
         return cls.model_validate({**description.summary, **told, **unkept, **unwritten})
+
+
+class PendingRunPublic(BaseModel):
+    """A run that has not ended: it waits for its turn, or is simulated."""
+
+    id: str
+    state: RunState
+    progress: Annotated[float, Field(ge=0.0, le=1.0, description="simulated share")]
+    links: dict[str, str]
+
+    @classmethod
+    def from_pending(cls, pending: PendingRun) -> Self:
+        """The run as it is now."""
+        own = f"{API_PATH}/runs/{pending.id}"
+        links = {"self": own, "stop": f"{own}/stop"}
+        return cls(id=pending.id, state=pending.state, progress=pending.progress, links=links)
 
 
 def _damaged_summary(finding: str) -> dict[str, Any]:
@@ -207,6 +226,25 @@ class FieldErrorPublic(BaseModel):
 class ProblemPublic(BaseModel):
     """An error (RFC 9457, application/problem+json)."""
 
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "type": "about:blank",
+                "title": "Unprocessable Content",
+                "status": 422,
+                "detail": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
+                "errors": [
+                    {
+                        "field": "object.masss",
+                        "value": None,
+                        "limit": None,
+                        "message": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
+                    }
+                ],
+            }
+        }
+    )
+
     type: str
     title: str
     status: int
@@ -216,5 +254,9 @@ class ProblemPublic(BaseModel):
     @classmethod
     def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
         """How a route declares that it may answer so."""
-        content = {"application/problem+json": {"schema": cls.model_json_schema()}}
-        return {status: {"description": "Problem", "content": content} for status in statuses}
+        schema = {"$ref": f"#/components/schemas/{cls.__name__}"}
+        content = {"application/problem+json": {"schema": schema}}
+        return {
+            status: {"description": HTTPStatus(status).phrase, "content": content}
+            for status in sorted(statuses)
+        }

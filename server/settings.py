@@ -29,8 +29,17 @@ class Settings:
         max_running: Runs simulated at the same time.
         max_waiting: Runs that may wait for their turn; more are told to come back.
         retry_after: When to come back [s].
+        answer_within: How long a request for a run waits for its end, unless it says [s].
+        max_wait: How long it may wait at most [s].
         max_body_bytes: Largest request body, but for recordings.
         max_upload_bytes: Largest recording that may be sent.
+        max_study_body_bytes: Largest request for a study.
+        max_study_runs: Runs of a study.
+        max_studies_waiting: Studies that may wait for their turn.
+        max_event_streams: Streams of events that may be open at the same time.
+        event_heartbeat: After how much silence such a stream says that it is still there [s].
+        study_executor: Who simulates studies (`core.executors.make_executor`).
+        study_workers: In how many processes; None takes as many as there are processors.
         quota_bytes: How much the files in the data directory may take; then no run is begun.
         min_free_bytes: How much must stay free on its disk; likewise.
         exclusive: Whether no other service may use the data directory meanwhile.
@@ -43,8 +52,17 @@ class Settings:
     max_running: int = 2
     max_waiting: int = 100
     retry_after: int = 5
+    answer_within: float = 2.0
+    max_wait: float = 60.0
     max_body_bytes: int = 1_000_000
     max_upload_bytes: int = 512_000_000
+    max_study_body_bytes: int = 8_000_000
+    max_study_runs: int = 100_000
+    max_studies_waiting: int = 20
+    max_event_streams: int = 32
+    event_heartbeat: float = 15.0
+    study_executor: str = "processes"
+    study_workers: int | None = None
     quota_bytes: int = StorageLimits().quota
     min_free_bytes: int = StorageLimits().min_free
     exclusive: bool = True

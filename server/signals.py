@@ -10,16 +10,29 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
+from pydantic import BaseModel, Field
 
 from core.columns import Column, columns_of
 from core.exceptions import FieldError
 from core.result import RunResult
 from server.errors import InvalidRequestError, nearest, printable
 
-__all__ = ["encode_columns", "select_columns"]
+__all__ = ["SignalsPublic", "encode_columns", "select_columns"]
 
 VALUES_AT_ONCE = 5000
 MAX_UNKNOWN_LISTED = 20
+
+
+class SignalsPublic(BaseModel):
+    """Columns of a run, all of the same length."""
+
+    id: str
+    count: int = Field(description="how many values each column has")
+    units: dict[str, str] = Field(description="SI unit of each column")
+    signals: dict[str, list[float | str | None]] = Field(
+        description="numbers, null where there is none; phases as words",
+        examples=[{"t": [0.0, 0.005], "phase_0": ["slip_forward", "stick"]}],
+    )
 
 
 def select_columns(result: RunResult, names: Iterable[str]) -> list[Column]:

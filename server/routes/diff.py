@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query, Response
 from recordings.comparison import compare
 from server.dependencies import RunServiceDep
 from server.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
+from server.downloads import BINARY_SCHEMA
 from server.schemas import ProblemPublic
 
 __all__ = ["router"]
@@ -19,10 +20,10 @@ MEDIA_TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 router = APIRouter(prefix="/diff", tags=["diff"])
 
 
-@router.get("", responses=ProblemPublic.responses((404, 422)))
+@router.get("", responses=ProblemPublic.responses((404, 409, 422)))
 def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> DiffPublic:
     """What tells two runs apart: parameters, phase changes, columns and metrics."""
-    a, b = (service.store.open(run_id) for run_id in (query.a, query.b))
+    a, b = (service.open(run_id) for run_id in (query.a, query.b))
     return DiffPublic.from_comparison(compare(a, b, query.tolerance))
 
 
@@ -30,8 +31,13 @@ def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> D
     "/figure",
     response_class=Response,
     responses={
-        200: {"content": {media_type: {} for media_type in MEDIA_TYPES.values()}},
-        **ProblemPublic.responses((404, 422)),
+        200: {
+            "description": "The picture",
+            "content": {
+                media_type: {"schema": BINARY_SCHEMA} for media_type in MEDIA_TYPES.values()
+            },
+        },
+        **ProblemPublic.responses((404, 409, 422)),
     },
 )
 def draw_diff(query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep) -> Response:
@@ -40,7 +46,7 @@ def draw_diff(query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep
     from recordings.figures.comparison import draw_comparison
     from recordings.figures.files import save_figure
 
-    a, b = (service.store.open(run_id) for run_id in (query.a, query.b))
+    a, b = (service.open(run_id) for run_id in (query.a, query.b))
     figure = draw_comparison(compare(a, b, query.tolerance), a, b, (query.a, query.b))
     picture = io.BytesIO()
     save_figure(figure, picture, query.format)

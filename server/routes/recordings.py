@@ -1,4 +1,4 @@
-"""Recordings that are sent, and the files themselves."""
+"""Recordings that are sent."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from contextlib import aclosing
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
-from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
 
 from recordings.annotations import Annotations, RunName
-from recordings.exceptions import RecordingNotFoundError
 from recordings.store import RecordingStore, StoredRun
-from server.conditions import entity_tag, is_known
-from server.dependencies import RunServiceDep, StoredRunDep
+from server.conditions import entity_tag
+from server.dependencies import RunServiceDep
+from server.downloads import BINARY_SCHEMA
 from server.errors import ServiceBusyError
 from server.schemas import API_PATH, ProblemPublic, RunPublic
 from server.upload_body import FORM, RAW_TYPES, file_pieces
@@ -30,15 +29,14 @@ UPLOAD_PATH = f"{API_PATH}/recordings"
 
 router = APIRouter(tags=["recordings"])
 
-_BINARY = {"type": "string", "format": "binary"}
 _UPLOAD_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "description": "A recording as `slipgrasp run` writes it: "
         "`curl --data-binary @run.mcap URL` or `curl -F file=@run.mcap URL`.",
         "content": {
-            **{kind: {"schema": _BINARY} for kind in RAW_TYPES[:2]},
-            FORM: {"schema": {"type": "object", "properties": {"file": _BINARY}}},
+            **{kind: {"schema": BINARY_SCHEMA} for kind in RAW_TYPES[:2]},
+            FORM: {"schema": {"type": "object", "properties": {"file": BINARY_SCHEMA}}},
         },
     }
 }
@@ -89,35 +87,3 @@ async def _larger(pieces: AsyncIterator[bytes]) -> AsyncGenerator[bytes]:
             yield bytes(waiting)
             waiting.clear()
     yield bytes(waiting)
-
-
-@router.head("/runs/{run_id}/recording", include_in_schema=False)
-@router.get(
-    "/runs/{run_id}/recording",
-    response_class=FileResponse,
-    responses={
-        200: {"content": {"application/octet-stream": {}}},
-        206: {
-            "description": "The part that `Range` asks for",
-            "content": {"application/octet-stream": {}},
-        },
-        304: {"description": "The client has it, as `If-None-Match` says"},
-        **ProblemPublic.responses((404,)),
-    },
-)
-def read_recording_file(stored: StoredRunDep, request: Request) -> Response:
-    """The MCAP file, whole or in parts."""
-    try:
-        status = stored.path.stat()
-    except FileNotFoundError:
-        raise RecordingNotFoundError(stored.id) from None
-    file = FileResponse(
-        stored.path,
-        media_type="application/octet-stream",
-        filename=stored.path.name,
-        stat_result=status,
-    )
-    tag = file.headers["etag"]
-    if is_known(tag, request.headers.get("if-none-match")):
-        return Response(status_code=304, headers={"ETag": tag})
-    return file

@@ -1,75 +1,95 @@
-"""Runs: simulate, search, rename, delete, and everything that was recorded of one."""
+"""Runs: simulate, wait for, search, rename, stop and delete."""
 
 from __future__ import annotations
 
-import asyncio
-import tempfile
-from collections.abc import Iterator
 from functools import partial
 from typing import Annotated, Any
-from urllib.parse import urlencode
 
-from fastapi import APIRouter, Header, Query, Request, Response
-from fastapi.responses import StreamingResponse
-from pydantic import BaseModel
+from fastapi import APIRouter, Header, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from core.result import RunResult
-from recordings.export import write_csv
+from core.validation import check_scenario
+from recordings.description import Description
+from recordings.stored_run import StoredRun
 from server.conditions import entity_tag, expected_revisions, is_known
 from server.dependencies import (
+    EndedRunIdDep,
     RunCreateDep,
-    RunResultDep,
     RunServiceDep,
     RunsQueryDep,
     RunUpdateDep,
-    StoredRunDep,
 )
+from server.idempotency import IdempotencyKey, request_digest
+from server.openapi import json_body
+from server.paging import page_links
+from server.pending_run import PendingRun
+from server.preferences import Patience, PatienceDep
+from server.request_keys import KeyedRequest
 from server.run_request import RunCreate
+from server.run_service import RunService
 from server.run_update import RunUpdate
-from server.schemas import API_PATH, ProblemPublic, RunPublic, RunsPublic
-from server.signals import encode_columns, select_columns
+from server.schemas import PendingRunPublic, ProblemPublic, RunPublic, RunsPublic
+from server.stopping import StoppingDep, wait_for
 
 __all__ = ["router"]
 
-CSV_PIECE_BYTES = 1 << 16
+RETRY_AFTER = 1
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
-
-def _json_body(model: type[BaseModel]) -> dict[str, Any]:
-    """How a route declares the body that its dependency reads."""
-    content = {"application/json": {"schema": model.model_json_schema()}}
-    return {"requestBody": {"required": True, "content": content}}
+_TEXT = {"type": "string"}
+_LOCATION = {"Location": {"description": "Where the run is found", "schema": _TEXT}}
+_TAG = {"ETag": {"description": "Tag of what is told of the run", "schema": _TEXT}}
+_PENDING: dict[int | str, dict[str, Any]] = {
+    202: {
+        "model": PendingRunPublic,
+        "description": "It has not ended yet; ask `Location` again after `Retry-After` seconds",
+        "headers": {
+            **_LOCATION,
+            "Retry-After": {"description": "in seconds", "schema": {"type": "integer"}},
+        },
+    }
+}
+_IfMatch = Annotated[
+    str | None,
+    Header(description="do it only if the run's `ETag` is still this one, else answer 412"),
+]
 
 
 @router.post(
     "",
     status_code=201,
-    responses=ProblemPublic.responses((400, 413, 415, 422, 503, 507)),
-    openapi_extra=_json_body(RunCreate),
+    response_model=RunPublic,
+    responses={
+        201: {"description": "It has ended and is kept", "headers": {**_LOCATION, **_TAG}},
+        **_PENDING,
+        **ProblemPublic.responses((400, 413, 415, 422, 503, 507)),
+    },
+    openapi_extra=json_body(RunCreate),
 )
 async def create_run(
-    request: RunCreateDep, service: RunServiceDep, response: Response
-) -> RunPublic:
-    """Simulate a scenario and keep the run, also where physics, or a limit, ends it early."""
-    result, stored = await asyncio.wrap_future(service.submit(request.to_scenario))
-    if stored is None:
-        return await run_in_threadpool(RunPublic.from_result, result)
-    run = await run_in_threadpool(RunPublic.from_stored, stored)
-    response.headers["Location"] = run.links["self"]
-    return run
+    request: RunCreateDep,
+    service: RunServiceDep,
+    patience: PatienceDep,
+    stopping: StoppingDep,
+    idempotency_key: IdempotencyKey = "",
+) -> Response:
+    """Simulate a scenario and keep the run, also where physics, or a limit, ends it early.
+
+    A run that takes longer than about two seconds is answered with 202 before it has ended;
+    it goes on, whether somebody asks for it or not.
+    """
+    found = await run_in_threadpool(_begin, service, request, idempotency_key)
+    if isinstance(found, PendingRun):
+        await wait_for(found.future, patience.seconds, stopping)
+    return await run_in_threadpool(_answer, found, patience, 201)
 
 
 @router.get("", responses=ProblemPublic.responses((422,)))
 def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> RunsPublic:
     """The saved runs that are asked for, the newest first unless told otherwise."""
     found = service.store.find(query.to_query())
-    links = {}
-    if query.offset + query.limit < found.count:
-        links["next"] = _page_link(request, query.offset + query.limit)
-    if query.offset > 0:
-        links["prev"] = _page_link(request, max(query.offset - query.limit, 0))
+    links = page_links(request, query.offset, query.limit, found.count)
     return RunsPublic.from_found(found, links)
 
 
@@ -77,33 +97,58 @@ def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> 
     "/{run_id}",
     response_model=RunPublic,
     responses={
+        200: {"description": "It has ended", "headers": _TAG},
+        **_PENDING,
         304: {"description": "The client has it, as `If-None-Match` says"},
         **ProblemPublic.responses((404,)),
     },
 )
-def read_run(stored: StoredRunDep, request: Request, response: Response) -> RunPublic | Response:
-    """A saved run without its signals; its `ETag` is what a change may depend on."""
-    tag = entity_tag(stored)
-    if is_known(tag, request.headers.get("if-none-match")):
-        return Response(status_code=304, headers={"ETag": tag})
-    response.headers["ETag"] = tag
-    return RunPublic.from_stored(stored)
+async def read_run(
+    run_id: str,
+    service: RunServiceDep,
+    patience: PatienceDep,
+    stopping: StoppingDep,
+    if_none_match: Annotated[
+        str | None, Header(description="answer 304 if the run's `ETag` is still this one")
+    ] = None,
+) -> Response:
+    """A run without its signals; its `ETag` is what a change may depend on.
+
+    One that has not ended is answered with 202; with `Prefer: wait=10` that takes up to
+    10 s, and is the run itself if it ends meanwhile.
+    """
+    found = await run_in_threadpool(service.look_up, run_id)
+    if isinstance(found, PendingRun) and patience.applied:
+        await wait_for(found.future, patience.seconds, stopping)
+    return await run_in_threadpool(_answer, found, patience, 200, if_none_match)
+
+
+@router.post(
+    "/{run_id}/stop",
+    response_model=RunPublic,
+    responses={**_PENDING, **ProblemPublic.responses((404, 503))},
+)
+async def stop_run(
+    run_id: str, service: RunServiceDep, patience: PatienceDep, stopping: StoppingDep
+) -> Response:
+    """End a run now and keep what was simulated; one that has ended stays as it is."""
+    found = await run_in_threadpool(service.stop, run_id)
+    if isinstance(found, PendingRun):
+        await wait_for(found.future, patience.seconds, stopping)
+    return await run_in_threadpool(_answer, found, patience, 200)
 
 
 @router.patch(
     "/{run_id}",
-    responses=ProblemPublic.responses((400, 404, 412, 413, 415, 422, 507)),
-    openapi_extra=_json_body(RunUpdate),
+    responses=ProblemPublic.responses((400, 404, 409, 412, 413, 415, 422, 507)),
+    openapi_extra=json_body(RunUpdate),
 )
 async def update_run(
-    run_id: str,
+    run_id: EndedRunIdDep,
     update: RunUpdateDep,
     service: RunServiceDep,
     response: Response,
-    if_match: Annotated[
-        str | None,
-        Header(description="change it only if its `ETag` is still this one, else answer 412"),
-    ] = None,
+    if_match: _IfMatch = None,
 ) -> RunPublic:
     """Change name, notes or tags of a run; the recording stays as it is."""
     annotate = partial(service.store.annotate, run_id, **update.changes())
@@ -112,62 +157,54 @@ async def update_run(
     return RunPublic.from_stored(stored)
 
 
-@router.delete("/{run_id}", status_code=204, responses=ProblemPublic.responses((404,)))
-def delete_run(run_id: str, service: RunServiceDep) -> None:
+@router.delete("/{run_id}", status_code=204, responses=ProblemPublic.responses((404, 409, 412)))
+def delete_run(run_id: EndedRunIdDep, service: RunServiceDep, if_match: _IfMatch = None) -> None:
     """Delete a run for good: its recording and all that is written about it."""
-    service.store.delete(run_id)
+    service.store.delete(run_id, expected=expected_revisions(if_match))
 
 
-@router.get(
-    "/{run_id}/signals",
-    response_class=StreamingResponse,
-    responses={
-        200: {
-            "description": "Columns by name, their units, and how many values each has.",
-            "content": {"application/json": {}},
-        },
-        **ProblemPublic.responses((404, 422)),
-    },
-)
-def read_signals(
-    stored: StoredRunDep,
-    result: RunResultDep,
-    names: Annotated[
-        str,
-        Query(
-            max_length=4000,
-            description="columns as in the CSV file, or whole signals, separated by commas; "
-            "all if left out",
-            examples=["t,slip,normal_force_0"],
-        ),
-    ] = "",
-) -> StreamingResponse:
-    """What was recorded of a run, column by column; an event gives two values at one time."""
-    wanted = [name.strip() for name in names.split(",")] if names else []
-    columns = select_columns(result, wanted)
-    return StreamingResponse(encode_columns(stored.id, columns), media_type="application/json")
+def _begin(
+    service: RunService, request: RunCreate, key: str
+) -> PendingRun | StoredRun | Description:
+    """Finds out what is wrong with a scenario before it waits for its turn."""
+    scenario = request.to_scenario()
+    check_scenario(scenario)
+    if not key:
+        return service.submit(lambda: scenario)
+    digest = request_digest(request.model_dump(mode="json", by_alias=True))
+    return service.submit_once(lambda: scenario, KeyedRequest(key, digest))
 
 
-@router.get(
-    "/{run_id}/signals.csv",
-    response_class=StreamingResponse,
-    responses={200: {"content": {"text/csv": {}}}, **ProblemPublic.responses((404, 422))},
-)
-def read_signals_as_csv(stored: StoredRunDep, result: RunResultDep) -> StreamingResponse:
-    """The table that ``slipgrasp export`` writes."""
-    headers = {"Content-Disposition": f'attachment; filename="{stored.id}.csv"'}
-    return StreamingResponse(_csv_pieces(result), media_type="text/csv", headers=headers)
+def _answer(
+    found: PendingRun | StoredRun | Description,
+    patience: Patience,
+    status: int,
+    if_none_match: str | None = None,
+) -> Response:
+    """A run as it is now, with the status where it has ended."""
+    if isinstance(found, PendingRun):
+        if not found.done():
+            return _answer_pending(found, patience)
+        result, stored = found.result()
+        found = stored or Description.from_result(result)
+    headers = patience.headers
+    if isinstance(found, Description):
+        return _json(RunPublic.from_description(found), status, headers)
+    headers["ETag"] = entity_tag(found)
+    if is_known(headers["ETag"], if_none_match):
+        return Response(status_code=304, headers=headers)
+    run = RunPublic.from_stored(found)
+    if status == 201:
+        headers["Location"] = run.links["self"]
+    return _json(run, status, headers)
 
 
-def _page_link(request: Request, offset: int) -> str:
-    asked = [pair for pair in request.query_params.multi_items() if pair[0] != "offset"]
-    return f"{API_PATH}/runs?{urlencode([*asked, ('offset', offset)])}"
+def _answer_pending(pending: PendingRun, patience: Patience) -> Response:
+    run = PendingRunPublic.from_pending(pending)
+    told = {"Location": run.links["self"], "Retry-After": str(RETRY_AFTER)}
+    return _json(run, 202, {**patience.headers, **told})
 
 
-def _csv_pieces(result: RunResult) -> Iterator[str]:
-    """The CSV text by way of a temporary file: of a long run it is too large for memory."""
-    with tempfile.TemporaryFile("w+", encoding="utf-8", newline="") as file:
-        write_csv(result, file)
-        file.seek(0)
-        while piece := file.read(CSV_PIECE_BYTES):
-            yield piece
+def _json(content: RunPublic | PendingRunPublic, status: int, headers: dict[str, str]) -> Response:
+    text = content.model_dump_json(by_alias=True)
+    return Response(text, status, headers, media_type="application/json")

@@ -1,60 +1,152 @@
-"""A saved run as a table for other programs: Parquet and NPZ."""
+"""What was recorded of a run: its file, and its signals as JSON, CSV, Parquet and NPZ."""
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Iterator
-from typing import BinaryIO
+import io
+from collections.abc import Callable
+from functools import partial
+from typing import Annotated, BinaryIO
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query, Response
 from fastapi.responses import StreamingResponse
 
+from core.provenance import program_version
 from core.result import RunResult
-from recordings.export import write_npz, write_parquet
+from recordings.exceptions import RecordingNotFoundError
+from recordings.export import write_csv, write_npz, write_parquet
+from recordings.reader import read_recording
+from recordings.stored_run import StoredRun
 from server.dependencies import RunResultDep, StoredRunDep
+from server.downloads import (
+    BINARY,
+    Asked,
+    AskedDep,
+    Download,
+    download_responses,
+    file_tag,
+    tag_of,
+)
+from server.made_files import MadeFiles, MadeFilesDep
 from server.schemas import ProblemPublic
+from server.signals import SignalsPublic, encode_columns, select_columns
 
 __all__ = ["router"]
 
-PIECE_BYTES = 1 << 16
+CSV = "text/csv"
 PARQUET = "application/vnd.apache.parquet"
-NPZ = "application/octet-stream"
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
+_TABLE_PROBLEMS = (404, 409, 422, 507)
 
+
+@router.get(
+    "/{run_id}/signals",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "Columns by name, their units, and how many values each has.",
+            "model": SignalsPublic,
+        },
+        **ProblemPublic.responses((404, 409, 422)),
+    },
+)
+def read_signals(
+    stored: StoredRunDep,
+    result: RunResultDep,
+    names: Annotated[
+        str,
+        Query(
+            max_length=4000,
+            description="columns as in the CSV file, or whole signals, separated by commas; "
+            "all if left out",
+            examples=["t,slip,normal_force_0"],
+        ),
+    ] = "",
+) -> StreamingResponse:
+    """What was recorded of a run, column by column; an event gives two values at one time."""
+    wanted = [name.strip() for name in names.split(",")] if names else []
+    columns = select_columns(result, wanted)
+    return StreamingResponse(encode_columns(stored.id, columns), media_type="application/json")
+
+
+@router.head("/{run_id}/recording", include_in_schema=False)
+@router.get(
+    "/{run_id}/recording",
+    response_class=Response,
+    responses=download_responses(BINARY, problems=(404, 409)),
+)
+def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
+    """The MCAP file, whole or a part of it."""
+    try:
+        tag, file = file_tag(stored.path), stored.path.open
+        name = stored.path.name
+        download = Download(tag=tag, name=name, media_type=BINARY, open=partial(file, "rb"))
+        return download.answer(asked)
+    except FileNotFoundError:
+        raise RecordingNotFoundError(stored.id) from None
+
+
+@router.head("/{run_id}/signals.csv", include_in_schema=False)
+@router.get(
+    "/{run_id}/signals.csv",
+    response_class=Response,
+    responses=download_responses(CSV, problems=_TABLE_PROBLEMS),
+)
+def read_signals_as_csv(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
+    """The table that ``slipgrasp export`` writes."""
+    return _table(stored, asked, made, "csv", CSV, _write_csv)
+
+
+@router.head("/{run_id}/signals.parquet", include_in_schema=False)
 @router.get(
     "/{run_id}/signals.parquet",
-    response_class=StreamingResponse,
-    responses={200: {"content": {PARQUET: {}}}, **ProblemPublic.responses((404, 422))},
+    response_class=Response,
+    responses=download_responses(PARQUET, problems=_TABLE_PROBLEMS),
 )
-def read_signals_as_parquet(stored: StoredRunDep, result: RunResultDep) -> StreamingResponse:
+def read_signals_as_parquet(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
     """All columns with their units, and the scenario, as a Parquet table."""
-    return _download(write_parquet, result, f"{stored.id}.parquet", PARQUET)
+    return _table(stored, asked, made, "parquet", PARQUET, write_parquet)
 
 
+@router.head("/{run_id}/signals.npz", include_in_schema=False)
 @router.get(
     "/{run_id}/signals.npz",
-    response_class=StreamingResponse,
-    responses={200: {"content": {NPZ: {}}}, **ProblemPublic.responses((404, 422))},
+    response_class=Response,
+    responses=download_responses(BINARY, problems=_TABLE_PROBLEMS),
 )
-def read_signals_as_npz(stored: StoredRunDep, result: RunResultDep) -> StreamingResponse:
+def read_signals_as_npz(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
     """All columns as NumPy arrays, and the scenario as JSON."""
-    return _download(write_npz, result, f"{stored.id}.npz", NPZ)
+    return _table(stored, asked, made, "npz", BINARY, write_npz)
 
 
-def _download(
-    write: Callable[[RunResult, BinaryIO], None], result: RunResult, name: str, media_type: str
-) -> StreamingResponse:
-    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    pieces = _pieces(write, result)
-    return StreamingResponse(pieces, media_type=media_type, headers=headers)
+def _table(
+    stored: StoredRun,
+    asked: Asked,
+    made: MadeFiles,
+    suffix: str,
+    media_type: str,
+    write: Callable[[RunResult, BinaryIO], None],
+) -> Response:
+    """A table of a recording; its tag is known without making it."""
+    try:
+        tag = tag_of(file_tag(stored.path), suffix, program_version())
+    except FileNotFoundError:
+        raise RecordingNotFoundError(stored.id) from None
+
+    def make(stream: BinaryIO) -> None:
+        write(read_recording(stored.path), stream)
+
+    download = Download(
+        tag=tag,
+        name=f"{stored.id}.{suffix}",
+        media_type=media_type,
+        open=lambda: made.open(tag, make),
+    )
+    return download.answer(asked)
 
 
-def _pieces(write: Callable[[RunResult, BinaryIO], None], result: RunResult) -> Iterator[bytes]:
-    """The file by way of the disk, so that nothing of it stays in memory."""
-    with tempfile.TemporaryFile() as file:
-        write(result, file)
-        file.seek(0)
-        while piece := file.read(PIECE_BYTES):
-            yield piece
+def _write_csv(result: RunResult, stream: BinaryIO) -> None:
+    text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+    write_csv(result, text)
+    text.detach()

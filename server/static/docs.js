@@ -28,21 +28,29 @@ function parameterField(parameter) {
 
 function requestFor(path, method, operation, form) {
   const query = new URLSearchParams();
+  const options = { method: method.toUpperCase(), headers: {} };
   let target = path;
   for (const parameter of operation.parameters ?? []) {
     const value = form.elements[parameter.name].value;
     if (parameter.in === "path") {
       target = target.replace(`{${parameter.name}}`, encodeURIComponent(value));
+    } else if (value !== "" && parameter.in === "header") {
+      options.headers[parameter.name] = value;
     } else if (value !== "") {
       query.set(parameter.name, value);
     }
   }
-  const options = { method: method.toUpperCase(), headers: {} };
   if (form.elements.body) {
     options.body = form.elements.body.value;
     options.headers["Content-Type"] = "application/json";
   }
   return [query.size ? `${target}?${query}` : target, options];
+}
+
+// An object of the description itself, or the one that it refers to.
+function resolved(schema, description) {
+  const names = schema.$ref?.replace("#/", "").split("/") ?? [];
+  return names.length ? names.reduce((part, name) => part[name], description) : schema;
 }
 
 async function readable(response) {
@@ -69,7 +77,7 @@ async function send(path, method, operation, form, output) {
   }
 }
 
-function operationBlock(path, method, operation) {
+function operationBlock(path, method, operation, description) {
   const heading = element("summary", {},
     element("span", { className: "method" }, method.toUpperCase()),
     element("code", {}, path),
@@ -80,7 +88,7 @@ function operationBlock(path, method, operation) {
   }
   const body = operation.requestBody?.content["application/json"];
   if (body) {
-    const value = JSON.stringify(body.schema.example ?? {}, null, 2);
+    const value = JSON.stringify(resolved(body.schema, description).example ?? {}, null, 2);
     form.append(field("body", "JSON", element("textarea", { name: "body", value })));
   }
   form.append(element("button", { type: "submit" }, "Send"));
@@ -108,7 +116,7 @@ async function render() {
       if (!sections.has(tag)) {
         sections.set(tag, element("section", {}, element("h2", {}, tag)));
       }
-      sections.get(tag).append(operationBlock(path, method, operation));
+      sections.get(tag).append(operationBlock(path, method, operation, document_));
     }
   }
   document.getElementById("operations").append(...sections.values());

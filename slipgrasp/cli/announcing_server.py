@@ -6,10 +6,12 @@ import socket
 
 import uvicorn
 
+from server.stopping import StoppableServer
+
 __all__ = ["AnnouncingServer"]
 
 
-class AnnouncingServer(uvicorn.Server):
+class AnnouncingServer(StoppableServer):
     """Prints its URL alone on a line of standard output as soon as it serves.
 
     Args:

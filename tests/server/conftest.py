@@ -17,6 +17,7 @@ from server.settings import Settings
 from server.viewer_relay import add_viewer_routes
 from server.viewer_server import ViewerServer
 from tests.server.serving import RunningServer, serve
+from tests.server.studying import QUICK, create, finished
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -44,6 +45,25 @@ def sample_run(server: RunningServer) -> dict[str, Any]:
     assert answer.status_code == 201
     run: dict[str, Any] = answer.json()
     return run
+
+
+@pytest.fixture(scope="session")
+def studying(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    folder = tmp_path_factory.mktemp("studied")
+    with serve(Settings(data_directory=folder, study_executor="inline")) as running:
+        yield running
+
+
+@pytest.fixture
+def studies(studying: RunningServer) -> Iterator[httpx2.Client]:
+    with studying.client() as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def finished_study(studying: RunningServer) -> dict[str, Any]:
+    with studying.client() as client:
+        return finished(client, create(client, QUICK))
 
 
 @pytest.fixture(scope="session")

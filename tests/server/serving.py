@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import httpx2
-import uvicorn
 from fastapi import FastAPI
 
 from server.app import create_app, server_config
 from server.settings import Settings
+from server.stopping import StoppableServer
 
 __all__ = ["RunningServer", "serve"]
 
@@ -40,7 +40,7 @@ class RunningServer:
 @contextmanager
 def serve(settings: Settings, app: FastAPI | None = None) -> Iterator[RunningServer]:
     app = app or create_app(settings)
-    server = uvicorn.Server(server_config(app, settings))
+    server = StoppableServer(server_config(app, settings))
     thread = threading.Thread(target=server.run)
     thread.start()
     try:

@@ -195,9 +195,13 @@ def test_a_damaged_sidecar_is_written_anew_by_a_change(client, run) -> None:
 
 
 def test_the_description_shows_examples_of_changes_and_searches(client) -> None:
-    paths = client.get("/openapi.json").json()["paths"]
+    document = client.get("/openapi.json").json()
+    paths = document["paths"]
     patch = paths["/api/v1/runs/{run_id}"]["patch"]
-    schema = patch["requestBody"]["content"]["application/json"]["schema"]
+    assert patch["requestBody"]["content"]["application/json"]["schema"] == {
+        "$ref": "#/components/schemas/RunUpdate"
+    }
+    schema = document["components"]["schemas"]["RunUpdate"]
     assert schema["properties"].keys() == {"name", "notes", "tags"} == schema["example"].keys()
     assert {"200", "400", "404", "412", "415", "422"} <= patch["responses"].keys()
     assert {"204", "404"} <= paths["/api/v1/runs/{run_id}"]["delete"]["responses"].keys()

@@ -58,17 +58,36 @@ def test_the_description_lists_every_route_and_its_problems(client) -> None:
         "/api/v1/parameters",
         "/api/v1/runs",
         "/api/v1/runs/{run_id}",
+        "/api/v1/runs/{run_id}/stop",
         "/api/v1/runs/{run_id}/signals",
         "/api/v1/runs/{run_id}/signals.csv",
         "/api/v1/runs/{run_id}/signals.parquet",
         "/api/v1/runs/{run_id}/signals.npz",
         "/api/v1/runs/{run_id}/recording",
         "/api/v1/recordings",
+        "/api/v1/studies",
+        "/api/v1/studies/estimate",
+        "/api/v1/studies/{study_id}",
+        "/api/v1/studies/{study_id}/cancel",
+        "/api/v1/studies/{study_id}/events",
+        "/api/v1/studies/{study_id}/results",
+        "/api/v1/studies/{study_id}/results.csv",
+        "/api/v1/studies/{study_id}/results.json",
+        "/api/v1/studies/{study_id}/results.parquet",
+        "/api/v1/studies/{study_id}/results/{index}/recording",
+        "/api/v1/studies/{study_id}/summary",
+        "/api/v1/studies/{study_id}/comparison",
+        "/api/v1/studies/{study_id}/map.svg",
+        "/api/v1/studies/{study_id}/map.png",
+        "/api/v1/studies/{study_id}/recording",
         "/api/v1/diff",
         "/api/v1/diff/figure",
     }
     posting = document["paths"]["/api/v1/runs"]["post"]
-    schema = posting["requestBody"]["content"]["application/json"]["schema"]
+    assert posting["requestBody"]["content"]["application/json"]["schema"] == {
+        "$ref": "#/components/schemas/RunCreate"
+    }
+    schema = document["components"]["schemas"]["RunCreate"]
     assert schema["properties"].keys() == {"scenario", "set"} and schema["example"]
     assert {"201", "400", "413", "415", "422", "503"} <= posting["responses"].keys()
     assert "application/problem+json" in posting["responses"]["422"]["content"]

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 from viser import uplot
 
-from tests.ensure_chromium import find_chromium
+from tests.ensure_programs import find_chromium
 
 pytestmark = pytest.mark.browser
 

@@ -322,7 +322,8 @@ def wait_for_kernel(client: httpx2.Client) -> None:
 
 def post_long(running: RunningServer, outcomes: list[str]) -> None:
     with running.client() as client:
-        outcomes.append(client.post("/runs", json=LONG).json()["outcome"])
+        answer = client.post("/runs", json=LONG, headers={"Prefer": "wait=30"})
+        outcomes.append(answer.json()["outcome"])
 
 
 def test_a_full_queue_is_answered_with_when_to_come_back(tmp_path) -> None:
@@ -358,7 +359,7 @@ def test_a_server_that_is_stopped_does_not_wait_for_long_runs(tmp_path) -> None:
 
 def post_and_forget(running: RunningServer) -> None:
     with running.client() as client, suppress(httpx2.HTTPError):
-        client.post("/runs", json=LONG)
+        client.post("/runs", json=LONG, headers={"Prefer": "wait=30"})
 
 
 def test_every_number_of_an_answer_is_finite(client, sample_run) -> None:

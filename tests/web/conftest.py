@@ -14,7 +14,7 @@ from core.result import RunResult
 from core.simulator import simulate
 from server.settings import Settings
 from server.viewer_server import ViewerServer
-from tests.ensure_chromium import HOW_TO_FIX, find_chromium
+from tests.ensure_programs import HOW_TO_FIX, find_chromium
 from tests.server.serving import RunningServer, serve
 from web.app import create_dashboard_app
 

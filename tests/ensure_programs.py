@@ -1,4 +1,4 @@
-"""Finds a Chromium for the browser tests; run as a script, installs one where there is none."""
+"""Finds the programs that tests drive, Chromium and curl; as a script, installs what is missing."""
 
 import os
 import shutil
@@ -13,10 +13,10 @@ NAMES = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
 )
 PACKAGE_MANAGERS = {
-    "apt-get": ("apt-get update", "apt-get install -y --no-install-recommends chromium"),
-    "dnf": ("dnf install -y chromium",),
-    "pacman": ("pacman -Sy --noconfirm chromium",),
-    "apk": ("apk add chromium",),
+    "apt-get": ("apt-get update", "apt-get install -y --no-install-recommends"),
+    "dnf": ("dnf install -y",),
+    "pacman": ("pacman -Sy --noconfirm",),
+    "apk": ("apk add",),
 }
 PRINT_PLAYWRIGHTS_PATH = """
 from playwright.sync_api import sync_playwright
@@ -24,8 +24,8 @@ with sync_playwright() as playwright:
     print(playwright.chromium.executable_path)
 """
 HOW_TO_FIX = (
-    "slipgrasp: the browser tests need Chromium: install it with the system's package manager "
-    "(Debian: apt-get install chromium), then repeat the command"
+    "slipgrasp: the tests need Chromium and curl: install them with the system's package manager "
+    "(Debian: apt-get install chromium curl), then repeat the command"
 )
 
 
@@ -51,14 +51,16 @@ def starts(path: str) -> bool:
         return False
 
 
-def install_with_package_manager() -> None:
-    """Installs Chromium for the whole system, where this process is allowed to."""
+def install_with_package_manager(package: str) -> None:
+    """Installs a package for the whole system, where this process is allowed to."""
     if os.name != "posix" or os.geteuid() != 0:
         return
     for manager, commands in PACKAGE_MANAGERS.items():
         if shutil.which(manager):
-            for command in commands:
-                run(command.split())
+            *preparations, install = commands
+            for preparation in preparations:
+                run(preparation.split())
+            run([*install.split(), package])
 
 
 def install_with_playwright() -> None:
@@ -76,13 +78,25 @@ def run(command: list[str]) -> None:
     subprocess.run(command, stdin=quiet, stdout=quiet, stderr=quiet, env=environment)
 
 
+def has_chromium() -> bool:
+    """Tells whether there is a Chromium in the end, after trying to install one."""
+    if not find_chromium():
+        install_with_package_manager("chromium")
+    if not find_chromium():
+        install_with_playwright()
+    return find_chromium() is not None
+
+
+def has_curl() -> bool:
+    """Tells whether there is a curl in the end, after trying to install one."""
+    if not shutil.which("curl"):
+        install_with_package_manager("curl")
+    return shutil.which("curl") is not None
+
+
 def main() -> int:
-    """Returns 0 if there is a Chromium in the end, else 1 after a line that says how to fix it."""
-    for install in (install_with_package_manager, install_with_playwright):
-        if find_chromium():
-            return 0
-        install()
-    if find_chromium():
+    """Returns 0 if all are there in the end, else 1 after a line that says how to fix it."""
+    if has_chromium() and has_curl():
         return 0
     print(HOW_TO_FIX, file=sys.stderr)
     return 1

@@ -1,0 +1,210 @@
+"""The results of a study as files: tables, success maps, and the study itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from io import TextIOWrapper
+from typing import Annotated, BinaryIO, Literal, TextIO
+
+from fastapi import APIRouter, Query, Request, Response
+
+from core.exceptions import FieldError
+from recordings.study.results import StudyResults
+from recordings.study.varied import choose_axes, numeric_keys
+from server.dependencies import StudyResultsDep, StudyServiceDep
+from server.downloads import BINARY, AskedDep, Download, download_responses, file_tag, tag_of
+from server.errors import InvalidRequestError, StudyUnfinishedError, nearest, printable
+from server.made_files import MadeFiles, MadeFilesDep
+from server.study_request import MapQuery
+
+__all__ = ["router"]
+
+CSV = "text/csv"
+JSON = "application/json"
+PARQUET = "application/vnd.apache.parquet"
+SVG = "image/svg+xml"
+PNG = "image/png"
+
+router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
+
+
+@router.head("/results.csv", include_in_schema=False)
+@router.get(
+    "/results.csv",
+    response_class=Response,
+    responses=download_responses(CSV, problems=(404, 422)),
+)
+def read_study_results_as_csv(
+    study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
+) -> Response:
+    """One row per run that is done; numbers with all their digits."""
+    count = results.num_rows
+    write = _as_text(partial(results.write_csv, num_rows=count))
+    return _table(made, study_id, count, "csv", CSV, write).answer(asked)
+
+
+@router.head("/results.json", include_in_schema=False)
+@router.get(
+    "/results.json",
+    response_class=Response,
+    responses=download_responses(JSON, problems=(404, 422)),
+)
+def read_study_results_as_json(
+    study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
+) -> Response:
+    """The rows of all runs that are done, with the units of their columns."""
+    count = results.num_rows
+    write = _as_text(partial(results.write_json, num_rows=count))
+    return _table(made, study_id, count, "json", JSON, write).answer(asked)
+
+
+@router.head("/results.parquet", include_in_schema=False)
+@router.get(
+    "/results.parquet",
+    response_class=Response,
+    responses=download_responses(PARQUET, problems=(404, 422)),
+)
+def read_study_results_as_parquet(
+    study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
+) -> Response:
+    """The same table with units, and the study itself in its metadata."""
+    count = results.num_rows
+    write = partial(results.write_parquet, num_rows=count)
+    return _table(made, study_id, count, "parquet", PARQUET, write).answer(asked)
+
+
+@router.head("/map.svg", include_in_schema=False)
+@router.get(
+    "/map.svg", response_class=Response, responses=download_responses(SVG, problems=(404, 422))
+)
+def draw_study_map_as_svg(
+    study_id: str,
+    results: StudyResultsDep,
+    query: Annotated[MapQuery, Query()],
+    request: Request,
+    asked: AskedDep,
+    made: MadeFilesDep,
+) -> Response:
+    """Where the object is held, and how it is lost, over two of the varied parameters."""
+    return _map(study_id, results, query, request, made, "svg").answer(asked)
+
+
+@router.head("/map.png", include_in_schema=False)
+@router.get(
+    "/map.png", response_class=Response, responses=download_responses(PNG, problems=(404, 422))
+)
+def draw_study_map_as_png(
+    study_id: str,
+    results: StudyResultsDep,
+    query: Annotated[MapQuery, Query()],
+    request: Request,
+    asked: AskedDep,
+    made: MadeFilesDep,
+) -> Response:
+    """The same picture in pixels."""
+    return _map(study_id, results, query, request, made, "png").answer(asked)
+
+
+@router.head("/recording", include_in_schema=False)
+@router.get(
+    "/recording",
+    response_class=Response,
+    responses=download_responses(BINARY, problems=(404, 409)),
+)
+def read_study_file(study_id: str, service: StudyServiceDep, asked: AskedDep) -> Response:
+    """The MCAP file of a study that has ended: its base, its variation, and all rows."""
+    service.status(study_id)
+    path = service.store.path_of(study_id)
+    try:
+        download = Download(
+            tag=file_tag(path), name=path.name, media_type=BINARY, open=partial(path.open, "rb")
+        )
+        return download.answer(asked)
+    except FileNotFoundError:
+        raise StudyUnfinishedError(study_id) from None
+
+
+def _as_text(write: Callable[[TextIO], None]) -> Callable[[BinaryIO], None]:
+    def write_bytes(stream: BinaryIO) -> None:
+        text = TextIOWrapper(stream, encoding="utf-8", newline="")
+        write(text)
+        text.detach()
+
+    return write_bytes
+
+
+def _table(
+    made: MadeFiles,
+    study_id: str,
+    count: int,
+    ending: str,
+    media_type: str,
+    write: Callable[[BinaryIO], None],
+) -> Download:
+    """Rows are only ever added: the study and their number decide every byte."""
+    tag = tag_of(study_id, count, ending)
+    return Download(
+        tag=tag,
+        name=f"{study_id}.{ending}",
+        media_type=media_type,
+        open=lambda: made.open(tag, write),
+    )
+
+
+def _map(
+    study_id: str,
+    results: StudyResults,
+    query: MapQuery,
+    request: Request,
+    made: MadeFiles,
+    ending: Literal["svg", "png"],
+) -> Download:
+    x, y = _axes_of_map(results, query)
+    tag = tag_of(study_id, results.num_rows, x, y, ending)
+
+    def draw(stream: BinaryIO) -> None:
+        # matplotlib takes a second to load, and its settings are those of the whole process.
+        from recordings.figures.files import save_figure
+        from recordings.figures.success_map import draw_success_map
+
+        with request.app.state.drawing:
+            save_figure(draw_success_map(results, x, y), stream, ending)
+
+    return Download(
+        tag=tag,
+        name=f"{study_id}.{ending}",
+        media_type=SVG if ending == "svg" else PNG,
+        open=lambda: made.open(tag, draw),
+    )
+
+
+def _axes_of_map(results: StudyResults, query: MapQuery) -> tuple[str, str]:
+    """The keys along both axes.
+
+    Raises:
+        InvalidRequestError: If one does not vary in numbers, both are the same, or there are
+            no two.
+    """
+    known = numeric_keys(results.study)
+    chosen = choose_axes(results.study) or (*known, *known)[:2]
+    for field, key in (("x", query.x), ("y", query.y)):
+        if key is not None and key not in known:
+            shown = printable(key)
+            message = f"{field}: '{shown}' does not vary in numbers here{nearest(key, known)}"
+            raise _wrong_axis(field, shown, known, message)
+    if len(known) < 2:
+        message = f"a map needs two keys that vary in numbers; this study has {len(known)}"
+        raise _wrong_axis("x", None, known, message)
+    x = query.x or next(key for key in (*chosen, *known) if key != query.y)
+    y = query.y or next(key for key in (*reversed(chosen), *known) if key != x)
+    if x == y:
+        raise _wrong_axis("y", y, known, f"y: it is '{y}' like x; choose two keys")
+    return x, y
+
+
+def _wrong_axis(
+    field: str, value: str | None, known: tuple[str, ...], message: str
+) -> InvalidRequestError:
+    limit = f"one of {', '.join(known)}" if known else None
+    return InvalidRequestError([FieldError(field=field, value=value, limit=limit, message=message)])

@@ -1,0 +1,53 @@
+"""Studies that are over in a moment, and one that is not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import httpx2
+
+__all__ = ["LONG", "QUICK", "create", "finished", "until"]
+
+QUICK: dict[str, Any] = {
+    "title": "Mass and friction",
+    "base": "paper-case-1",
+    "set": {"simulation.duration": 0.5},
+    "sampling": {"method": "latin-hypercube", "runs": 20, "seed": 3},
+    "vary": {
+        "object.mass": {"min": 0.8, "max": 1.6},
+        "fingers.0.friction": {"min": 0.2, "max": 0.6},
+        "controller.lyapunov_weight": {"values": [1.0, 20.0]},
+    },
+    "recordings": "none",
+}
+LONG: dict[str, Any] = {
+    **QUICK,
+    "set": {"simulation.duration": 30.0},
+    "sampling": {"method": "latin-hypercube", "runs": 1000, "seed": 3},
+}
+
+
+def create(client: httpx2.Client, body: dict[str, Any], key: str = "") -> dict[str, Any]:
+    """The study that is made of a request."""
+    answer = client.post("/studies", json=body, headers={"Idempotency-Key": key} if key else {})
+    assert answer.status_code == 202, answer.text
+    study: dict[str, Any] = answer.json()
+    return study
+
+
+def finished(client: httpx2.Client, study: dict[str, Any]) -> dict[str, Any]:
+    """The study once it has ended."""
+    return until(client, study, lambda now: now["state"] not in ("queued", "running"))
+
+
+def until(
+    client: httpx2.Client, study: dict[str, Any], holds: Callable[[dict[str, Any]], bool]
+) -> dict[str, Any]:
+    """The study as soon as something is true of it."""
+    patience = time.monotonic() + 60.0
+    while not holds(now := client.get(f"/studies/{study['id']}").json()):
+        assert time.monotonic() < patience, now
+        time.sleep(0.02)
+    return now

@@ -1,0 +1,132 @@
+"""Studies whose service, or one of whose workers, is killed in the middle."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from core.executors import make_executor
+from recordings.study.conductor import conduct
+from recordings.study.reader import open_study
+from recordings.study.writer import StudyWriter
+from server.settings import Settings
+from server.study_request import read_study
+from tests.server.serving import serve
+from tests.server.studying import LONG, QUICK, create, finished, until
+
+ROOT = Path(__file__).parents[2]
+BODY = {
+    **QUICK,
+    "set": {"simulation.duration": 2.0},
+    "sampling": {"method": "random", "runs": 100, "seed": 5},
+}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory) -> bytes:
+    """The file of the study as it is if nothing happens, computed here."""
+    path = tmp_path_factory.mktemp("undisturbed") / "study.mcap"
+    study = read_study(BODY, 1000)
+    with make_executor("inline") as executor, StudyWriter(path, study) as writer:
+        end = conduct(
+            study,
+            executor,
+            writer,
+            should_stop=lambda: False,
+            watch=lambda row: None,
+            keep=lambda member: None,
+        )
+        writer.finish(end)
+    return path.read_bytes()
+
+
+@contextmanager
+def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client]]:
+    """A service of its own process, and a client of it."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        try:
+            url = process.stdout.readline().strip()
+            assert url, process.stderr.read()
+            with httpx2.Client(base_url=f"{url}api/v1", timeout=60.0, trust_env=False) as client:
+                yield process, client
+        finally:
+            process.terminate()
+            said = process.communicate(timeout=30)[1]
+    assert "Traceback" not in said
+
+
+def workers_of(process: subprocess.Popen[str]) -> list[int]:
+    threads = Path(f"/proc/{process.pid}/task").iterdir()
+    found = [int(pid) for thread in threads for pid in (thread / "children").read_text().split()]
+    return [pid for pid in found if b"core.executors" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+
+
+def test_no_run_is_lost_or_done_twice_whoever_is_killed(tmp_path, undisturbed):
+    with service(tmp_path) as (process, client):
+        study = create(client, BODY, key="this one")
+        before = until(client, study, lambda now: now["finished"] >= 40)
+        os.kill(workers_of(process)[0], signal.SIGKILL)
+        until(client, study, lambda now: now["finished"] > before["finished"] + 20)
+        process.kill()
+
+    with service(tmp_path) as (_, client):
+        again = create(client, BODY, key="this one")
+        assert again["id"] == study["id"] and again["finished"] > 0
+        ended = finished(client, study)
+        count = client.get("/studies").json()["count"]
+        answer = client.get(f"/studies/{study['id']}/recording")
+
+    assert ended["state"] == "completed" and ended["finished"] == 200 and count == 1
+    assert answer.content == undisturbed
+    file = tmp_path / "answer.mcap"
+    file.write_bytes(answer.content)
+    with open_study(file) as reader:
+        assert [row.index for row in reader.rows()] == list(range(200))
+
+
+def test_a_service_that_is_told_to_end_leaves_its_study_to_the_next(tmp_path, undisturbed):
+    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    with serve(settings) as running, running.client() as client:
+        study = create(client, BODY)
+        waiting = create(client, QUICK)
+        until(client, study, lambda now: now["finished"] > 0)
+    assert not (tmp_path / "studies" / f"{study['id']}.mcap").exists()
+
+    with serve(settings) as running, running.client() as client:
+        assert finished(client, study)["state"] == "completed"
+        assert client.get(f"/studies/{study['id']}/recording").content == undisturbed
+        assert finished(client, waiting)["state"] == "completed"
+
+
+def test_a_study_that_cannot_be_read_any_more_has_failed_and_harms_no_other(tmp_path):
+    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    with serve(settings) as running, running.client() as client:
+        damaged, waiting = create(client, LONG), create(client, QUICK)
+    part = tmp_path / "studies" / f"{damaged['id']}.mcap.part"
+    part.write_bytes(b"nothing of use")
+
+    with serve(settings) as running, running.client() as client:
+        assert finished(client, waiting)["state"] == "completed"
+        told = client.get(f"/studies/{damaged['id']}").json()
+        rows = client.get(f"/studies/{damaged['id']}/results")
+        deleted = client.delete(f"/studies/{damaged['id']}")
+
+    assert told["state"] == "failed" and "it cannot go on" in told["message"]
+    assert rows.status_code == 422 and part.name in rows.json()["detail"]
+    assert deleted.status_code == 204 and not part.exists()

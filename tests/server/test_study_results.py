@@ -1,0 +1,266 @@
+"""What came out of a study, through the REST interface."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import statistics
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+from core.batch import simulate_many
+from core.loading import load_scenario, with_values
+from recordings.reader import read_recording
+from recordings.state_hash import state_hash
+from recordings.study.results import read_results
+from server.settings import Settings
+from tests.server.serving import serve
+from tests.server.studying import LONG, QUICK, create, finished, until
+
+FILES = ["results.csv", "results.json", "results.parquet", "map.svg", "map.png", "recording"]
+
+
+def path_of(study, rest):
+    return f"/studies/{study['id']}/{rest}"
+
+
+@pytest.fixture(scope="module")
+def rows(studying, finished_study):
+    with studying.client() as client:
+        return client.get(path_of(finished_study, "results")).json()["data"]
+
+
+def test_the_rows_are_what_each_run_alone_gives(rows):
+    base = with_values(load_scenario("paper-case-1"), QUICK["set"])
+    keys = list(QUICK["vary"])
+    scenarios = [with_values(base, {key: row[key] for key in keys}) for row in rows]
+
+    for row, summary in zip(rows, simulate_many(scenarios, threads=1), strict=True):
+        assert row["outcome"] == summary.outcome
+        assert {k: row[k] for k in summary.metrics.flattened()} == summary.metrics.flattened()
+
+
+def test_columns_are_described_with_their_units(studies, finished_study, rows):
+    page = studies.get(path_of(finished_study, "results"), params={"limit": 1}).json()
+
+    columns = {column["name"]: column for column in page["columns"]}
+    assert list(columns) == list(rows[0])
+    assert columns["object.mass"]["unit"] == "kg" and columns["object.mass"]["role"] == "varied"
+    assert columns["torque_effort"]["role"] == "metric"
+
+
+def test_pages_follow_each_other_by_their_links(studies, finished_study, rows):
+    page = studies.get(path_of(finished_study, "results"), params={"limit": 15}).json()
+    collected = page["data"]
+    while "next" in page["links"]:
+        page = studies.get(page["links"]["next"].removeprefix("/api/v1")).json()
+        collected += page["data"]
+
+    assert collected == rows
+    assert page["count"] == page["finished"] == 40
+    assert page["links"].keys() == {"prev"}
+
+
+@pytest.mark.parametrize("column", ["torque_effort", "object.mass", "slip_path_0"])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_rows_are_sorted_by_any_column(studies, finished_study, column, sign):
+    params = {"sort": f"{sign}{column}"}
+    page = studies.get(path_of(finished_study, "results"), params=params).json()
+
+    values = [row[column] for row in page["data"]]
+    assert values == sorted(values, reverse=sign == "-") and len(values) == 40
+
+
+def test_rows_are_chosen_by_outcome_and_by_whether_they_held(studies, finished_study, rows):
+    for params, holds in (
+        ({"held": True}, lambda row: row["held"]),
+        ({"held": False}, lambda row: not row["held"]),
+        ({"outcome": "completed"}, lambda row: row["outcome"] == "completed"),
+        ({"outcome": "separated"}, lambda row: row["outcome"] == "separated"),
+    ):
+        page = studies.get(path_of(finished_study, "results"), params=params).json()
+        assert page["data"] == [row for row in rows if holds(row)]
+        assert page["count"] == len(page["data"])
+
+
+@pytest.mark.parametrize(
+    ("params", "field"),
+    [
+        ({"sort": "slip_path"}, "sort"),
+        ({"sort": "-"}, "sort"),
+        ({"outcome": "won"}, "outcome"),
+        ({"held": "maybe"}, "held"),
+        ({"limit": 0}, "limit"),
+        ({"limit": 1001}, "limit"),
+        ({"offset": -1}, "offset"),
+        ({"colour": "red"}, "colour"),
+    ],
+)
+def test_a_wrong_question_names_its_field(studies, finished_study, params, field):
+    answer = studies.get(path_of(finished_study, "results"), params=params)
+
+    assert answer.status_code == 422
+    assert [error["field"] for error in answer.json()["errors"]] == [field]
+
+
+def test_an_offset_beyond_the_end_gives_an_empty_page(studies, finished_study):
+    page = studies.get(path_of(finished_study, "results"), params={"offset": 10**9}).json()
+
+    assert page["data"] == [] and page["count"] == 40
+
+
+def test_the_tables_hold_the_same_rows(studies, finished_study, rows):
+    text = studies.get(path_of(finished_study, "results.csv")).text
+    document = studies.get(path_of(finished_study, "results.json")).json()
+    content = studies.get(path_of(finished_study, "results.parquet")).content
+
+    table = list(csv.DictReader(io.StringIO(text)))
+    assert [float(row["torque_effort"]) for row in table] == [r["torque_effort"] for r in rows]
+    assert list(table[0]) == list(rows[0])
+    assert document["rows"] == rows
+    assert pyarrow.parquet.read_table(io.BytesIO(content)).to_pylist() == rows
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_files_are_known_by_their_tag_and_sent_whole_or_in_part(studies, finished_study, name):
+    path = path_of(finished_study, name)
+    whole = studies.get(path)
+    head = studies.head(path)
+    part = studies.get(path, headers={"Range": "bytes=10-29"})
+
+    tag = whole.headers["etag"]
+    assert head.status_code == 200 and head.content == b"" and head.headers["etag"] == tag
+    assert int(head.headers["content-length"]) == len(whole.content)
+    assert f'filename="{finished_study["id"]}' in whole.headers["content-disposition"]
+    assert part.status_code == 206 and part.content == whole.content[10:30]
+    assert studies.get(path, headers={"If-None-Match": tag}).status_code == 304
+
+
+def test_the_file_of_a_study_is_read_back_to_its_rows(studies, finished_study, rows, tmp_path):
+    file = tmp_path / "study.mcap"
+    file.write_bytes(studies.get(path_of(finished_study, "recording")).content)
+
+    assert read_results(file).rows()[0] == rows
+
+
+def test_the_summary_counts_and_spreads(studies, finished_study, rows):
+    summary = studies.get(path_of(finished_study, "summary")).json()
+
+    assert summary["runs"] == summary["finished"] == 40
+    assert summary["outcomes"] == finished_study["outcomes"]
+    assert summary["held"] == sum(row["held"] for row in rows)
+    median = statistics.median(row["torque_effort"] for row in rows)
+    assert summary["metrics"]["torque_effort"]["median"] == pytest.approx(median)
+
+
+def test_controllers_are_compared_on_the_same_samples(studies, finished_study, rows):
+    comparison = studies.get(path_of(finished_study, "comparison")).json()
+
+    assert comparison["keys"] == ["controller.lyapunov_weight"]
+    ones, twenties = rows[0::2], rows[1::2]
+    (pair,) = comparison["pairs"]
+    both = sum(a["held"] and b["held"] for a, b in zip(ones, twenties, strict=True))
+    assert (pair["samples"], pair["held_by_both"]) == (20, both)
+    assert [c["held"] for c in comparison["combinations"]] == [
+        sum(row["held"] for row in ones),
+        sum(row["held"] for row in twenties),
+    ]
+
+
+def test_a_study_without_crossed_values_has_an_empty_comparison(studies):
+    body = {**QUICK, "vary": {"object.mass": {"min": 0.8, "max": 1.6}}}
+    study = finished(studies, create(studies, body))
+
+    comparison = studies.get(path_of(study, "comparison")).json()
+
+    assert comparison == {"keys": [], "combinations": [], "pairs": []}
+
+
+def test_the_map_is_drawn_over_the_keys_that_are_asked_for(studies, finished_study):
+    path = path_of(finished_study, "map.svg")
+    chosen = {"x": "fingers.0.friction", "y": "object.mass"}
+
+    plain, turned = studies.get(path), studies.get(path, params=chosen)
+
+    assert plain.headers["content-type"].startswith("image/svg+xml")
+    assert b"<svg" in plain.content and plain.content != turned.content
+    assert plain.headers["etag"] != turned.headers["etag"]
+    png = studies.get(path_of(finished_study, "map.png"))
+    assert png.content.startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("params", "field"),
+    [
+        ({"x": "object.masss"}, "x"),
+        ({"y": "torque_effort"}, "y"),
+        ({"x": "object.mass", "y": "object.mass"}, "y"),
+        ({"z": "object.mass"}, "z"),
+    ],
+)
+def test_a_map_over_what_does_not_vary_is_refused(studies, finished_study, params, field):
+    answer = studies.get(path_of(finished_study, "map.svg"), params=params)
+
+    (error,) = answer.json()["errors"]
+    assert answer.status_code == 422 and error["field"] == field
+    if field != "z":
+        assert "object.mass" in error["limit"] and "fingers.0.friction" in error["limit"]
+
+
+def test_a_study_of_one_parameter_has_no_map_and_says_why(studies):
+    body = {**QUICK, "vary": {"object.mass": {"min": 0.8, "max": 1.6}}}
+    study = finished(studies, create(studies, body))
+
+    answer = studies.get(path_of(study, "map.svg"))
+
+    assert answer.status_code == 422
+    assert "two keys that vary in numbers; this study has 1" in answer.json()["detail"]
+
+
+def test_any_row_becomes_a_recording_once_that_is_what_the_study_computed(
+    studies, studying, finished_study, rows
+):
+    first = studies.post(path_of(finished_study, "results/7/recording"))
+    again = studies.post(path_of(finished_study, "results/7/recording"))
+
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert first.headers["location"] == again.headers["location"]
+    run = studies.get(first.headers["location"].removeprefix("/api/v1")).json()
+    result = read_recording(studying.data_directory / f"{run['id']}.mcap")
+    assert state_hash(result) == rows[7]["state_hash"]
+    assert result.scenario.object.mass == rows[7]["object.mass"]
+
+
+@pytest.mark.parametrize("index", ["40", "1000000000"])
+def test_a_row_that_is_not_there_becomes_no_recording(studies, finished_study, index):
+    answer = studies.post(path_of(finished_study, f"results/{index}/recording"))
+
+    assert answer.status_code == 404 and "0 … 39, of 40 runs" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("index", ["-1", "seven", "1e3", "9" * 400])
+def test_what_is_no_row_is_refused(studies, finished_study, index):
+    answer = studies.post(path_of(finished_study, f"results/{index}/recording"))
+
+    assert answer.status_code == 422
+
+
+def test_results_can_be_read_while_the_study_runs(tmp_path):
+    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    with serve(settings) as running, running.client() as client:
+        study = create(client, LONG)
+        until(client, study, lambda now: now["finished"] > 0)
+        page = client.get(path_of(study, "results")).json()
+        answers = [client.get(path_of(study, name)) for name in FILES[:4]]
+        summary = client.get(path_of(study, "summary")).json()
+        recorded = client.post(path_of(study, "results/0/recording"))
+        still = client.get(f"/studies/{study['id']}").json()
+
+    assert still["state"] == "running" and summary["finished"] >= page["count"] > 0
+    assert [answer.status_code for answer in answers] == [200] * 4
+    assert len(json.loads(answers[1].text)["rows"]) % 20 == 0
+    assert recorded.status_code == 201
+    assert np.isfinite(page["data"][0]["torque_effort"])

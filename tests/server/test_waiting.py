@@ -1,0 +1,319 @@
+"""Runs that take longer than an answer may: 202, waiting, stopping, and requests sent twice."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import httpx2
+import pytest
+
+from server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
+from server.settings import Settings
+from tests.server.serving import RunningServer, serve
+
+SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
+LONG = {
+    "scenario": "paper-case-1",
+    "set": {
+        "simulation.duration": 600.0,
+        "simulation.output_rate": 1.0,
+        "controller.control_period": 0.0001,
+        "simulation.max_steps": 100_000_000,
+    },
+}
+AT_ONCE = {"Prefer": "respond-async"}
+
+
+@pytest.fixture(scope="module")
+def one_by_one(tmp_path_factory) -> Iterator[RunningServer]:
+    """Runs one run at a time, and waits hardly at all for it unless it is asked to."""
+    settings = Settings(
+        data_directory=tmp_path_factory.mktemp("waiting"), max_running=1, answer_within=0.2
+    )
+    with serve(settings) as running:
+        yield running
+
+
+@pytest.fixture
+def client(one_by_one) -> Iterator[httpx2.Client]:
+    with one_by_one.client() as client:
+        yield client
+
+
+@pytest.fixture
+def long_run(client) -> Iterator[dict[str, Any]]:
+    """A run that goes on for as long as the test."""
+    answer = client.post("/runs", json=LONG)
+    assert answer.status_code == 202
+    run: dict[str, Any] = answer.json()
+    yield run
+    assert client.post(f"/runs/{run['id']}/stop").status_code in (200, 404)
+
+
+def test_a_run_that_takes_long_is_answered_before_it_has_ended(client) -> None:
+    answer = client.post("/runs", json=LONG)
+    run = answer.json()
+    assert answer.status_code == 202
+    assert run.keys() == {"id", "state", "progress", "links"}
+    assert run["state"] in ("waiting", "running") and 0.0 <= run["progress"] < 1.0
+    assert answer.headers["location"] == run["links"]["self"] == f"/api/v1/runs/{run['id']}"
+    assert answer.headers["retry-after"] == "1" and "preference-applied" not in answer.headers
+
+    again = client.get(f"/runs/{run['id']}")
+    assert again.status_code == 202 and again.headers["retry-after"] == "1"
+    stopped = client.post(f"/runs/{run['id']}/stop", headers={"Prefer": "wait=20"})
+    assert stopped.status_code == 200 and stopped.json()["outcome"] == "stopped"
+    assert client.get(f"/runs/{run['id']}").json() == stopped.json()
+    assert client.get("/runs", params={"limit": 1}).json()["data"][0]["id"] == run["id"]
+
+
+def test_the_progress_of_a_run_can_be_followed(client, long_run) -> None:
+    wait_for_state(client, long_run["id"], "running")
+    seen = []
+    while len(seen) < 3:
+        progress = client.get(f"/runs/{long_run['id']}").json()["progress"]
+        if not seen or progress > seen[-1]:
+            seen.append(progress)
+    assert seen == sorted(set(seen)) and seen[-1] < 1.0
+
+
+def wait_for_state(client: httpx2.Client, run_id: str, state: str) -> None:
+    deadline = time.monotonic() + 20.0
+    while client.get(f"/runs/{run_id}").json()["state"] != state:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("method", ["DELETE", "PATCH"])
+def test_a_run_that_has_not_ended_cannot_be_changed(client, long_run, method) -> None:
+    body = {"json": {"name": "early"}} if method == "PATCH" else {}
+    answer = client.request(method, f"/runs/{long_run['id']}", **body)
+    assert answer.status_code == 409
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert f"POST /api/v1/runs/{long_run['id']}/stop" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "part", ["recording", "signals", "signals.csv", "signals.parquet", "signals.npz"]
+)
+def test_what_is_recorded_of_a_run_cannot_be_had_before_it_has_ended(
+    client, long_run, part
+) -> None:
+    assert client.get(f"/runs/{long_run['id']}/{part}").status_code == 409
+
+
+def test_a_run_that_waits_for_its_turn_can_be_stopped_at_once(client, long_run) -> None:
+    waiting = client.post("/runs", json=LONG, headers=AT_ONCE).json()
+    assert waiting["state"] == "waiting"
+    stopped = client.post(f"/runs/{waiting['id']}/stop", headers={"Prefer": "wait=20"}).json()
+    assert stopped["outcome"] == "stopped" and stopped["end_time"] < 600.0
+    assert client.get(f"/runs/{long_run['id']}").status_code == 202
+
+
+def test_stopping_twice_and_stopping_what_has_ended_change_nothing(client) -> None:
+    run = client.post("/runs", json=SHORT, headers={"Prefer": "wait=20"}).json()
+    for _ in range(2):
+        answer = client.post(f"/runs/{run['id']}/stop")
+        assert (answer.status_code, answer.json()) == (200, run)
+    assert client.post("/runs/abcdefghijkl/stop").status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("prefer", "applied", "status"),
+    [
+        ("wait=20", "wait=20", 201),
+        ('wait="20"', "wait=20", 201),
+        ("wait=100000", "wait=60", 201),
+        ("respond-async, wait=20", "respond-async, wait=20", 201),
+        ("handling=lenient; x=1, Wait = 20", "wait=20", 201),
+        ("wait=-1", None, 201),
+        ("wait=soon", None, 201),
+        ("return=minimal", None, 201),
+    ],
+)
+def test_a_client_says_how_long_it_waits(server, prefer, applied, status) -> None:
+    with server.client() as client:
+        answer = client.post("/runs", json=SHORT, headers={"Prefer": prefer})
+    assert answer.status_code == status
+    assert answer.headers.get("preference-applied") == applied
+
+
+def test_a_client_that_does_not_wait_is_answered_at_once_and_can_wait_later(
+    client, long_run
+) -> None:
+    answer = client.post("/runs", json=SHORT, headers=AT_ONCE)
+    assert answer.status_code == 202 and answer.headers["preference-applied"] == "respond-async"
+    path = f"/runs/{answer.json()['id']}"
+    assert client.post(f"/runs/{long_run['id']}/stop", headers=AT_ONCE).status_code in (200, 202)
+    run = client.get(path, headers={"Prefer": "wait=20"})
+    assert run.status_code == 200 and run.headers["preference-applied"] == "wait=20"
+    assert run.json()["outcome"] == "completed"
+
+
+def test_a_run_goes_on_when_its_client_has_gone(client, one_by_one, long_run) -> None:
+    with one_by_one.client(timeout=0.5) as hasty, pytest.raises(httpx2.TimeoutException):
+        hasty.post("/runs", json={**SHORT, "set": {"title": "left"}}, headers={"Prefer": "wait=20"})
+    client.post(f"/runs/{long_run['id']}/stop", headers={"Prefer": "wait=20"})
+    deadline = time.monotonic() + 20.0
+    while client.get("/runs", params={"text": "left"}).json()["count"] != 1:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_wrong_scenario_is_refused_at_once_while_others_wait(client, long_run) -> None:
+    wrong = {"scenario": "paper-case-1", "set": {"fingers.0.link_lengths.1": 0.2}}
+    answer = client.post("/runs", json=wrong)
+    assert answer.status_code == 422 and answer.json()["errors"][0]["field"] == "fingers.0.base"
+
+
+@pytest.mark.parametrize("wait", ["wait=60", "respond-async"])
+def test_a_server_that_is_stopped_keeps_what_was_simulated_and_logs_no_error(
+    tmp_path, caplog, wait
+) -> None:
+    statuses: list[int] = []
+
+    def post() -> None:
+        with running.client() as poster:
+            statuses.append(poster.post("/runs", json=LONG, headers={"Prefer": wait}).status_code)
+
+    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+        poster = threading.Thread(target=post)
+        poster.start()
+        deadline = time.monotonic() + 20.0
+        while client.get("/health").json()["running"] == 0:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        time.sleep(0.3)
+    poster.join()
+    assert statuses == [202]
+    assert [r for r in caplog.records if r.levelno >= logging.WARNING] == []
+    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+        (run,) = client.get("/runs").json()["data"]
+    assert run["outcome"] == "stopped"
+
+
+def test_a_run_that_cannot_be_written_is_told_of_to_who_asks_later(tmp_path) -> None:
+    blocked = tmp_path / "data"
+    with serve(Settings(data_directory=blocked)) as running, running.client() as client:
+        shutil.rmtree(blocked)
+        blocked.write_text("not a folder")
+        begun = client.post("/runs", json=LONG, headers=AT_ONCE)
+        path = f"/runs/{begun.json()['id']}"
+        run = client.post(f"{path}/stop", headers={"Prefer": "wait=20"})
+        again = client.get(path)
+    assert (begun.status_code, run.status_code) == (202, 200) and again.json() == run.json()
+    assert run.json()["outcome"] == "stopped" and run.json()["id"] is None
+    assert [warning["code"] for warning in run.json()["warnings"]] == ["not_saved"]
+
+
+def test_a_run_that_is_stopped_many_times_at_once_ends_once(one_by_one, client, long_run) -> None:
+    waiting = [client.post("/runs", json=LONG, headers=AT_ONCE).json()["id"] for _ in range(6)]
+
+    def stop(run_id: str) -> tuple[str, str]:
+        with one_by_one.client() as own:
+            answer = own.post(f"/runs/{run_id}/stop", headers={"Prefer": "wait=30"})
+            return run_id, answer.json()["outcome"]
+
+    with ThreadPoolExecutor(12) as pool:
+        ended = list(pool.map(stop, waiting * 3))
+    assert {outcome for _, outcome in ended} == {"stopped"} and len(ended) == 18
+    assert client.get(f"/runs/{long_run['id']}").status_code == 202
+    listed = [run["id"] for run in client.get("/runs", params={"limit": 6}).json()["data"]]
+    assert sorted(listed) == sorted(waiting)
+
+
+def keyed(key: str, **more: str) -> dict[str, str]:
+    return {"Idempotency-Key": key, **more}
+
+
+def test_the_same_request_with_the_same_key_makes_one_run(client) -> None:
+    before = client.get("/runs").json()["count"]
+    wait = {"Prefer": "wait=20"}
+    first = client.post("/runs", json=SHORT, headers=keyed("a key", **wait))
+    reordered = {"set": SHORT["set"], "scenario": SHORT["scenario"]}
+    second = client.post("/runs", json=reordered, headers=keyed("a key", **wait))
+    assert (first.status_code, second.status_code) == (201, 201)
+    assert first.json() == second.json()
+    assert first.headers["location"] == second.headers["location"]
+    assert client.get("/runs").json()["count"] == before + 1
+
+
+def test_two_requests_with_one_key_at_once_make_one_run(client, one_by_one) -> None:
+    before = client.get("/runs").json()["count"]
+
+    def post(_: int) -> httpx2.Response:
+        with one_by_one.client() as own:
+            return own.post("/runs", json=SHORT, headers=keyed("at once", Prefer="wait=20"))
+
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(post, range(8)))
+    assert {answer.status_code for answer in answers} == {201}
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    assert client.get("/runs").json()["count"] == before + 1
+
+
+def test_a_request_joins_the_run_that_its_key_began(client, long_run) -> None:
+    first = client.post("/runs", json=SHORT, headers=keyed("join", **AT_ONCE))
+    second = client.post("/runs", json=SHORT, headers=keyed("join", **AT_ONCE))
+    assert (first.status_code, second.status_code) == (202, 202)
+    assert first.json()["id"] == second.json()["id"]
+
+
+def test_another_request_with_the_same_key_is_refused(client) -> None:
+    first = client.post("/runs", json=SHORT, headers=keyed("taken", Prefer="wait=20")).json()
+    other = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.06}}
+    answer = client.post("/runs", json=other, headers=keyed("taken"))
+    assert answer.status_code == 422
+    assert f"run '{first['id']}'" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("key", ["x" * 201, "\u00e9", "\x7f"])
+def test_a_key_that_is_too_long_or_cannot_be_printed_is_refused(client, key) -> None:
+    answer = client.post("/runs", json=SHORT, headers=[(b"Idempotency-Key", key.encode("latin-1"))])
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["field"] == "idempotency-key"
+
+
+def test_a_key_outlives_the_service_and_the_run_that_is_deleted_is_made_again(tmp_path) -> None:
+    settings = Settings(data_directory=tmp_path)
+    with serve(settings) as running, running.client() as client:
+        first = client.post("/runs", json=SHORT, headers=keyed("later")).json()
+    with (tmp_path / KEYS_NAME).open("a") as stream:
+        stream.write('\n["cut o')
+    with serve(settings) as running, running.client() as client:
+        assert client.post("/runs", json=SHORT, headers=keyed("later")).json() == first
+        assert client.delete(f"/runs/{first['id']}").status_code == 204
+        second = client.post("/runs", json=SHORT, headers=keyed("later")).json()
+        third = client.post("/runs", json=SHORT, headers=keyed("later")).json()
+    assert second["id"] != first["id"] and third == second
+    with serve(settings) as running, running.client() as client:
+        assert client.post("/runs", json=SHORT, headers=keyed("later")).json() == second
+
+
+def test_only_the_keys_used_last_are_remembered_and_their_file_stays_small(
+    tmp_path, monkeypatch
+) -> None:
+    monkeypatch.setattr("server.request_keys.MAX_FILE_BYTES", 1000)
+    path = tmp_path / KEYS_NAME
+    keys = RequestKeys(path, max_keys=3)
+    for i in range(40):
+        keys.remember(KeyedRequest(f"key {i}", "digest"), f"run {i}")
+    assert path.stat().st_size < 1200
+    for known in (keys, RequestKeys(path, max_keys=3)):
+        assert known.find("key 36") is None
+        assert [known.find(f"key {i}") for i in (37, 39)] == [
+            ("digest", f"run {i}") for i in (37, 39)
+        ]
+
+
+def test_keys_that_cannot_be_written_hold_until_the_end(tmp_path) -> None:
+    keys = RequestKeys(tmp_path / "missing" / KEYS_NAME)
+    keys.remember(KeyedRequest("key", "digest"), "run")
+    assert keys.find("key") == ("digest", "run")
