@@ -32,16 +32,19 @@ def write_csv(results: StudyResults, stream: TextIO, num_rows: int | None = None
     """
     table = csv.writer(stream, lineterminator="\n")
     table.writerow(results.column_names)
-    for rows in _pieces(results, num_rows):
-        table.writerows([_word(cell) for cell in row.values()] for row in rows)
+    count = results.num_rows if num_rows is None else num_rows
+    for start in range(0, count, ROWS_AT_ONCE):
+        end = min(count, start + ROWS_AT_ONCE)
+        words = [map(_word, results.values(name, start, end)) for name in results.column_names]
+        table.writerows(zip(*words, strict=True))
 
 
 def _word(cell: Any) -> str:
+    if isinstance(cell, str):
+        return cell
     if cell is None:
         return ""
-    if isinstance(cell, float):
-        return repr(cell)
-    return cell if isinstance(cell, str) else json.dumps(cell)
+    return repr(cell) if isinstance(cell, float) else json.dumps(cell)
 
 
 def write_json(results: StudyResults, stream: TextIO, num_rows: int | None = None) -> None:

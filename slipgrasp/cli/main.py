@@ -10,7 +10,19 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from core.exceptions import SlipgraspError
-from slipgrasp.cli import diff, export, figures, recover, replay, run, scenarios, serve, verify
+from slipgrasp.cli import (
+    diff,
+    export,
+    figures,
+    rebuild,
+    recover,
+    replay,
+    run,
+    scenarios,
+    serve,
+    study,
+    verify,
+)
 from slipgrasp.cli.status import ExitStatus, complain
 
 __all__ = ["main"]
@@ -87,7 +99,10 @@ def _make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for command in (run, replay, diff, verify, export, figures, recover, scenarios, serve):
+    for command in (
+        *(run, study, rebuild, replay, diff, verify),
+        *(export, figures, recover, scenarios, serve),
+    ):
         command.add_command(commands)
     return parser
 

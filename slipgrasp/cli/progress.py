@@ -14,6 +14,10 @@ COMPILING = "compiling the simulation for this processor; only the first run wai
 
 PATIENCE = 1.0
 REFRESH_PERIOD = 0.1
+LINE_PERIOD = 10.0
+"""Where there is no terminal, whoever reads the lines later wants few of them."""
+
+BAR_WIDTH = 24
 
 
 class Progress:
@@ -28,6 +32,7 @@ class Progress:
     def __init__(self, text: str) -> None:
         self._text = text
         self._fraction: float | None = None
+        self._details = ""
         self._announced = False
         self._next_refresh = 0.0
         self._lock = Lock()
@@ -64,16 +69,32 @@ class Progress:
             self._announced = True
             self._print()
 
-    def update(self, fraction: float) -> None:
-        """Notes how much is done, 0 … 1."""
+    def update(self, fraction: float, details: str = "") -> None:
+        """Notes how much is done.
+
+        Args:
+            fraction: The share, 0 … 1.
+            details: How fast it goes and how long it will take, for what takes minutes:
+                shown with a bar, and where there is no terminal as a line now and then.
+        """
         with self._lock:
             self._fraction = fraction
-            now = time.monotonic()
-            if self._announced and sys.stderr.isatty() and now >= self._next_refresh:
-                self._next_refresh = now + REFRESH_PERIOD
+            self._details = details
+            is_wanted = bool(details) or sys.stderr.isatty()
+            if self._announced and is_wanted and time.monotonic() >= self._next_refresh:
                 self._print()
 
     def _print(self) -> None:
+        period = REFRESH_PERIOD if sys.stderr.isatty() else LINE_PERIOD
+        self._next_refresh = time.monotonic() + period
         done = "" if self._fraction is None else f": {self._fraction:.0%}"
+        if self._fraction is not None and self._details:
+            bar = f"{_bar(self._fraction)} " if sys.stderr.isatty() else ""
+            done = f": {bar}{self._fraction:.0%}, {self._details}"
         start, end = ("\r", "\033[K") if sys.stderr.isatty() else ("", "\n")
         print(f"{start}slipgrasp: {self._text}{done}", end=end, file=sys.stderr, flush=True)
+
+
+def _bar(fraction: float) -> str:
+    full = round(BAR_WIDTH * min(max(fraction, 0.0), 1.0))
+    return "█" * full + "░" * (BAR_WIDTH - full)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory
-from slipgrasp.cli.serving import add_limits, add_port, serve_dashboard
+from slipgrasp.cli.serving import add_executor, add_limits, add_port, serve_dashboard
 from slipgrasp.cli.status import ExitStatus
 
 __all__ = ["add_command"]
@@ -22,8 +22,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_port(parser)
     add_data_directory(parser)
     add_limits(parser)
+    add_executor(parser)
     parser.set_defaults(execute=_execute)
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    return serve_dashboard(arguments, data_directory(arguments.data_directory))
+    folder = data_directory(arguments.data_directory)
+    return serve_dashboard(arguments, folder, executor=arguments.executor)

@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from slipgrasp.cli.announcing_server import AnnouncingServer
     from web.replay import Source
 
-__all__ = ["add_limits", "add_port", "serve_dashboard"]
+__all__ = ["add_executor", "add_limits", "add_port", "serve_dashboard"]
 
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8020
+DEFAULT_EXECUTOR = "processes"
 
 _SIZE = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([kmgt]?b)?")
 _UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12}
@@ -55,6 +56,17 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(name, metavar="SIZE", type=_size, help=what)
 
 
+def add_executor(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--executor``."""
+    parser.add_argument(
+        "--executor",
+        metavar="WHERE",
+        default=DEFAULT_EXECUTOR,
+        help="where the runs of studies are simulated: processes (default), inline, dask (a "
+        "cluster on this machine) or dask://HOST:PORT",
+    )
+
+
 def _size(text: str) -> int:
     """A number of bytes, with or without one of the usual units."""
     found = _SIZE.fullmatch(text.strip().lower())
@@ -64,7 +76,10 @@ def _size(text: str) -> int:
 
 
 def serve_dashboard(
-    arguments: argparse.Namespace, folder: Path, first: Source | None = None
+    arguments: argparse.Namespace,
+    folder: Path,
+    first: Source | None = None,
+    executor: str = DEFAULT_EXECUTOR,
 ) -> ExitStatus:
     """Serves until interrupted; the first line of standard output is the URL.
 
@@ -72,20 +87,25 @@ def serve_dashboard(
         arguments: What `add_port` and `add_limits` have added.
         folder: Folder of the recordings.
         first: The recording that the dashboard opens on; a run of its own if None.
+        executor: Where the runs of studies are simulated.
 
     Raises:
         CommandError: If the port cannot be had.
+        ExecutorError: If there is no such executor.
         FolderInUseError: If another service uses the folder, unless only to replay.
         RecordingWriteError: If nothing can be saved in the folder.
     """
+    from core.executors import make_executor
     from server.service_lock import check_not_served
 
+    # What it is told about an executor, it is told before anything has started.
+    make_executor(executor).close()
     store_in(folder).prepare()
     if first is None:
         check_not_served(folder)
     with _listen(arguments.port) as listener:
         with Progress("starting the dashboard"):
-            server = _make_server(listener, arguments, folder, first)
+            server = _make_server(listener, arguments, folder, first, executor)
         for number in (signal.SIGINT, signal.SIGTERM):
             # uvicorn raises the signal again once it has ended; then it is to do nothing more.
             signal.signal(number, server.handle_exit)
@@ -117,7 +137,11 @@ def _listen(port: int) -> socket.socket:
 
 
 def _make_server(
-    listener: socket.socket, arguments: argparse.Namespace, folder: Path, first: Source | None
+    listener: socket.socket,
+    arguments: argparse.Namespace,
+    folder: Path,
+    first: Source | None,
+    executor: str,
 ) -> AnnouncingServer:
     from core.simulator import kernel_is_cached
     from server.app import server_config
@@ -129,7 +153,12 @@ def _make_server(
     limits = {"quota_bytes": arguments.quota, "min_free_bytes": arguments.min_free}
     chosen = {name: size for name, size in limits.items() if size is not None}
     settings = Settings(
-        data_directory=folder, host=host, port=port, exclusive=first is None, **chosen
+        data_directory=folder,
+        host=host,
+        port=port,
+        exclusive=first is None,
+        study_executor=executor,
+        **chosen,
     )
     if not kernel_is_cached():
         complain(COMPILING)

@@ -118,3 +118,12 @@ def test_a_folder_that_is_served_already_is_refused_in_one_line(slipgrasp):
         assert done.stderr.count("\n") == 1
         assert f"process {process.pid}" in done.stderr
         assert "--data-dir" in done.stderr
+
+
+def test_an_executor_that_there_is_not_is_refused(slipgrasp):
+    done = slipgrasp("serve", "--port", "0", "--executor", "abacus")
+
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert "'abacus' is no executor" in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,118 @@
+"""``slipgrasp rebuild``: a row of a study becomes a recording."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import add_data_directory, names_a_file, store_in
+from slipgrasp.cli.kernel import load_simulation
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
+
+if TYPE_CHECKING:
+    from core.result import RunResult
+    from core.study.definition import Study
+    from recordings.study.rows import StudyRow
+
+__all__ = ["add_command"]
+
+DESCRIPTION = (
+    "Simulates a run of a study again, checks it against the hash that the study holds of it, and "
+    "keeps it as a recording like any other."
+)
+EPILOG = (
+    "exit status: 0 the same, and kept, 1 it does not come out again (nothing saved), 2 bad input"
+)
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "rebuild",
+        help="make a recording of one run of a study",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument(
+        "study",
+        metavar="STUDY.mcap|ID",
+        help="the file of the study, finished or not (.part), or the id of a stored one",
+    )
+    parser.add_argument("index", metavar="INDEX", type=_index, help="the run, counted from 0")
+    parser.add_argument(
+        "--output",
+        metavar="FILE.mcap",
+        type=Path,
+        help="where to write the recording (default: among the runs in the data folder)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an existing --output file")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _index(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 10):
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no index of a run; they begin with 0")
+    return int(text)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    output: Path | None = arguments.output
+    if output is not None and output.exists() and not arguments.force:
+        from recordings.exceptions import RecordingExistsError
+
+        raise RecordingExistsError(output)
+    path = _study_path(arguments.study, arguments.data_directory)
+    with Progress("reading the study"):
+        study, row = _read_row(path, arguments.index)
+    load_simulation()
+    from recordings.study.rebuild import RebuildError, rebuild
+
+    try:
+        with Progress("simulating again"):
+            result = rebuild(study, row)
+    except RebuildError as error:
+        complain(str(error))
+        return ExitStatus.DIFFERENT
+    print(_keep(result, output, arguments.data_directory, force=arguments.force))
+    return ExitStatus.COMPLETED
+
+
+def _study_path(source: str, chosen: Path | None) -> Path:
+    """The file of a study that is named by its path, or by its id in the data folder."""
+    if names_a_file(source):
+        return Path(source)
+    from recordings.study.study_store import StudyStore
+    from slipgrasp.cli.arguments import data_directory
+
+    store = StudyStore(data_directory(chosen), store_in(chosen))
+    return store.file_of(store.get(source).id)
+
+
+def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
+    from recordings.study.reader import open_study
+    from recordings.study.rows import decode_row
+
+    count = 0
+    with open_study(path) as reader:
+        for payloads in reader.chunks():
+            if index < count + len(payloads):
+                return reader.study, decode_row(payloads[index - count])
+            count += len(payloads)
+    raise CommandError(f"there is no run {index} in '{path}'; it holds {count}, counted from 0")
+
+
+def _keep(result: RunResult, output: Path | None, chosen: Path | None, *, force: bool) -> Path:
+    from recordings.writer import write_recording
+
+    if output is not None:
+        write_recording(result, output, overwrite=force)
+        return output
+    store = store_in(chosen)
+    store.prepare()
+    reservation = store.reserve()
+    write_recording(result, reservation.path)
+    store.register(reservation, result)
+    return reservation.path.absolute()

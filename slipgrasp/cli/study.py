@@ -1,0 +1,230 @@
+"""``slipgrasp study``: thousands of runs from one file, and a map of where they hold."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipgrasp.cli.arguments import add_data_directory, data_directory
+from slipgrasp.cli.interrupt import Interrupt
+from slipgrasp.cli.kernel import load_simulation
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import ExitStatus, complain
+
+if TYPE_CHECKING:
+    from core.executors import Executor
+    from core.study.cost import StudyCost
+    from core.study.definition import Study
+    from recordings.study.documents import StudyEnd
+    from recordings.study.results import StudyResults
+    from slipgrasp.cli.study_folder import StudyFolder
+
+__all__ = ["add_command"]
+
+MAX_WORKERS = 1024
+DESCRIPTION = (
+    "Simulates every run of a study (docs/studies.md) and keeps it as one file, study.mcap, with "
+    "a table of the results, results.csv, and where two parameters vary in numbers a map of where "
+    "the object is held, map.svg and map.png. A study that was interrupted or killed is continued "
+    "by the same command."
+)
+EPILOG = (
+    "exit status: 0 every run has an outcome, whatever it is, 2 bad input, 4 cancelled or the disk "
+    "failed (the runs done are kept)"
+)
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "study",
+        help="simulate many runs, tabulate them and draw where they hold",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+    )
+    parser.add_argument("study", metavar="FILE.toml", type=Path, help="what varies, and how")
+    parser.add_argument(
+        "--output",
+        metavar="DIR",
+        type=Path,
+        help="folder for the results, made if missing "
+        "(default: a new one in the folder 'study-results' of the data folder)",
+    )
+    parser.add_argument(
+        "--executor",
+        metavar="WHERE",
+        default="processes",
+        help="where the runs are simulated: processes (default), inline, dask (a cluster on this "
+        "machine), or dask://HOST:PORT (that of a scheduler)",
+    )
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=_workers,
+        help="how many processes (default: one per processor)",
+    )
+    parser.add_argument(
+        "--estimate",
+        action="store_true",
+        help="only tell how many runs there are and what they will take",
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="replace the study or other files in --output"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _workers(text: str) -> int:
+    count = int(text) if text.isascii() and text.isdigit() and len(text) < 6 else 0
+    if not 1 <= count <= MAX_WORKERS:
+        limit = f"1 … {MAX_WORKERS}"
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no number of workers; allowed: {limit}")
+    return count
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    with Progress("reading the study"):
+        from core.executors import make_executor
+        from core.study.loading import load_study
+
+        study = load_study(arguments.study)
+        executor = make_executor(arguments.executor, workers=arguments.workers)
+    load_simulation()
+    cost = _estimate(study, executor)
+    if arguments.estimate:
+        _print_estimate(study, executor, cost, as_json=arguments.json)
+        return ExitStatus.COMPLETED
+    from slipgrasp.cli.study_folder import find_folder
+
+    folder = find_folder(
+        arguments.output,
+        data_directory(arguments.data_directory),
+        study,
+        name=arguments.study.stem,
+        force=arguments.force,
+    )
+    complain(_words(study, executor, cost))
+    _check(study)
+    return _run(study, executor, folder, as_json=arguments.json)
+
+
+def _estimate(study: Study, executor: Executor) -> StudyCost:
+    from core.study.cost import estimate_cost
+
+    with Progress("timing the base scenario"):
+        return estimate_cost(study, max(executor.num_workers, 1))
+
+
+def _words(study: Study, executor: Executor, cost: StudyCost) -> str:
+    from slipgrasp.cli.study_report import duration_words, size_words
+
+    workers = f"{executor.num_workers} worker{'s' if executor.num_workers != 1 else ''}"
+    kept = {"all": "every recording", "ended-early": "recordings of early ends", "none": "no run"}
+    return (
+        f"{cost.runs} runs, about {duration_words(cost.seconds)} on {workers}, "
+        f"at most {size_words(cost.bytes)} with {kept[study.recordings]} kept"
+    ).replace("with no run kept", "without recordings")
+
+
+def _print_estimate(study: Study, executor: Executor, cost: StudyCost, *, as_json: bool) -> None:
+    if as_json:
+        document = {
+            "runs": cost.runs,
+            "seconds": cost.seconds,
+            "bytes": cost.bytes,
+            "workers": executor.num_workers,
+        }
+        print(json.dumps(document, allow_nan=False))
+    else:
+        print(_words(study, executor, cost))
+
+
+def _check(study: Study) -> None:
+    from core.study.loading import check_members
+
+    with Progress("checking the runs") as progress:
+        check_members(study, progress.update)
+
+
+def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool) -> ExitStatus:
+    from recordings.exceptions import RecordingWriteError
+    from recordings.study.results import StudyResults
+
+    results = StudyResults(study)
+    started = time.monotonic()
+    failure: RecordingWriteError | None = None
+    end: StudyEnd | None = None
+    try:
+        end = _conduct(study, executor, folder, results)
+    except RecordingWriteError as error:
+        failure = error
+    seconds = time.monotonic() - started
+    with Progress("writing the table and the map"):
+        saved = folder.save_results(results)
+    if failure is not None:
+        complain(f"the study stopped: {failure}")
+    completed = end is not None and end.state == "completed"
+    if not completed:
+        complain(f"{results.num_rows} of {study.num_runs} runs are done; the same command goes on")
+    if as_json:
+        print(json.dumps(_document(results, saved, seconds, executor, end), allow_nan=False))
+    else:
+        from slipgrasp.cli.study_report import report
+
+        print(report(results, seconds, saved, "" if end is None else end.message))
+    return ExitStatus.COMPLETED if completed else ExitStatus.ENDED_EARLY
+
+
+def _conduct(
+    study: Study,
+    executor: Executor,
+    folder: StudyFolder,
+    results: StudyResults,
+) -> StudyEnd:
+    from recordings.study.conductor import conduct
+    from slipgrasp.cli.study_progress import StudyProgress
+
+    with Interrupt() as interrupt, folder.writer(study) as writer:
+        folder.read_rows(results, writer.num_rows)
+        with executor:
+            with Progress(f"starting the workers ({executor.name})"):
+                executor.prepare()
+            with Progress("simulating") as progress:
+                shown = StudyProgress(progress, study.num_runs)
+                end = conduct(
+                    study,
+                    executor,
+                    writer,
+                    should_stop=lambda: interrupt.requested,
+                    watch=lambda row: shown.note(results, row),
+                    keep=folder.keep,
+                )
+        if end.state == "completed":
+            writer.finish(end)
+    return end
+
+
+def _document(
+    results: StudyResults,
+    saved: dict[str, Any],
+    seconds: float,
+    executor: Executor,
+    end: StudyEnd | None,
+) -> dict[str, Any]:
+    summary = results.summary()
+    return {
+        "runs": summary.finished,
+        "planned": summary.runs,
+        "state": "failed" if end is None else end.state,
+        "outcomes": summary.outcomes,
+        "held": summary.held,
+        **saved,
+        "seconds": seconds,
+        "executor": executor.name,
+        "message": "" if end is None else end.message,
+    }

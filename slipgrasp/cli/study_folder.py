@@ -1,0 +1,186 @@
+"""Where a study of the command line lies: one folder for its file, table, map and recordings."""
+
+from __future__ import annotations
+
+import io
+import os
+from dataclasses import dataclass
+from itertools import count, islice
+from pathlib import Path
+from typing import Any
+
+from core.study.definition import Study
+from recordings.atomic_file import atomic_file, part_of
+from recordings.exceptions import RecordingBusyError, RecordingError, RecordingExistsError
+from recordings.file_lock import try_lock
+from recordings.study.documents import definition_document
+from recordings.study.member import MemberResult
+from recordings.study.reader import open_study, read_rows_so_far
+from recordings.study.results import StudyResults
+from recordings.study.writer import StudyWriter
+from slipgrasp.cli.status import CommandError
+
+__all__ = ["StudyFolder", "find_folder"]
+
+RESULTS_FOLDER = "study-results"
+STUDY = "study.mcap"
+TABLE = "results.csv"
+MAPS = ("map.svg", "map.png")
+RECORDINGS = "recordings"
+
+# Not the ending that a run has while it is recorded: what a killed process left is replaced.
+COPY_SUFFIX = ".copy.part"
+
+
+@dataclass(frozen=True, slots=True)
+class StudyFolder:
+    """A folder for one study.
+
+    Attributes:
+        path: The folder.
+        overwrite: Whether the study in it is replaced.
+    """
+
+    path: Path
+    overwrite: bool
+
+    @property
+    def study(self) -> Path:
+        """The file of the study."""
+        return self.path / STUDY
+
+    def writer(self, study: Study) -> StudyWriter:
+        """What writes the file of the study, behind what is there of it already."""
+        return StudyWriter(self.study, study, overwrite=self.overwrite)
+
+    def read_rows(self, results: StudyResults, num_rows: int) -> None:
+        """Reads the rows that were there already into the results."""
+        if num_rows:
+            with open_study(part_of(self.study)) as reader:
+                for row in islice(reader.rows(), num_rows):
+                    results.append(row)
+
+    def keep(self, member: MemberResult) -> str | None:
+        """Writes the recording of a run; its id, or None if it cannot be written."""
+        assert member.recording is not None
+        run_id = f"run-{member.row.index}"
+        try:
+            (self.path / RECORDINGS).mkdir(exist_ok=True)
+            path = self.path / RECORDINGS / f"{run_id}.mcap"
+            with atomic_file(path, overwrite=True, part_suffix=COPY_SUFFIX) as stream:
+                stream.write(member.recording.data)
+        except (OSError, RecordingError):
+            return None  # how many there are is told in the end
+        return run_id
+
+    def save_results(self, results: StudyResults) -> dict[str, Any]:
+        """Writes the table, and the map where there is one.
+
+        Returns:
+            What there is now: name to path, ``maps`` to several.
+
+        Raises:
+            RecordingWriteError: If it cannot be written.
+        """
+        table = self.path / TABLE
+        with atomic_file(table, overwrite=True) as stream:
+            text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+            results.write_csv(text)
+            text.flush()
+            text.detach()
+        kept = self.path / RECORDINGS
+        study = self.study if self.study.exists() else part_of(self.study)
+        return {
+            "study": str(study),
+            "results": str(table),
+            "maps": self._draw_maps(results),
+            "recordings": str(kept) if kept.is_dir() else None,
+        }
+
+    def _draw_maps(self, results: StudyResults) -> list[str]:
+        from recordings.study.varied import choose_axes
+
+        axes = choose_axes(results.study)
+        if axes is None:
+            return []
+        from recordings.figures.files import write_figure
+        from recordings.figures.success_map import draw_success_map
+
+        figure = draw_success_map(results, *axes)
+        for name in MAPS:
+            write_figure(figure, self.path / name, overwrite=True)
+        return [str(self.path / name) for name in MAPS]
+
+
+def find_folder(
+    chosen: Path | None, data_directory: Path, study: Study, *, name: str, force: bool
+) -> StudyFolder:
+    """Finds and makes the folder of a study, or refuses, before anything is simulated.
+
+    Args:
+        chosen: The folder, if one was chosen.
+        data_directory: The data folder, for a new folder if none was chosen.
+        study: The study; one that is there of it, not finished, is gone on with.
+        name: What to call a new folder.
+        force: Whether another study, and other files, are replaced.
+
+    Raises:
+        CommandError: If something else is in the way.
+        RecordingError: If a study is in the way.
+    """
+    path = (chosen or _new_folder(data_directory / RESULTS_FOLDER, study, name)).absolute()
+    _make(path)
+    folder = StudyFolder(path, force)
+    if not force and folder.study.exists():
+        raise RecordingExistsError(folder.study)
+    if part_of(folder.study).exists() and not _is_begun(folder.study, study):
+        _discard(folder.study, force)
+    elif not force and not part_of(folder.study).exists():
+        for file in (TABLE, *MAPS, RECORDINGS):
+            if (path / file).exists():
+                raise RecordingExistsError(path / file)
+    return folder
+
+
+def _new_folder(parent: Path, study: Study, name: str) -> Path:
+    """The first folder of the name, numbered, that is not there or where the study was begun."""
+    for number in count(1):
+        folder = parent / (name if number == 1 else f"{name}-{number}")
+        if not folder.exists() or _is_begun(folder / STUDY, study):
+            return folder
+    raise AssertionError  # numbers do not end
+
+
+def _is_begun(path: Path, study: Study) -> bool:
+    """Whether a part is left of this very study."""
+    part = part_of(path)
+    if path.exists() or not part.exists():
+        return False
+    so_far = read_rows_so_far(part)
+    return so_far is None or so_far.definition == definition_document(study)
+
+
+def _discard(path: Path, force: bool) -> None:
+    """Removes what is left of another study, if that is wanted and nobody writes it."""
+    part = part_of(path)
+    if not force:
+        cause = (
+            f"'{part.name}' is left of another study; choose another folder, or replace it with "
+            "--force"
+        )
+        raise RecordingBusyError(path, cause)
+    with part.open("rb") as stream:
+        if not try_lock(stream):
+            raise RecordingBusyError(path, "another study is being written there right now")
+        part.unlink()
+
+
+def _make(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise CommandError(f"--output '{path}' is a file; give a folder") from None
+    except OSError as error:
+        raise CommandError(f"--output '{path}': {error.strerror}") from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise CommandError(f"--output '{path}': no permission to write in that folder")

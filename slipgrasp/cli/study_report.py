@@ -1,0 +1,141 @@
+"""The results of a study in words and tables, for a person at a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from recordings.study.results import StudyResults
+    from recordings.study.results_comparison import CombinationComparison
+
+__all__ = ["duration_words", "report", "size_words"]
+
+MOST_REASONS = 3
+LONGEST_VALUE = 48
+
+
+def report(results: StudyResults, seconds: float, saved: dict[str, Any], message: str) -> str:
+    """How the runs ended, what the crossed values did, and where it all is.
+
+    Args:
+        results: The results.
+        seconds: How long the runs took [s].
+        saved: What was saved: name to path, or to several.
+        message: What else is to be said of the study.
+    """
+    study, compared = results.study, results.compare_combinations()
+    blocks = [
+        [study.title] if study.title else [],
+        _verdict(results, seconds),
+        _outcomes(results),
+        _comparison(compared) if compared is not None else [],
+        [message] if message else [],
+        list(_saved(saved)),
+    ]
+    return "\n\n".join("\n".join(lines) for lines in blocks if lines)
+
+
+def _verdict(results: StudyResults, seconds: float) -> list[str]:
+    summary = results.summary()
+    done = f"{summary.finished} of {summary.runs}" if summary.finished < summary.runs else "All"
+    runs = "runs" if done != "All" else f"{summary.runs} runs"
+    return [
+        f"{done} {runs} done, in {duration_words(seconds)}; "
+        f"{summary.held} held the object ({_percent(summary.held, summary.finished)})."
+    ]
+
+
+def _outcomes(results: StudyResults) -> list[str]:
+    summary = results.summary()
+    reasons: dict[str, dict[str, int]] = {}
+    for word, code in zip(results.values("outcome"), results.values("reason"), strict=True):
+        if code is not None:
+            counts = reasons.setdefault(word, {})
+            counts[code] = counts.get(code, 0) + 1
+    rows = [
+        (word, str(count), _percent(count, summary.finished), _reasons(reasons.get(word, {})))
+        for word, count in summary.outcomes.items()
+    ]
+    return _table(("outcome", "runs", "share", "reasons"), rows)
+
+
+def _reasons(counts: dict[str, int]) -> str:
+    if len(counts) < 2:
+        return "".join(counts)
+    ordered = sorted(counts.items(), key=lambda item: -item[1])
+    words = [f"{count} {code}" for code, count in ordered[:MOST_REASONS]]
+    return ", ".join(words) + (" …" if len(ordered) > MOST_REASONS else "")
+
+
+def _comparison(compared: CombinationComparison) -> list[str]:
+    names = [
+        ", ".join(f"{key} = {_value(value)}" for key, value in combination.values.items())
+        for combination in compared.combinations
+    ]
+    rows = [
+        (name, str(one.runs), str(one.held), _percent(one.held, one.runs))
+        for name, one in zip(names, compared.combinations, strict=True)
+    ]
+    lines = _table(("compared", "runs", "held", "share"), rows)
+    if len(compared.pairs) == 1:
+        pair = compared.pairs[0]
+        lines.append(
+            f"On the same {pair.samples} samples both held {pair.held_by_both}, only the first "
+            f"{pair.held_by_first}, only the second {pair.held_by_second}, "
+            f"neither {pair.held_by_neither}."
+        )
+    return lines
+
+
+def _value(value: Any) -> str:
+    shown = f"{value:g}" if isinstance(value, float) else str(value)
+    return shown[:LONGEST_VALUE]
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Columns as wide as they must be, those of numbers to the right."""
+    if not rows:
+        return []
+    widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
+    return [_line(heads, widths), *(_line(row, widths) for row in rows)]
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+    words = [
+        f"{cell:>{width}}" if 0 < place < 3 or _is_share(cell) else f"{cell:<{width}}"
+        for place, (cell, width) in enumerate(zip(cells, widths, strict=True))
+    ]
+    return "  ".join(words).rstrip()
+
+
+def _is_share(cell: str) -> bool:
+    return cell.endswith("%") or cell == "share"
+
+
+def _saved(saved: dict[str, Any]) -> Iterator[str]:
+    for name, place in saved.items():
+        for path in place if isinstance(place, list) else [place]:
+            if path is not None:
+                yield f"{name:<10}  {path}"
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100 * part / whole:.1f} %" if whole else "–"
+
+
+def duration_words(seconds: float) -> str:
+    """A time as people say it: ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
+    if seconds < 100.0:
+        return f"{seconds:.2g} s" if seconds < 10.0 else f"{seconds:.0f} s"
+    if seconds < 6000.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.3g} h" if seconds < 172_800.0 else f"{seconds / 86_400.0:.3g} days"
+
+
+def size_words(num_bytes: int) -> str:
+    """A size as people say it: ``4.2 MB``."""
+    for unit, factor in (("TB", 10**12), ("GB", 10**9), ("MB", 10**6)):
+        if num_bytes >= factor:
+            return f"{num_bytes / factor:.3g} {unit}"
+    return f"{num_bytes / 1000:.3g} kB"

@@ -1,0 +1,58 @@
+"""The page on studies: its file runs, its example prints what it says, its maps have their runs."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from core.study.loading import load_study
+from recordings.study.varied import choose_axes
+from slipgrasp.cli.main import main
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "studies.md").read_text(encoding="utf-8")
+
+
+def block(kind):
+    found = re.search(rf"^```{kind}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_the_file_of_the_page_runs_and_its_example_prints_what_the_page_says(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    Path("study.toml").write_text(block("toml"), encoding="utf-8")
+    assert main(["study", "study.toml", "--executor", "inline", "--output", "done"]) == 0
+    capsys.readouterr()
+
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(block("python"), "studies.md", "exec"), {"__name__": "example"})
+    assert printed.getvalue() == block("text")
+
+
+@pytest.mark.parametrize(
+    ("name", "axes"),
+    [
+        ("case-1-mass-friction", ("object.mass", "fingers.*.friction")),
+        ("case-2-friction", ("fingers.0.friction", "fingers.1.friction")),
+    ],
+)
+def test_each_map_of_the_page_is_made_by_one_command_from_a_file_beside_it(name, axes):
+    study = load_study(DOCS / "studies" / f"{name}.toml")
+
+    assert f"slipgrasp study docs/studies/{name}.toml --output" in PAGE
+    assert study.num_runs == 7442
+    assert "7 442 runs" in PAGE
+    assert choose_axes(study) == axes
+    preset = "paper-case-1" if "case-1" in name else "paper-case-2"
+    assert study.base_name == preset, "the paper's law, as it is printed"
+
+
+def test_every_picture_and_link_of_the_page_is_there():
+    for target in re.findall(r"\]\(([^)#]+)", PAGE):
+        assert (DOCS / target).exists(), target
