@@ -37,6 +37,7 @@ __all__ = [
     "RunForgottenError",
     "RunUnfinishedError",
     "ServiceBusyError",
+    "ServiceEndingError",
     "StudyUnfinishedError",
     "UnreadableBodyError",
     "UnsupportedBodyError",
@@ -135,6 +136,13 @@ class ResultNotFoundError(SlipgraspError):
         )
 
 
+class ServiceEndingError(SlipgraspError):
+    """Something long was asked for, and the service is to end."""
+
+    def __init__(self) -> None:
+        super().__init__("the service is about to end; send the request again in a moment")
+
+
 class RunForgottenError(SlipgraspError):
     """A run that was still waiting for its turn when the service ended."""
 
@@ -160,6 +168,7 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     StorageFullError: 507,
     RecordingError: 422,
     RunForgottenError: 503,
+    ServiceEndingError: 503,
     ServiceBusyError: 503,
 }
 """The status of each error; of two that fit, the first."""

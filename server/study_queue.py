@@ -12,7 +12,7 @@ from recordings.study.conductor import conduct
 from recordings.study.documents import StudyEnd
 from recordings.study.study_store import StudyStore
 from recordings.study.writer import StudyWriter
-from server.errors import ServiceBusyError
+from server.errors import ServiceBusyError, ServiceEndingError
 from server.live_study import LiveStudy, StudyState
 from server.settings import Settings
 from server.warm_executor import WarmExecutor
@@ -77,10 +77,10 @@ class StudyQueue:
         """For whoever is at something long, however far.
 
         Raises:
-            ServiceBusyError: If the service is about to end.
+            ServiceEndingError: If the service is about to end.
         """
         if self._closing.is_set():
-            raise ServiceBusyError(1, self._settings.retry_after, "service is about to end")
+            raise ServiceEndingError
 
     def add(self, live: LiveStudy) -> None:
         """Takes a study, which begins when those before it have ended."""

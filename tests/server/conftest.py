@@ -54,7 +54,7 @@ def studying(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer
         yield running
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def studies(studying: RunningServer) -> Iterator[httpx2.Client]:
     with studying.client() as client:
         yield client
