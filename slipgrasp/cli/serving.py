@@ -119,7 +119,8 @@ def serve_dashboard(
 
 def _listen(port: int) -> socket.socket:
     """Takes the port at once, so that nobody else can while the dashboard is loaded."""
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    # Named, because asyncio sends small answers at once only on sockets known to be TCP.
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     if os.name == "posix":
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

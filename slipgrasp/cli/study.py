@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["add_command"]
 
 MAX_WORKERS = 1024
+REMOTE = "dask://"
 DESCRIPTION = (
     "Simulates every run of a study (docs/studies.md) and keeps it as one file, study.mcap, with "
     "a table of the results, results.csv, and where two parameters vary in numbers a map of where "
@@ -95,7 +96,12 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         study = load_study(arguments.study)
         executor = make_executor(arguments.executor, workers=arguments.workers)
     load_simulation()
-    cost = _estimate(study, executor)
+    with executor:
+        return _execute_with(arguments, study, executor)
+
+
+def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executor) -> ExitStatus:
+    cost = _estimate(study, executor, is_remote=arguments.executor.startswith(REMOTE))
     if arguments.estimate:
         _print_estimate(study, executor, cost, as_json=arguments.json)
         return ExitStatus.COMPLETED
@@ -113,9 +119,13 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     return _run(study, executor, folder, as_json=arguments.json)
 
 
-def _estimate(study: Study, executor: Executor) -> StudyCost:
+def _estimate(study: Study, executor: Executor, *, is_remote: bool) -> StudyCost:
     from core.study.cost import estimate_cost
 
+    if is_remote:
+        # Only its scheduler knows how many workers there are.
+        with Progress(f"connecting to {executor.name}"):
+            executor.prepare()
     with Progress("timing the base scenario"):
         return estimate_cost(study, max(executor.num_workers, 1))
 
@@ -191,19 +201,18 @@ def _conduct(
 
     with Interrupt() as interrupt, folder.writer(study) as writer:
         folder.read_rows(results, writer.num_rows)
-        with executor:
-            with Progress(f"starting the workers ({executor.name})"):
-                executor.prepare()
-            with Progress("simulating") as progress:
-                shown = StudyProgress(progress, study.num_runs)
-                end = conduct(
-                    study,
-                    executor,
-                    writer,
-                    should_stop=lambda: interrupt.requested,
-                    watch=lambda row: shown.note(results, row),
-                    keep=folder.keep,
-                )
+        with Progress(f"starting the workers ({executor.name})"):
+            executor.prepare()
+        with Progress("simulating") as progress:
+            shown = StudyProgress(progress, study.num_runs)
+            end = conduct(
+                study,
+                executor,
+                writer,
+                should_stop=lambda: interrupt.requested,
+                watch=lambda row: shown.note(results, row),
+                keep=folder.keep,
+            )
         if end.state == "completed":
             writer.finish(end)
     return end
