@@ -20,6 +20,8 @@ PARTS = {
     "batch": "many varied runs on two threads against MuJoCo",
     "scaling": "cost over duration and number of fingers",
     "memory": "peak memory of large batches",
+    "study": "studies of thousands of runs in processes and over REST",
+    "cluster": "cost of a study on every engine, and how far a cluster goes",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
@@ -49,7 +51,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print("\n\n".join(format_text(table) for table in found), flush=True)
         tables += found
     if options.docs is not None:
-        update_page(options.docs / "benchmarks.md", tables)
+        for page in dict.fromkeys(table.page for table in tables):
+            update_page(options.docs / page, [table for table in tables if table.page == page])
 
 
 def _parser() -> argparse.ArgumentParser:

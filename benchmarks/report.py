@@ -18,12 +18,14 @@ class Table(NamedTuple):
         heads: Heads of the columns; the first column holds words, the others numbers.
         rows: One string per column.
         notes: Sentences to be read with it.
+        page: Where in the documentation it stands.
     """
 
     name: str
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...] = ()
+    page: str = "benchmarks.md"
 
 
 def format_text(table: Table) -> str:

@@ -1,13 +1,10 @@
-"""What all tests share: the compiled kernel, which is made once per session."""
+"""What all tests share: the compiled kernel, which is made before the first of them."""
 
 from __future__ import annotations
-
-import pytest
 
 from core.simulator import prepare_kernel
 
 
-@pytest.fixture(scope="session", autouse=True)
-def compiled_kernel() -> None:
-    """Compiles or loads the kernel first, so that no single test waits for it."""
+def pytest_sessionstart() -> None:
+    """Compiles or loads the kernel, so that neither a test nor two processes at once do it."""
     prepare_kernel()

@@ -13,18 +13,21 @@ from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services
+from benchmarks.faults.workers import kill_workers
 from benchmarks.report import Table
 
 __all__ = ["run"]
 
 KILLS = 100
 SERVICE_KILLS = 20
+WORKER_KILLS = 100
 FLIPS = 2000
 
 
 def run(_docs: Path | None = None) -> list[Table]:
     """The tables ``faults`` and ``bombs``."""
     kills, services = kill_writers(KILLS, seed=1), kill_services(SERVICE_KILLS, seed=1)
+    workers = kill_workers(WORKER_KILLS, seed=1)
     cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
     failures, power = fail_every_write(), cut_the_power(seed=1)
     rows = (
@@ -37,6 +40,11 @@ def run(_docs: Path | None = None) -> list[Table]:
             "SIGKILL of a service that records two runs",
             f"{services.count} of {services.count} restarted, all {services.recovered} runs listed "
             f"as recovered, after {services.slowest:.1f} s at most",
+        ),
+        (
+            "SIGKILL of the workers of a study, again and again",
+            f"{workers.count} killed, {workers.runs} of {workers.runs} runs done exactly once: "
+            "the same file as undisturbed",
         ),
         (
             "cut off after every byte",

@@ -18,7 +18,7 @@ from typing import Any
 
 from recordings.recovery import RECORDING_SUFFIX
 
-__all__ = ["ServiceKills", "kill_services"]
+__all__ = ["ServiceKills", "kill_services", "start_service"]
 
 RUNS = 2
 PATIENCE = 120.0
@@ -72,7 +72,7 @@ def kill_services(count: int, seed: int) -> ServiceKills:
 
 
 def _kill_busy_service(folder: Path, at_size: float) -> None:
-    service, url = _start(folder)
+    service, url = start_service(folder)
     with service:
         clients = [threading.Thread(target=_request_run, args=(url,)) for _ in range(RUNS)]
         for client in clients:
@@ -91,7 +91,7 @@ def _kill_busy_service(folder: Path, at_size: float) -> None:
 def _restart(folder: Path) -> tuple[list[dict[str, Any]], float]:
     """What a new service lists, and how long it took to answer [s]."""
     started = time.perf_counter()
-    service, url = _start(folder)
+    service, url = start_service(folder)
     with service:
         try:
             with urllib.request.urlopen(f"{url}api/v1/runs") as answer:
@@ -101,7 +101,8 @@ def _restart(folder: Path) -> tuple[list[dict[str, Any]], float]:
             service.terminate()
 
 
-def _start(folder: Path) -> tuple[subprocess.Popen[str], str]:
+def start_service(folder: Path) -> tuple[subprocess.Popen[str], str]:
+    """A service on a folder, and its URL; it is ready."""
     command = [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)]
     service = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True

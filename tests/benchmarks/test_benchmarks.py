@@ -3,6 +3,7 @@
 Nothing here judges a time; times only have to agree with each other where they must.
 """
 
+import os
 import shutil
 from functools import cache
 from pathlib import Path
@@ -15,13 +16,18 @@ from benchmarks.__main__ import PARTS, main
 from benchmarks.batch import compare_batches, vary
 from benchmarks.catalogue import measure_catalogue
 from benchmarks.charts import draw_scaling, draw_work_precision, save
+from benchmarks.cluster import Costs, measure_costs_of_a_run, project
+from benchmarks.faults.services import start_service
 from benchmarks.hands import holding_hand
 from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco
 from benchmarks.mujoco_torques import stepping
+from benchmarks.processes import MemoryWatch, memory_of
 from benchmarks.recording import measure_recording
 from benchmarks.report import Table, format_text, judge, update_page
 from benchmarks.speed import compare_speed, profile
+from benchmarks.study import describe_study, make_study
+from benchmarks.study_load import Client, run_over_rest
 from benchmarks.timing import fit_exponent, fit_line, median_seconds
 from benchmarks.work_precision import (
     Reference,
@@ -264,9 +270,11 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
     assert len([line for line in words if line in shown]) == 2
 
 
-def test_page_has_a_place_for_the_tables_of_every_part():
-    text = PAGE.read_text()
-    names = {*PARTS, "setting", "profile", "scaling-duration", "scaling-fingers"} - {"scaling"}
+def test_pages_have_a_place_for_the_tables_of_every_part():
+    text = PAGE.read_text() + PAGE.with_name("scaling.md").read_text()
+    names = {*PARTS, "setting", "profile", "bombs"} - {"scaling", "cluster"}
+    names |= {"scaling-duration", "scaling-fingers", "study-answers", "study-large"}
+    names |= {"study-cost", "study-engines", "study-clusters"}
     for name in names:
         assert text.index(f"<!-- {name} -->") < text.index(f"<!-- end {name} -->")
 
@@ -288,3 +296,42 @@ def test_catalogue_is_measured_on_pages_that_it_gives():
     table = measure_catalogue(rounds=1, count=30)
     assert table.heads[0] == "30 recordings" and len(table.rows) == 5
     assert min(column(table, 1)) >= 0.0 and "all 60 files" in table.notes[0]
+
+
+# Studies
+
+
+def test_a_study_over_rest_is_timed_from_its_first_results_while_others_are_asked_for(tmp_path):
+    service, url = start_service(tmp_path)
+    with service, Client(url) as client, MemoryWatch(service.pid) as watch:
+        try:
+            load = run_over_rest(client, describe_study(60), watch)
+        finally:
+            service.terminate()
+    assert 0 < load.runs < 60 and load.seconds > 0.0 and load.waiting > 0.0
+    assert {"status", "list of studies"} <= load.answers.keys()
+    assert 0.0 < load.percentile(50) <= load.percentile(100)
+    assert watch.progress == 60
+    assert watch.peak > memory_of(os.getpid()) / 10
+
+
+def test_a_cluster_that_outruns_its_conductor_needs_more_of_them():
+    costs = Costs(
+        worker=0.01,
+        conductor=0.001,
+        rates={"1 worker process": 100.0},
+        tasks={"Dask, 2 workers": 100.0},
+        row=300.0,
+    )
+    table = project(costs)
+    assert [row[0] for row in table.rows] == ["2", "16", "128", "1024"]
+    assert [row[3] for row in table.rows] == ["1", "2", "13", "103"]
+    assert [row[1] for row in table.rows] == ["83 min", "17 min", "17 min", "17 min"]
+    assert table.rows[0][2] == table.rows[0][4] == "58 days"
+    assert "300 MB and 300 GB" in table.notes[1]
+
+
+def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_conductor():
+    worker, conductor, row = measure_costs_of_a_run(make_study(40), rounds=1)
+    assert worker > conductor > 0.0
+    assert 100.0 < row < 2000.0

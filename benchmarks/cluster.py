@@ -1,0 +1,250 @@
+"""What a study costs on every engine, and from that how far a cluster of workers goes."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from benchmarks.report import Table
+from benchmarks.study import make_study
+from benchmarks.timing import MILLISECONDS, median_seconds
+from core.executors import Executor, Finished, make_executor
+from core.executors.inline import InlineExecutor
+from core.study.definition import MAX_RUNS, Study
+from recordings.study.conductor import conduct
+from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+
+__all__ = [
+    "Costs",
+    "_duration",
+    "measure_costs",
+    "measure_costs_of_a_run",
+    "project",
+    "run",
+]
+
+PAGE = "scaling.md"
+ROUNDS = 3
+COUNT = 600
+EMPTY_TASKS = 1000
+CLUSTERS = (2, 16, 128, 1024)
+LARGE = 10**9
+
+_UNITS = (("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86_400.0), ("years", 31_557_600.0))
+
+
+class Costs(NamedTuple):
+    """What was measured.
+
+    Attributes:
+        worker: CPU time that a run takes of its worker [s].
+        conductor: CPU time that it takes of the conductor [s].
+        rates: Runs per second of the engines [1/s].
+        tasks: Tasks per second that have nothing to do, likewise [1/s].
+        row: What a run takes in the file of the study [B].
+    """
+
+    worker: float
+    conductor: float
+    rates: dict[str, float]
+    tasks: dict[str, float]
+    row: float
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The tables ``study-cost``, ``study-engines`` and ``study-clusters`` of scaling.md."""
+    costs = measure_costs()
+    return [_tabulate_costs(costs), _tabulate_engines(costs), project(costs)]
+
+
+def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_TASKS) -> Costs:
+    """Costs of a study, and rates of all engines in turns.
+
+    Args:
+        count: Runs of the study.
+        rounds: How often each is timed.
+        empty: How many tasks with nothing to do are timed.
+    """
+    study = make_study(count)
+    engines = {
+        "in one process": InlineExecutor(),
+        "1 worker process": make_executor("processes", workers=1),
+        "2 worker processes": make_executor("processes", workers=2),
+        "Dask, 2 workers": make_executor("dask", workers=2),
+    }
+    try:
+        for engine in engines.values():
+            engine.prepare()
+        worker, conductor, row = measure_costs_of_a_run(study, rounds)
+        works = {name: _conducting(study, engine) for name, engine in engines.items()}
+        seconds = median_seconds(works, rounds, time.perf_counter)
+        idle = {name: _passing(engine, empty) for name, engine in engines.items()}
+        passed = median_seconds(idle, rounds, time.perf_counter)
+    finally:
+        for engine in engines.values():
+            engine.close()
+    rates = {name: count / own for name, own in seconds.items()}
+    tasks = {name: empty / own for name, own in passed.items()}
+    return Costs(worker, conductor, rates, tasks, row)
+
+
+def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, float]:
+    """CPU time of its worker and of the conductor [s], and its size in the file [B].
+
+    Args:
+        study: The study.
+        rounds: How often each is timed.
+    """
+    collector = _Collector()
+    size = _conducting(study, collector)()
+    works = {
+        "all": _conducting(study, collector),
+        "conductor": _conducting(study, _Replay(collector.packed)),
+    }
+    seconds = median_seconds(works, rounds)
+    count = study.num_runs
+    worker = seconds["all"] - seconds["conductor"]
+    return worker / count, seconds["conductor"] / count, size / count
+
+
+def project(costs: Costs) -> Table:
+    """How long clusters take, by arithmetic."""
+    of_worker = costs.rates["1 worker process"]
+    of_conductor = min(1.0 / costs.conductor, RUNS_PER_CHUNK * costs.tasks["Dask, 2 workers"])
+    rows = tuple(_project_row(number, of_worker, of_conductor) for number in CLUSTERS)
+    small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
+    notes = (
+        f"One worker: {of_worker:.0f} runs/s. One conductor: {of_conductor:.0f} runs/s at most. "
+        f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies, which any "
+        "number of conductors can share.",
+        f"Their files take {small:.0f} MB and {large:.0f} GB.",
+    )
+    heads = (
+        "workers",
+        f"{MAX_RUNS:.0e} runs",
+        f"{LARGE:.0e} runs, one conductor",
+        "conductors that keep them busy",
+        f"{LARGE:.0e} runs with these",
+    )
+    return Table("study-clusters", heads, rows, notes, page=PAGE)
+
+
+def _project_row(number: int, of_worker: float, of_conductor: float) -> tuple[str, ...]:
+    possible = number * of_worker
+    rate = min(possible, of_conductor)
+    conductors = math.ceil(possible / of_conductor)
+    times = _duration(MAX_RUNS / rate), _duration(LARGE / rate)
+    return str(number), *times, str(conductors), _duration(LARGE / possible)
+
+
+def _duration(seconds: float) -> str:
+    """A duration with two digits, in the largest unit of which there is one and a half."""
+    units = [(name, unit) for name, unit in _UNITS if seconds >= 1.5 * unit]
+    name, unit = units[-1] if units else _UNITS[0]
+    count = seconds / unit
+    return f"{count:.1f} {name}" if count < 10.0 else f"{count:.0f} {name}"
+
+
+def _tabulate_costs(costs: Costs) -> Table:
+    rows = (
+        ("of a worker: scenario, simulation, hash, metrics", f"{MILLISECONDS * costs.worker:.2f}"),
+        (
+            "of the conductor: hand out, take back, check, compress, write",
+            f"{MILLISECONDS * costs.conductor:.2f}",
+        ),
+    )
+    note = f"In the file of the study a run takes {costs.row:.0f} B."
+    return Table("study-cost", ("CPU time of a run of 7 s", "[ms]"), rows, (note,), page=PAGE)
+
+
+def _tabulate_engines(costs: Costs) -> Table:
+    one = costs.rates["1 worker process"]
+    rows = tuple(
+        (name, f"{rate:.0f}", f"{rate / one:.2f}", f"{costs.tasks[name]:.0f}")
+        for name, rate in costs.rates.items()
+    )
+    heads = ("engine", "runs/s", "of 1 worker", "empty tasks/s")
+    return Table("study-engines", heads, rows, page=PAGE)
+
+
+class _Replay(InlineExecutor):
+    """Gives results that were computed before, packed as they come from a worker."""
+
+    def __init__(self, packed: dict[int, bytes]) -> None:
+        self._packed = packed
+
+    def map(
+        self,
+        function: Callable[[Any, Callable[[], bool]], Any],
+        tasks: Iterable[Any],
+        *,
+        should_stop: Callable[[], bool],
+    ) -> Iterator[Finished[Any, Any]]:
+        """Gives what there is for every task."""
+        for task in tasks:
+            pickle.dumps((function, task), pickle.HIGHEST_PROTOCOL)
+            yield Finished(task, pickle.loads(self._packed[task.first]))
+
+
+class _Collector(InlineExecutor):
+    """Keeps what comes out, packed."""
+
+    def __init__(self) -> None:
+        self.packed: dict[int, bytes] = {}
+
+    def map(
+        self,
+        function: Callable[[Any, Callable[[], bool]], Any],
+        tasks: Iterable[Any],
+        *,
+        should_stop: Callable[[], bool],
+    ) -> Iterator[Finished[Any, Any]]:
+        """Does the tasks."""
+        for done in super().map(function, tasks, should_stop=should_stop):
+            self.packed[done.task.first] = pickle.dumps(done.result, pickle.HIGHEST_PROTOCOL)
+            yield done
+
+
+def _conducting(study: Study, executor: Executor) -> Callable[[], int]:
+    """What does a study and gives the size of its file."""
+
+    def conduct_study() -> int:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "study.mcap"
+            with StudyWriter(file, study) as writer:
+                end = conduct(
+                    study,
+                    executor,
+                    writer,
+                    should_stop=_never,
+                    watch=lambda row: None,
+                    keep=lambda member: None,
+                )
+                writer.finish(end)
+            assert end.state == "completed"
+            return file.stat().st_size
+
+    return conduct_study
+
+
+def _passing(executor: Executor, count: int) -> Callable[[], None]:
+    """What passes tasks with nothing to do through an engine."""
+
+    def pass_tasks() -> None:
+        done = executor.map(_do_nothing, range(count), should_stop=_never)
+        assert sum(1 for _ in done) == count
+
+    return pass_tasks
+
+
+def _do_nothing(task: int, should_stop: Callable[[], bool]) -> int:
+    return task
+
+
+def _never() -> bool:
+    return False

@@ -1,0 +1,131 @@
+"""SIGKILL of the worker processes of a study, again and again until it is done."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.processes import family_of
+from core.executors import Executor, make_executor
+from core.loading import load_scenario
+from core.study.definition import Study
+from core.study.loading import study_from_mapping
+from recordings.study.conductor import conduct
+from recordings.study.writer import StudyWriter
+
+__all__ = ["WorkerKills", "kill_workers"]
+
+WORKERS = 2
+POLL = 0.01
+PAUSES = (0.0, 0.3)
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerKills:
+    """What came of a study whose workers were killed.
+
+    Attributes:
+        count: How many were killed.
+        runs: How many runs the study has; every one was done exactly once.
+    """
+
+    count: int
+    runs: int
+
+
+def kill_workers(count: int, seed: int, runs: int = 20_000) -> WorkerKills:
+    """Kills workers while they simulate a study, and compares it with an undisturbed one.
+
+    Args:
+        count: How many at most; fewer if the study is done before.
+        seed: Of when, and of which.
+        runs: How many runs the study has.
+
+    Raises:
+        AssertionError: If the two studies are not the same file.
+    """
+    study = _short_runs(runs)
+    with tempfile.TemporaryDirectory() as name:
+        files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
+        with make_executor("processes", workers=WORKERS) as executor:
+            _conduct(study, executor, files[0], lambda: None)
+        killer = _Killer(count, seed)
+        with make_executor("processes", workers=WORKERS) as executor, killer:
+            _conduct(study, executor, files[1], killer.note_row)
+        assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
+    return WorkerKills(killer.killed, runs)
+
+
+def _short_runs(runs: int) -> Study:
+    mapping = {
+        "base": "paper-case-1",
+        "sampling": {"method": "random", "runs": runs, "seed": 1},
+        "recordings": "none",
+        "vary": {
+            "object.mass": {"min": 0.7, "max": 1.6},
+            "simulation.duration": {"min": 0.1, "max": 1.0},
+        },
+    }
+    return study_from_mapping(mapping, load_scenario)
+
+
+def _conduct(study: Study, executor: Executor, file: Path, note_row: Callable[[], None]) -> None:
+    with StudyWriter(file, study) as writer:
+        end = conduct(
+            study,
+            executor,
+            writer,
+            should_stop=lambda: False,
+            watch=lambda row: note_row(),
+            keep=lambda member: None,
+        )
+        writer.finish(end)
+    assert (end.state, end.runs) == ("completed", study.num_runs)
+
+
+class _Killer:
+    """Kills a child of this process whenever the study has gone on since the last time.
+
+    Attributes:
+        killed: How many it has killed.
+    """
+
+    def __init__(self, count: int, seed: int) -> None:
+        self.killed = 0
+        self._count = count
+        self._source = random.Random(seed)
+        self._others = set(family_of(os.getpid()))
+        self._went_on = threading.Event()
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._kill, daemon=True)
+
+    def note_row(self) -> None:
+        """Notes that the study has gone on."""
+        self._went_on.set()
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _kill(self) -> None:
+        while self.killed < self._count and not self._ended.wait(POLL):
+            if not self._went_on.is_set():
+                continue
+            time.sleep(self._source.uniform(*PAUSES))
+            workers = sorted(set(family_of(os.getpid())) - self._others)
+            if workers and not self._ended.is_set():
+                with suppress(ProcessLookupError):
+                    os.kill(self._source.choice(workers), signal.SIGKILL)
+                    self.killed += 1
+            self._went_on.clear()

@@ -1,0 +1,89 @@
+"""Memory of a process and all that it has started, sampled while it works (Linux)."""
+
+from __future__ import annotations
+
+import re
+import threading
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple, Self
+
+__all__ = ["MemoryWatch", "family_of", "memory_of"]
+
+_PERIOD = 0.25
+_PROC = Path("/proc")
+_PROPORTIONAL = re.compile(r"^Pss:\s*(\d+) kB", re.MULTILINE)
+
+
+class Sample(NamedTuple):
+    """Memory at a moment.
+
+    Attributes:
+        progress: How far the work was.
+        memory: Of all processes together, shared pages counted once [B].
+    """
+
+    progress: float
+    memory: int
+
+
+class MemoryWatch:
+    """Samples the memory of a process and its descendants inside its ``with`` block.
+
+    Attributes:
+        samples: What was found so far.
+        progress: How far the work is; whoever does the work says so.
+    """
+
+    def __init__(self, process: int) -> None:
+        self.samples: list[Sample] = []
+        self.progress = 0.0
+        self._process = process
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    @property
+    def peak(self) -> int:
+        """Largest memory so far [B]."""
+        return max(sample.memory for sample in self.samples)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while True:
+            progress = self.progress
+            memory = sum(map(memory_of, family_of(self._process)))
+            self.samples.append(Sample(progress, memory))
+            if self._ended.wait(_PERIOD):
+                return
+
+
+def family_of(process: int) -> list[int]:
+    """A process and all its descendants."""
+    found = [process]
+    for parent in found:
+        with suppress(OSError):
+            for children in (_PROC / str(parent) / "task").glob("*/children"):
+                found += map(int, children.read_text(encoding="ascii").split())
+    return found
+
+
+def memory_of(process: int) -> int:
+    """Memory of a process, its part of shared pages in it; 0 once it has ended [B]."""
+    with suppress(OSError):
+        text = (_PROC / str(process) / "smaps_rollup").read_text(encoding="ascii")
+        if (found := _PROPORTIONAL.search(text)) is not None:
+            return 1024 * int(found[1])
+    return 0

@@ -1,0 +1,164 @@
+"""A study over REST, with a client that keeps asking while it runs."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any, Self
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from benchmarks.processes import MemoryWatch
+
+__all__ = ["Client", "Load", "run_over_rest"]
+
+API = "/api/v1/studies"
+PAUSE = 0.1
+PAGE = 100
+MAP_EVERY = 10.0  # [s]
+PATIENCE = 900.0
+KEPT_OPEN = 2.0
+
+
+class Client:
+    """Asks a service, over one connection."""
+
+    def __init__(self, url: str) -> None:
+        """Connects.
+
+        Args:
+            url: Of the service.
+        """
+        address = urlsplit(url)
+        assert address.hostname is not None
+        self._connection = http.client.HTTPConnection(
+            address.hostname, address.port, timeout=PATIENCE
+        )
+        self._used = time.monotonic()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._connection.close()
+
+    def ask(self, path: str, body: Mapping[str, Any] | None = None) -> bytes:
+        """What the service answers.
+
+        Raises:
+            AssertionError: If it is an error.
+        """
+        if time.monotonic() - self._used > KEPT_OPEN:
+            self._connection.close()  # the service may have; the next request opens another
+        method = "GET" if body is None else "POST"
+        content = None if body is None else json.dumps(body)
+        headers = {} if body is None else {"Content-Type": "application/json"}
+        self._connection.request(method, path, content, headers)
+        answer = self._connection.getresponse()
+        text = answer.read()
+        self._used = time.monotonic()
+        assert answer.status < 300, f"{method} {path}: {answer.status} {text[:500]!r}"
+        return text
+
+
+@dataclass(slots=True)
+class Load:
+    """What a client saw of a study.
+
+    Attributes:
+        study: Its id.
+        seconds: From its first results to its last [s].
+        runs: How many runs were done in that time.
+        waiting: From the request to the first results [s].
+        answers: Times of the answers of each kind [s].
+    """
+
+    study: str
+    seconds: float = 0.0
+    runs: int = 0
+    waiting: float = 0.0
+    answers: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+
+    @classmethod
+    def together(cls, loads: Sequence[Load]) -> Load:
+        """Several as one."""
+        found = cls("", sum(load.seconds for load in loads), sum(load.runs for load in loads))
+        for load in loads:
+            for kind, times in load.answers.items():
+                found.answers[kind] += times
+        return found
+
+    @property
+    def rate(self) -> float:
+        """Runs per second from first to last result."""
+        return self.runs / self.seconds
+
+    def percentile(self, share: float, kind: str | None = None) -> float:
+        """Time that so many percent of the answers took at most, of a kind or all [s]."""
+        kinds = self.answers if kind is None else [kind]
+        return float(np.percentile([time for one in kinds for time in self.answers[one]], share))
+
+
+def run_over_rest(client: Client, study: Mapping[str, Any], watch: MemoryWatch) -> Load:
+    """Has a study run, and asks for its status and more until it is completed.
+
+    Args:
+        client: Of the service.
+        study: As in a request.
+        watch: Is told how far it is.
+
+    Raises:
+        AssertionError: If it does not end well, or not within 15 minutes.
+    """
+    asked = time.perf_counter()
+    created = json.loads(client.ask(API, study))
+    load, count = Load(created["id"]), created["num_runs"]
+    kinds = _kinds(f"{API}/{created['id']}")
+    first = first_done = 0.0
+    while True:
+        status = json.loads(_timed(client, load, "status", f"{API}/{load.study}"))
+        now = time.perf_counter()
+        assert status["state"] in ("waiting", "running", "completed"), status
+        assert now - asked < PATIENCE, status
+        done = watch.progress = status["finished"]
+        if done and not first_done:
+            first, first_done = now, done
+        if done == count and status["state"] == "completed":
+            break
+        if done:
+            kind, path = next(kinds)
+            _timed(client, load, kind, path)
+        time.sleep(PAUSE)
+    load.seconds, load.runs, load.waiting = now - first, count - first_done, first - asked
+    return load
+
+
+def _kinds(study: str) -> Iterator[tuple[str, str]]:
+    """What is asked for, in turns; a map now and then."""
+    page = f"{study}/results?limit={PAGE}"
+    drawn = time.monotonic()
+    while True:
+        yield "list of studies", f"{API}?limit={PAGE}"
+        yield "page of results", page
+        yield "page sorted by a metric", f"{page}&sort=-slip_path_0"
+        if time.monotonic() - drawn > MAP_EVERY:
+            yield "map", f"{study}/map.svg"
+            drawn = time.monotonic()
+
+
+def _timed(client: Client, load: Load, kind: str, path: str) -> bytes:
+    start = time.perf_counter()
+    answer = client.ask(path)
+    load.answers[kind].append(time.perf_counter() - start)
+    return answer
