@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from core.exceptions import FieldError, ScenarioError
 from core.loading import with_values
@@ -42,9 +42,40 @@ def _check_axes(
         else:
             parameter = definitions[expand_key(base, key)[0]]
             yield from _check_range(field, axis, parameter, document.sampling.method)
+    yield from _check_overlaps(document, base)
+
+
+def _check_overlaps(document: StudyDocument, base: Scenario) -> Iterator[FieldError]:
+    """Two keys that set one parameter would leave rows that tell of a value nobody used."""
+    yield from _conflicts(base, "set", document.set, {})
+    for index, run in enumerate(document.runs):
+        yield from _conflicts(base, f"runs.{index}", run, {})
     listed = {key for run in document.runs for key in run}
-    for key in listed & document.vary.keys():
-        yield _error(f"vary.{key}", "one of both", "is set by the listed runs already")
+    taken = {one: "the listed runs do" for key in listed for one in expand_key(base, key)}
+    yield from _conflicts(base, "vary", document.vary, taken)
+
+
+def _conflicts(
+    base: Scenario, field: str, keys: Iterable[str], taken: dict[str, str]
+) -> Iterator[FieldError]:
+    """The keys that set what another one sets, or what is taken already."""
+    for key in keys:
+        for one in expand_key(base, key):
+            other = _overlapping(one, taken)
+            if other is not None:
+                finding = f"sets {one}, as {other}; leave one of them out"
+                yield _error(f"{field}.{key}", "one of both", finding)
+                break
+            taken[one] = f"{field}.{key} does"
+
+
+def _overlapping(key: str, taken: Mapping[str, str]) -> str | None:
+    """Who sets this parameter, a list that it is an entry of, or an entry of this list."""
+    parts = key.split(".")
+    wholes = (".".join(parts[:length]) for length in range(1, len(parts) + 1))
+    found = next((taken[whole] for whole in wholes if whole in taken), None)
+    entries = (other for one, other in taken.items() if one.startswith(f"{key}."))
+    return found or next(entries, None)
 
 
 def _unknown(base: Scenario, field: str, key: str, axis: AxisDocument) -> Iterator[FieldError]:

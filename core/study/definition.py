@@ -232,8 +232,11 @@ def apply_values(base: Scenario, values: Mapping[str, Value]) -> Scenario:
 
 
 def expand_key(base: Scenario, key: str) -> tuple[str, ...]:
-    """The keys that a key with ``*`` stands for: one per finger, estimate or timed change."""
+    """The keys that a key with ``*`` stands for: one per finger, estimate or timed change.
+
+    Where the base has none of them it stands for itself, which no parameter is called.
+    """
     head, star, tail = key.partition(".*")
     if not star or head not in ("fingers", "estimates", "changes"):
         return (key,)
-    return tuple(f"{head}.{index}{tail}" for index in range(len(getattr(base, head))))
+    return tuple(f"{head}.{index}{tail}" for index in range(len(getattr(base, head)))) or (key,)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from core.field_errors import shortened, single_error
 from core.study.definition import KeptRecordings, Method
 
 __all__ = [
@@ -127,28 +129,53 @@ def flatten(document: Any) -> Any:
 
     Args:
         document: A study as plain values; anything else is given back as it is.
+
+    Raises:
+        ScenarioError: If a key stands there both with and without quotes.
     """
     if not isinstance(document, Mapping):
         return document
     flat = dict(document)
     if isinstance(flat.get("vary"), Mapping):
-        flat["vary"] = dict(_joined(flat["vary"], frozenset(AxisDocument.model_fields)))
+        flat["vary"] = _joined("vary", flat["vary"], _is_axis)
     if isinstance(flat.get("set"), Mapping):
-        flat["set"] = dict(_joined(flat["set"], frozenset()))
+        flat["set"] = _joined("set", flat["set"], _is_empty)
     if isinstance(flat.get("runs"), list):
         flat["runs"] = [
-            dict(_joined(run, frozenset())) if isinstance(run, Mapping) else run
-            for run in flat["runs"]
+            _joined(f"runs.{index}", run, _is_empty) if isinstance(run, Mapping) else run
+            for index, run in enumerate(flat["runs"])
         ]
     return flat
 
 
-def _joined(table: Mapping[Any, Any], leaf_fields: frozenset[str], depth: int = 8) -> Any:
-    """Pairs of dotted key and value; a table is a value where it has one of some fields."""
+def _joined(
+    field: str, table: Mapping[Any, Any], is_value: Callable[[Mapping[Any, Any]], bool]
+) -> dict[Any, Any]:
+    joined: dict[Any, Any] = {}
+    for key, value in _pairs(table, is_value):
+        if key in joined:
+            message = f"{field}.{shortened(str(key))} stands there twice; leave one out"
+            raise single_error(f"{field}.{shortened(str(key))}", None, "once", message)
+        joined[key] = value
+    return joined
+
+
+def _pairs(
+    table: Mapping[Any, Any], is_value: Callable[[Mapping[Any, Any]], bool], depth: int = 8
+) -> Iterator[tuple[Any, Any]]:
     for key, value in table.items():
-        is_table = isinstance(value, Mapping) and value and not leaf_fields & value.keys()
-        if is_table and depth > 0:
-            for rest, inner in _joined(value, leaf_fields, depth - 1):
+        if isinstance(value, Mapping) and depth > 0 and not is_value(value):
+            for rest, inner in _pairs(value, is_value, depth - 1):
                 yield f"{key}.{rest}", inner
         else:
             yield key, value
+
+
+def _is_empty(table: Mapping[Any, Any]) -> bool:
+    return not table
+
+
+def _is_axis(table: Mapping[Any, Any]) -> bool:
+    """Whether a table is meant to say how a parameter varies, be it with a slip of the pen."""
+    fields = list(AxisDocument.model_fields)
+    return not table or any(get_close_matches(str(key), fields, n=1, cutoff=0.6) for key in table)

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from core.exceptions import FieldError, ScenarioError
-from core.field_errors import echo, shortened, single_error
+from core.field_errors import echo, nearest, shortened, single_error
 from core.loading import (
     load_scenario,
     parameter_definitions,
@@ -23,7 +23,13 @@ from core.parameters import Parameter
 from core.scenario import Scenario
 from core.study.checks import check_document
 from core.study.definition import MAX_RUNS, Axis, KeptRecordings, Sampling, Study, expand_key
-from core.study.document import AxisDocument, StudyDocument, flatten, plain_value
+from core.study.document import (
+    AxisDocument,
+    SamplingDocument,
+    StudyDocument,
+    flatten,
+    plain_value,
+)
 
 __all__ = ["check_members", "load_study", "study_from_mapping", "study_to_mapping"]
 
@@ -44,7 +50,7 @@ def load_study(path: str | Path) -> Study:
     if file.stat().st_size > MAX_FILE_BYTES:
         raise single_error("study", str(path), "20 MB", f"'{path}' is larger than 20 MB")
     try:
-        mapping = tomllib.loads(file.read_bytes().decode("utf-8"))
+        mapping = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         message = f"'{path}' is not valid TOML: {error}"
         raise single_error("study", str(path), "TOML", message) from error
@@ -202,11 +208,30 @@ def _field_errors(error: ValidationError) -> list[FieldError]:
 
 def _field_error(field: str, items: list[Any]) -> FieldError:
     wrong = next((item for item in items if not item["type"].endswith("_type")), items[0])
-    finding = f"{wrong['msg'][:1].lower()}{wrong['msg'][1:]}"
-    if len(items) > 1 and wrong["type"].endswith("_type"):
-        finding = "should be a number, a word or a list of numbers"
-    message = f"{field or 'the study'}: {finding}"
+    finding = _finding(field, wrong, of_several_kinds=len(items) > 1)
+    message = f"{field or 'the study'} {finding}"
     return FieldError(field=field, value=echo(wrong["input"]), limit=None, message=message)
+
+
+def _finding(field: str, item: Any, *, of_several_kinds: bool) -> str:
+    kind = item["type"]
+    if field == "base" and kind.endswith("_type"):
+        return "should be the name of a preset, or a whole scenario"
+    if field.startswith("vary.") and kind in ("model_type", "dict_type"):
+        return "should be a table: {values = [...]}, or {min = ..., max = ...} with count in a grid"
+    if kind in ("model_type", "dict_type", "model_attributes_type"):
+        return "should be a table"
+    if kind == "extra_forbidden":
+        parts = field.rpartition(".")
+        known = {"": StudyDocument, "sampling": SamplingDocument}.get(parts[0], AxisDocument)
+        return f"is not known{nearest(parts[2], known.model_fields)}"
+    if kind == "missing":
+        return "is missing"
+    if kind == "too_short":
+        return "is empty; give at least one"
+    if of_several_kinds and kind.endswith("_type"):
+        return "should be a number, a word or a list of numbers"
+    return f"is wrong: {item['msg'][:1].lower()}{item['msg'][1:]}"
 
 
 def _field_of(item: Any) -> str:

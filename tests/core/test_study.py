@@ -229,7 +229,7 @@ def test_runs_that_do_not_fit_together_are_named_by_index() -> None:
         (
             {"vary": {"object.mass": {"values": []}}},
             "vary.object.mass.values",
-            "at least 1 item",
+            "give at least one",
         ),
         (
             {"vary": {"object.mass": {"values": [math.nan]}}},
@@ -257,8 +257,53 @@ def test_runs_that_do_not_fit_together_are_named_by_index() -> None:
             "sampling.runs",
             "the grid has 2",
         ),
-        ({"vary": {"object.mass": {"values": [1.0]}}, "extra": 1}, "extra", "not permitted"),
-        ({"vary": 3}, "vary", "dictionary"),
+        ({"vary": {"object.mass": {"values": [1.0]}}, "extra": 1}, "extra", "not known"),
+        ({"vary": 3}, "vary", "should be a table"),
+        ({"vary": {"object.mass": 3}}, "vary.object.mass", "{values = [...]}"),
+        ({"vary": {"object.mass": {"minimum": 1.0}}}, "vary.object.mass.minimum", "'min'?"),
+        ({"vary": {"object": {"mass": {"mim": 1.0}}}}, "vary.object.mass.mim", "'min'?"),
+        ({"sampels": 1}, "sampels", "'sampling'?"),
+        ({"base": 1}, "base", "name of a preset"),
+        ({"vary": {"changes.*.value": {"values": [1.0]}}}, "vary.changes.*.value", "unknown"),
+        ({"set": {"changes.*.value": 1.0}}, "changes.*.value", "unknown parameter"),
+        (
+            {"sampling": {"method": "list"}, "runs": [{"changes.*.value": 3.0}]},
+            "runs.0.changes.*.value",
+            "unknown parameter",
+        ),
+        (
+            {
+                "vary": {
+                    key: {"values": [0.2]} for key in ("fingers.0.friction", "fingers.*.friction")
+                }
+            },
+            "vary.fingers.*.friction",
+            "sets fingers.0.friction, as vary.fingers.0.friction does",
+        ),
+        (
+            {
+                "vary": {"fingers.*.friction": {"values": [0.2]}},
+                "sampling": {"method": "list"},
+                "runs": [{"fingers.1.friction": 0.3}],
+            },
+            "vary.fingers.*.friction",
+            "as the listed runs do",
+        ),
+        (
+            {
+                "sampling": {"method": "list"},
+                "runs": [
+                    {"controller.velocity_gain": [1, 1, 1, 1, 1], "controller.velocity_gain.0": 2}
+                ],
+            },
+            "runs.0.controller.velocity_gain.0",
+            "leave one of them out",
+        ),
+        (
+            {"vary": {"object.mass": {"values": [1]}, "object": {"mass": {"values": [2]}}}},
+            "vary.object.mass",
+            "twice",
+        ),
         ({"vary": {"object.mass": {"values": [{}]}}}, "vary.object.mass.values.0", "a number, a"),
     ],
 )
