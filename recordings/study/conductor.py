@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import takewhile
 
 from core.executors import Executor
 from core.study.definition import Study
@@ -14,6 +17,10 @@ from recordings.study.rows import StudyRow
 from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 __all__ = ["conduct"]
+
+TASKS_PER_WORKER = 4
+WRITE_INTERVAL = 1.0
+"""How long a row waits at most for those that fill its chunk, once it is its turn [s]."""
 
 Watch = Callable[[StudyRow], None]
 Keep = Callable[[MemberResult], str | None]
@@ -46,17 +53,18 @@ def conduct(
         ExecutorError: If there is nobody to simulate.
         RecordingWriteError: If the rows cannot be written.
     """
-    tasks = _Tasks(study, writer.num_rows)
+    tasks = _Tasks(study, writer.num_rows, executor.num_workers)
     rows = _OrderedRows(writer, watch, keep)
     while tasks.has_more and not should_stop():
         for done in executor.map(run_members, tasks, should_stop=should_stop):
             if done.result is not None:
                 rows.take(done.result)
+                tasks.put_back(done.task, len(done.result), at_a_time=len(done.result))
             elif len(done.task.values) == 1:
                 failure = done.failure or "the worker gave no result"
                 rows.take([lost_member(done.task.first, done.task.values[0], failure)])
             else:
-                tasks.split(done.task)
+                tasks.put_back(done.task, 0, at_a_time=1)
     complete = writer.num_rows == study.num_runs
     return StudyEnd(
         state="completed" if complete else "cancelled",
@@ -67,32 +75,42 @@ def conduct(
 
 
 class _Tasks(Iterator[MemberTask]):
-    """The tasks of a study in order; single runs of a task that cannot be done come first."""
+    """The tasks of a study in order; what is left of a task that was handed out comes first."""
 
-    def __init__(self, study: Study, first: int) -> None:
+    def __init__(self, study: Study, first: int, num_workers: int) -> None:
         self._study = study
         self._next = first
-        self._singles: deque[MemberTask] = deque()
+        # So that even a short study keeps all workers busy to its end.
+        share = math.ceil((study.num_runs - first) / (TASKS_PER_WORKER * max(num_workers, 1)))
+        self._size = min(max(share, 1), RUNS_PER_CHUNK)
+        self._left: deque[MemberTask] = deque()
 
     @property
     def has_more(self) -> bool:
         """Whether there is a task that was not handed out yet."""
-        return bool(self._singles) or self._next < self._study.num_runs
+        return bool(self._left) or self._next < self._study.num_runs
 
     def __next__(self) -> MemberTask:
-        if self._singles:
-            return self._singles.popleft()
+        if self._left:
+            return self._left.popleft()
         if self._next >= self._study.num_runs:
             raise StopIteration
         first = self._next
-        # Tasks are chunks of the file, also where a study goes on in the middle.
-        self._next = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._study.num_runs)
+        self._next = min(first + self._size, self._study.num_runs)
         return self._task(first, self._next)
 
-    def split(self, task: MemberTask) -> None:
-        """Has the runs of a task tried one by one, so that the one that is at fault is found."""
+    def put_back(self, task: MemberTask, num_done: int, *, at_a_time: int) -> None:
+        """Has the rest of a task done, in smaller tasks.
+
+        Args:
+            task: The task.
+            num_done: How many of its runs are done.
+            at_a_time: How many runs the smaller ones have; one by one, the run that is at
+                fault is found.
+        """
         end = task.first + len(task.values)
-        self._singles += [self._task(index, index + 1) for index in range(task.first, end)]
+        for first in range(task.first + num_done, end, max(at_a_time, 1)):
+            self._left.append(self._task(first, min(first + at_a_time, end)))
 
     def _task(self, first: int, end: int) -> MemberTask:
         return MemberTask(
@@ -111,6 +129,7 @@ class _OrderedRows:
         self._watch = watch
         self._keep = keep
         self._waiting: dict[int, MemberResult] = {}
+        self._written_at = time.monotonic()
         self._not_kept = 0
 
     @property
@@ -124,16 +143,18 @@ class _OrderedRows:
         while chunk := self._next_chunk():
             rows = [self._kept(member) for member in chunk]
             self._writer.add(rows)
+            self._written_at = time.monotonic()
             for row in rows:
                 self._watch(row)
 
     def _next_chunk(self) -> list[MemberResult]:
-        """The next chunk of the file, empty while one of its rows is missing."""
+        """The next chunk of the file; a part of it where it takes long to become full."""
         first = self._writer.num_rows
         end = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._writer.num_runs)
-        if not all(index in self._waiting for index in range(first, end)):
+        ready = list(takewhile(self._waiting.__contains__, range(first, end)))
+        if len(ready) < end - first and time.monotonic() - self._written_at < WRITE_INTERVAL:
             return []
-        return [self._waiting.pop(index) for index in range(first, end)]
+        return [self._waiting.pop(index) for index in ready]
 
     def _kept(self, member: MemberResult) -> StudyRow:
         if member.recording is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,9 @@ __all__ = [
 
 WALL_LIMIT = 60.0
 """Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
+
+TASK_SECONDS = 0.5
+"""Computing time after which the rest of a task is given back [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,18 +69,29 @@ class MemberResult:
 
 
 def run_members(task: MemberTask, cancelled: Callable[[], bool]) -> list[MemberResult]:
-    """Simulates the runs of a task one after the other.
+    """Simulates the runs of a task one after the other, as many as half a second allows.
+
+    Slow runs are told of soon this way, and are shared among all workers.
 
     Args:
         task: The runs.
         cancelled: Asked every few milliseconds whether to give up.
+
+    Returns:
+        The first ones, one at least; what each of them is depends on the task alone.
 
     Raises:
         Cancelled: If it was told to.
         ScenarioError: If a scenario cannot be simulated.
     """
     prepare_kernel()
-    return [_run_member(task, place, cancelled) for place in range(len(task.values))]
+    started = time.monotonic()
+    done: list[MemberResult] = []
+    for place in range(len(task.values)):
+        done.append(_run_member(task, place, cancelled))
+        if time.monotonic() - started > TASK_SECONDS:
+            break
+    return done
 
 
 def lost_member(index: int, values: Mapping[str, Value], failure: str) -> MemberResult:

@@ -1,7 +1,8 @@
 """Writes the file of a study: its definition, then one message per run.
 
 It grows as ``NAME.part``, a chunk of rows at a time and in the order of the runs, so that a
-study that was interrupted goes on behind its last row, and equal studies are equal files.
+study that was interrupted goes on behind its last row. Chunks that were written before they
+were full are laid out anew at the end, so that equal studies are equal files.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import chain, islice
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -22,7 +24,7 @@ from mcap.opcode import Opcode
 
 from core.provenance import program_version
 from core.study.definition import Study
-from recordings.atomic_file import part_of, sync_folder
+from recordings.atomic_file import atomic_file, part_of, sync_folder
 from recordings.container import ChannelBlock, McapContainer
 from recordings.documents import STUDY_PROFILE
 from recordings.exceptions import RecordingBusyError, RecordingExistsError, RecordingWriteError
@@ -39,13 +41,14 @@ from recordings.study.documents import (
     start_document,
     stop_document,
 )
-from recordings.study.reader import read_rows_so_far
+from recordings.study.reader import StudySoFar, read_rows_so_far
 from recordings.study.rows import StudyRow, decode_row, encode_row
 
 __all__ = ["RUNS_PER_CHUNK", "StudyWriter"]
 
 RUNS_PER_CHUNK = 20
 SYNC_INTERVAL = 1.0
+REGULAR_SUFFIX = ".regular"
 HASH_BYTES = 16
 
 _HEAD = struct.Struct("<BQHIQQ")
@@ -79,6 +82,7 @@ class StudyWriter:
         self._overwrite = overwrite
         self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
         self._synced_at = time.monotonic()
+        self._is_regular = True
         self.num_runs = study.num_runs
         self.num_rows = 0
         self.outcomes: Counter[str] = Counter()
@@ -111,7 +115,7 @@ class StudyWriter:
         """Writes the next rows as a chunk.
 
         Args:
-            rows: `RUNS_PER_CHUNK` rows in the order of their runs, fewer only at the end.
+            rows: Rows in the order of their runs, up to the end of a chunk; it may be full later.
 
         Raises:
             RecordingWriteError: If they cannot be written.
@@ -133,16 +137,39 @@ class StudyWriter:
             RecordingWriteError: If it cannot be written.
         """
         try:
-            self._container.add_metadata(STUDY_STOP, stop_document(end, self._hash.digest()))
-            self._container.finish()
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
+            self._end(end)
             if os.name != "posix":
                 self._stream.close()  # elsewhere only a closed file can be renamed
-            self._part.replace(self._path)
+            # Where there is no room to lay it out anew, the file is as good to read as it is.
+            if self._is_regular or not self._lay_out_anew(end):
+                self._part.replace(self._path)
             sync_folder(self._path.parent)
         except OSError as error:
             raise self._failed(error) from error
+
+    def _end(self, end: StudyEnd) -> None:
+        self._container.add_metadata(STUDY_STOP, stop_document(end, self._hash.digest()))
+        self._container.finish()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+
+    def _lay_out_anew(self, end: StudyEnd) -> bool:
+        """Writes the same rows in full chunks to a file of its own, which takes the name."""
+        so_far = read_rows_so_far(self._part)
+        assert so_far is not None
+        try:
+            with atomic_file(self._path, overwrite=True, part_suffix=REGULAR_SUFFIX) as stream:
+                regular = StudyWriter(self._path, self._study)
+                regular._stream = stream
+                regular._write_head(so_far)
+                payloads = chain.from_iterable(so_far.chunks)
+                while chunk := list(islice(payloads, RUNS_PER_CHUNK)):
+                    regular._add(chunk)
+                regular._end(end)
+        except (OSError, RecordingWriteError):
+            return False
+        self._part.unlink()
+        return True
 
     def _begin(self) -> None:
         """Writes what stands before the rows, and the rows that are there already.
@@ -151,12 +178,20 @@ class StudyWriter:
         """
         so_far = read_rows_so_far(self._part)
         definition = definition_document(self._study)
-        start = start_document(self._study)
-        if so_far is not None:
-            if so_far.definition != definition:
-                cause = f"'{self._part.name}' is left of another study; delete it, or move it away"
-                raise RecordingBusyError(self._path, cause)
-            start = dict(so_far.start)
+        if so_far is not None and so_far.definition != definition:
+            cause = f"'{self._part.name}' is left of another study; delete it, or move it away"
+            raise RecordingBusyError(self._path, cause)
+        self._write_head(so_far)
+        for payloads in so_far.chunks if so_far is not None else ():
+            self._add(payloads)
+            self.outcomes.update(decode_row(payload).outcome.value for payload in payloads)
+        self._stream.truncate()
+        self._stream.flush()
+
+    def _write_head(self, so_far: StudySoFar | None) -> None:
+        """Writes what stands before the rows, as it was if they were begun before."""
+        definition = definition_document(self._study)
+        start = start_document(self._study) if so_far is None else dict(so_far.start)
         library = f"slipgrasp {program_version()}" if so_far is None else so_far.library
         self._stream.seek(0)
         self._container = McapContainer(self._stream, profile=STUDY_PROFILE, library=library)
@@ -164,13 +199,9 @@ class StudyWriter:
         self._container.add_attachment(DEFINITION, "application/json", definition)
         self._container.add_schema(rows_schema())
         self._container.add_channel(rows_channel())
-        for payloads in so_far.chunks if so_far is not None else ():
-            self._add(payloads)
-            self.outcomes.update(decode_row(payload).outcome.value for payload in payloads)
-        self._stream.truncate()
-        self._stream.flush()
 
     def _add(self, payloads: Sequence[bytes]) -> None:
+        self._is_regular &= self.num_rows % RUNS_PER_CHUNK == 0
         sequences = np.arange(self.num_rows, self.num_rows + len(payloads), dtype=np.uint64)
         records = [
             _HEAD.pack(

@@ -124,18 +124,31 @@ def test_the_mcap_library_reads_the_rows(finished: Path) -> None:
     assert {channel.message_encoding for _, channel, _ in messages} == {"json"}
 
 
-@pytest.mark.parametrize("stop_after", [1, RUNS_PER_CHUNK + 1])
-def test_an_interrupted_study_goes_on_behind_its_last_row(
-    finished: Path, tmp_path: Path, stop_after: int
-) -> None:
+def test_an_interrupted_study_goes_on_behind_its_last_row(finished: Path, tmp_path: Path) -> None:
     path = tmp_path / "study.mcap"
-    first = run_study(make_study(), path, stop_after=stop_after)
+    first = run_study(make_study(), path, stop_after=1)
+    assert len(first) == RUNS_PER_CHUNK
     assert not path.exists()
     assert read_rows(part_of(path)) == first
     second = run_study(make_study(), path)
     assert [row.index for row in itertools.chain(first, second)] == list(range(NUM_RUNS))
     assert path.read_bytes() == finished.read_bytes()
     assert not part_of(path).exists()
+
+
+def test_slow_runs_are_written_one_by_one_and_give_the_same_file_in_the_end(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("recordings.study.member.TASK_SECONDS", 0.0)
+    monkeypatch.setattr("recordings.study.conductor.WRITE_INTERVAL", 0.0)
+    path = tmp_path / "study.mcap"
+    first = run_study(make_study(), path, stop_after=7)
+    assert [row.index for row in first] == list(range(7))
+    assert read_rows(part_of(path)) == first
+    second = run_study(make_study(), path)
+    assert [row.index for row in second] == list(range(7, NUM_RUNS))
+    assert path.read_bytes() == finished.read_bytes()
+    assert [file.name for file in tmp_path.iterdir()] == ["study.mcap"]
 
 
 def test_a_part_torn_anywhere_goes_on_to_the_same_file(finished: Path, tmp_path: Path) -> None:
