@@ -22,6 +22,7 @@ from core.executors.executor import (
     Finished,
     ShouldStop,
     TaskFunction,
+    never,
 )
 from core.executors.messages import Message
 from core.executors.processes import MAX_WORKERS
@@ -83,11 +84,11 @@ class DaskExecutor:
         self._at_work = threading.Lock()
         self._round = 0
 
-    def prepare(self) -> float:
+    def prepare(self, should_stop: ShouldStop = never) -> float:
         """Connects and waits until the workers have loaded the kernel; the time taken [s]."""
         started = time.perf_counter()
         with self._only_caller():
-            self._connected(_never)
+            self._connected(should_stop)
         return time.perf_counter() - started
 
     def map(
@@ -272,7 +273,3 @@ def _given_up() -> Callable[[], bool]:
         return task is None or task.state not in ("executing", "long-running")
 
     return given_up
-
-
-def _never() -> bool:
-    return False

@@ -153,6 +153,8 @@ def _start_cluster(workers: int) -> LocalCluster:
                 scheduler_kwargs={"dashboard": False},
                 silence_logs=logging.CRITICAL,
                 env={ROOT_VARIABLE: str(cache_root())},
+                # Ctrl-C belongs to whoever started them.
+                preload="import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)",
             )
     except RuntimeError as error:
         raise ExecutorError(

@@ -18,6 +18,7 @@ __all__ = [
     "Finished",
     "ShouldStop",
     "TaskFunction",
+    "never",
 ]
 
 AHEAD = 64
@@ -31,6 +32,11 @@ Result = TypeVar("Result")
 
 ShouldStop = Callable[[], bool]
 TaskFunction = Callable[[Task, ShouldStop], Result]
+
+
+def never() -> bool:
+    """For whoever is not to be stopped."""
+    return False
 
 
 class ExecutorError(SlipgraspError):
@@ -69,8 +75,11 @@ class Executor(Protocol):
         """How many tasks it does at a time, as far as is known."""
         ...
 
-    def prepare(self) -> float:
+    def prepare(self, should_stop: ShouldStop = never) -> float:
         """Starts all workers, as the first `map` would, and waits until they are warm.
+
+        Args:
+            should_stop: Asked about 20 times a second; True ends the waiting, not the start.
 
         Returns:
             How long that took, almost nothing if they were [s].

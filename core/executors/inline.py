@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Self, TypeVar
 
-from core.executors.executor import Cancelled, Finished, ShouldStop, TaskFunction
+from core.executors.executor import Cancelled, Finished, ShouldStop, TaskFunction, never
 
 __all__ = ["InlineExecutor"]
 
@@ -21,7 +21,7 @@ class InlineExecutor:
     name = "inline"
     num_workers = 1
 
-    def prepare(self) -> float:
+    def prepare(self, should_stop: ShouldStop = never) -> float:
         """Loads the kernel."""
         from core.simulator import prepare_kernel
 

@@ -17,6 +17,7 @@ from core.executors.executor import (
     Finished,
     ShouldStop,
     TaskFunction,
+    never,
 )
 from core.executors.messages import Kind
 from core.executors.window import Window, window_length
@@ -65,12 +66,12 @@ class ProcessExecutor:
         self._failed_starts = 0
         self._closed = False
 
-    def prepare(self) -> float:
+    def prepare(self, should_stop: ShouldStop = never) -> float:
         """Starts all workers and waits until each has loaded the kernel; the time taken [s]."""
         started = time.perf_counter()
         with self._only_caller():
-            self._compile_kernel(_never)
-            while not all(worker is not None and worker.ready for worker in self._workers):
+            self._compile_kernel(should_stop)
+            while not should_stop() and not self._all_ready():
                 for place, worker in enumerate(self._workers):
                     self._workers[place] = worker or self._start()
                 if (event := self._next_event()) is not None:
@@ -123,6 +124,9 @@ class ProcessExecutor:
             yield
         finally:
             self._at_work.release()
+
+    def _all_ready(self) -> bool:
+        return all(worker is not None and worker.ready for worker in self._workers)
 
     def _compile_kernel(self, should_stop: ShouldStop) -> bool:
         """Compiles the kernel once for all workers; False if asked to stop meanwhile."""
@@ -248,7 +252,3 @@ class ProcessExecutor:
 
     def _busy(self) -> list[WorkerProcess]:
         return [worker for worker in self._workers if worker is not None and worker.pending]
-
-
-def _never() -> bool:
-    return False

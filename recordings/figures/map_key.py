@@ -113,9 +113,9 @@ def draw_key(
 
 
 def _draw_counts(axes: Axes, count: int, total: int, width: float, middle: float) -> None:
-    share = f"{100 * count / total:.1f} %" if count else "–"
+    share = "< 0.1 %" if 0 < count < 0.0005 * total else f"{100 * count / max(total, 1):.1f} %"
     colour = paint(MARK if count else MUTED)
-    for text, right in ((str(count), width - 11.0), (share, width)):
+    for text, right in ((str(count), width - 11.0), (share if count else "–", width)):
         axes.text(right, middle, text, ha="right", va="center_baseline", fontsize=8.0, color=colour)
 
 

@@ -183,5 +183,6 @@ def _draw_points(axes: Axes, panel: MapPanel) -> None:
             linewidths=0.35,
             urls=[run_link(run) for run in runs[chosen].tolist()],
             gid=f"runs {way}",
+            clip_on=False,
             zorder=2.5,
         )

@@ -26,6 +26,7 @@ __all__ = ["add_command"]
 
 MAX_WORKERS = 1024
 REMOTE = "dask://"
+CHECKED_BY_ESTIMATE = 10_000
 DESCRIPTION = (
     "Simulates every run of a study (docs/studies.md) and keeps it as one file, study.mcap, with "
     "a table of the results, results.csv, and where two parameters vary in numbers a map of where "
@@ -103,6 +104,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executor) -> ExitStatus:
     cost = _estimate(study, executor, is_remote=arguments.executor.startswith(REMOTE))
     if arguments.estimate:
+        if study.num_runs <= CHECKED_BY_ESTIMATE:
+            _check(study)
         _print_estimate(study, executor, cost, as_json=arguments.json)
         return ExitStatus.COMPLETED
     from slipgrasp.cli.study_folder import find_folder
@@ -136,7 +139,8 @@ def _words(study: Study, executor: Executor, cost: StudyCost) -> str:
     workers = f"{executor.num_workers} worker{'s' if executor.num_workers != 1 else ''}"
     kept = {"all": "every recording", "ended-early": "recordings of early ends", "none": "no run"}
     return (
-        f"{cost.runs} runs, about {duration_words(cost.seconds)} on {workers}, "
+        f"{cost.runs} run{'s' if cost.runs != 1 else ''}, about {duration_words(cost.seconds)} on "
+        f"{workers} once started, "
         f"at most {size_words(cost.bytes)} with {kept[study.recordings]} kept"
     ).replace("with no run kept", "without recordings")
 
@@ -174,11 +178,12 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     except RecordingWriteError as error:
         failure = error
     seconds = time.monotonic() - started
+    completed = end is not None and end.state == "completed"
     with Progress("writing the table and the map"):
-        saved = folder.save_results(results)
+        # The map of a study that goes on later can wait; whoever stopped it should not.
+        saved = folder.save_results(results, with_maps=completed)
     if failure is not None:
         complain(f"the study stopped: {failure}")
-    completed = end is not None and end.state == "completed"
     if not completed:
         complain(f"{results.num_rows} of {study.num_runs} runs are done; the same command goes on")
     if as_json:
@@ -202,7 +207,7 @@ def _conduct(
     with Interrupt() as interrupt, folder.writer(study) as writer:
         folder.read_rows(results, writer.num_rows)
         with Progress(f"starting the workers ({executor.name})"):
-            executor.prepare()
+            executor.prepare(lambda: interrupt.requested)
         with Progress("simulating") as progress:
             shown = StudyProgress(progress, study.num_runs)
             end = conduct(

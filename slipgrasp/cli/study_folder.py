@@ -73,8 +73,12 @@ class StudyFolder:
             return None  # how many there are is told in the end
         return run_id
 
-    def save_results(self, results: StudyResults) -> dict[str, Any]:
+    def save_results(self, results: StudyResults, *, with_maps: bool) -> dict[str, Any]:
         """Writes the table, and the map where there is one.
+
+        Args:
+            results: The rows.
+            with_maps: Whether maps are drawn; they take longest.
 
         Returns:
             What there is now: name to path, ``maps`` to several.
@@ -93,7 +97,7 @@ class StudyFolder:
         return {
             "study": str(study),
             "results": str(table),
-            "maps": self._draw_maps(results),
+            "maps": self._draw_maps(results) if with_maps else [],
             "recordings": str(kept) if kept.is_dir() else None,
         }
 
@@ -143,10 +147,11 @@ def find_folder(
 
 
 def _new_folder(parent: Path, study: Study, name: str) -> Path:
-    """The first folder of the name, numbered, that is not there or where the study was begun."""
+    """The first folder of the name, numbered, that is not used or where the study was begun."""
     for number in count(1):
         folder = parent / (name if number == 1 else f"{name}-{number}")
-        if not folder.exists() or _is_begun(folder / STUDY, study):
+        is_new = not folder.exists() or not any(folder.iterdir())
+        if is_new or _is_begun(folder / STUDY, study):
             return folder
     raise AssertionError  # numbers do not end
 
