@@ -140,19 +140,21 @@ class StorageFullError(RecordingError):
     """There is no room for another recording, by the quota of the folder or on its disk."""
 
     @classmethod
-    def over_quota(cls, folder: Path, used: int, quota: int) -> Self:
+    def over_quota(cls, folder: Path, used: int, quota: int, incoming: int = 0) -> Self:
         """The files of the folder take as much as they may, or would with what is to come."""
+        wanted = f"{_size(incoming)} more" if incoming else "another"
         return cls(
             f"the recordings in '{_shown(folder)}' take {_size(used)} of the {_size(quota)} they "
-            "may take and there is no room for another; delete some, or raise the quota"
+            f"may take and there is no room for {wanted}; delete some, or raise the quota"
         )
 
     @classmethod
-    def low_disk(cls, folder: Path, free: int, floor: int) -> Self:
+    def low_disk(cls, folder: Path, free: int, floor: int, incoming: int = 0) -> Self:
         """The disk would be left with less than must stay free."""
+        wanted = f", with {_size(incoming)} to come" if incoming else ""
         return cls(
             f"the disk of '{_shown(folder)}' has {_size(free)} free and {_size(floor)} must stay "
-            "free; delete recordings or other files"
+            f"free{wanted}; delete recordings or other files"
         )
 
 

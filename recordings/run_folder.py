@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from stat import S_ISREG
 from typing import Any
 
 from recordings.annotations import Annotations, usable_part
@@ -29,7 +30,7 @@ from recordings.identifiers import ID
 from recordings.reader import read_recording
 from recordings.stored_run import StoredRun
 
-__all__ = ["RunFolder", "Sidecar", "iso_time"]
+__all__ = ["RunFolder", "Sidecar", "checked_time", "iso_time", "read_document", "time_of"]
 
 MAX_SIDECAR_BYTES = 1 << 25
 
@@ -115,7 +116,7 @@ class RunFolder:
         return StoredRun.of(
             run_id,
             path,
-            created=sidecar.created or _time_of(status),
+            created=sidecar.created or time_of(status),
             size=status.st_size,
             description=description,
             annotations=sidecar.annotations,
@@ -136,14 +137,14 @@ class RunFolder:
 
     def read_sidecar(self, run_id: str) -> Sidecar:
         """What can be used of the sidecar, which may be missing or damaged."""
-        document = _read_document(self.sidecar(run_id))
+        document = read_document(self.sidecar(run_id))
         description: Description | None
         try:
             description = Description.from_document(document)
         except (ArithmeticError, KeyError, TypeError, ValueError):
             description = None
         return Sidecar(
-            created=_checked_time(document.get("created")),
+            created=checked_time(document.get("created")),
             description=description,
             annotations=usable_part(document),
         )
@@ -203,7 +204,7 @@ def _stamp(entry: os.DirEntry[str]) -> str:
     return f"{status.st_size} {status.st_mtime_ns} {status.st_ctime_ns} {status.st_ino}"
 
 
-def _time_of(status: os.stat_result) -> str:
+def time_of(status: os.stat_result) -> str:
     """When a file was changed last; 1970 if its time is none that a date can be made of."""
     try:
         return iso_time(datetime.fromtimestamp(status.st_mtime, UTC))
@@ -211,10 +212,11 @@ def _time_of(status: os.stat_result) -> str:
         return iso_time(datetime.fromtimestamp(0.0, UTC))
 
 
-def _read_document(path: Path) -> Mapping[str, Any]:
+def read_document(path: Path) -> Mapping[str, Any]:
     """A JSON object, empty if there is none or it is not usable at all."""
     try:
-        if path.is_symlink() or path.stat().st_size > MAX_SIDECAR_BYTES:
+        status = path.lstat()
+        if not S_ISREG(status.st_mode) or status.st_size > MAX_SIDECAR_BYTES:
             return {}
         text = path.read_bytes()
         document = parse_json(text.decode("utf-8"))
@@ -225,7 +227,8 @@ def _read_document(path: Path) -> Mapping[str, Any]:
     return document if isinstance(document, dict) else {}
 
 
-def _checked_time(value: object) -> str | None:
+def checked_time(value: object) -> str | None:
+    """A time as `iso_time` gives it; None if it is none."""
     if not isinstance(value, str):
         return None
     try:

@@ -40,9 +40,9 @@ class StorageLimits:
         except OSError as error:
             raise RecordingWriteError(folder, error.strerror or "not readable") from error
         if used + incoming >= self.quota:
-            raise StorageFullError.over_quota(folder, used, self.quota)
+            raise StorageFullError.over_quota(folder, used, self.quota, incoming)
         if free - incoming < self.min_free:
-            raise StorageFullError.low_disk(folder, free, self.min_free)
+            raise StorageFullError.low_disk(folder, free, self.min_free, incoming)
 
 
 def _bytes_in(folder: Path) -> int:

@@ -24,10 +24,10 @@ from recordings.reproduction import (
     find_mismatches,
 )
 
-__all__ = ["Verification", "verify", "verify_recording"]
+__all__ = ["WALL_TIME", "Verification", "verify", "verify_recording"]
 
 _CUT_SHORT = (Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED)
-_WALL_TIME = "wall_time"
+WALL_TIME = "wall_time"
 
 Progress = Callable[[float], None]
 
@@ -116,7 +116,7 @@ def verify(
 def _is_cut_short(result: RunResult) -> bool:
     """Whether something outside the model ended the run, which will not happen again."""
     reason = result.reason
-    return result.outcome in _CUT_SHORT or (reason is not None and reason.code == _WALL_TIME)
+    return result.outcome in _CUT_SHORT or (reason is not None and reason.code == WALL_TIME)
 
 
 def _compute_again(

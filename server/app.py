@@ -75,7 +75,8 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
             app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
             app.state.made_files = MadeFiles()
             service.start()
-            study_service = StudyService(StudyStore(settings.data_directory, store), settings)
+            studies_kept = StudyStore(settings.data_directory, store)
+            study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
             app.state.study_service = study_service
             app.state.event_slots = EventSlots(settings.max_event_streams)
             app.state.drawing = threading.Lock()

@@ -20,7 +20,7 @@ from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
 from server.conditions import expected_revisions, is_known
-from server.errors import problem_response
+from server.errors import printable, problem_response
 from server.schemas import ProblemPublic
 
 __all__ = [
@@ -38,7 +38,8 @@ PIECE_BYTES = 1 << 18
 BINARY = "application/octet-stream"
 BINARY_SCHEMA = {"type": "string", "format": "binary"}
 
-_RANGE = re.compile(r"bytes *= *([0-9]{0,18}) *- *([0-9]{0,18})", re.IGNORECASE)
+_RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
+_FAR_BEYOND_THE_END = 10**18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +62,7 @@ class Asked:
 
     def wants_part(self, tag: str) -> bool:
         """Whether it wants a part of what has this tag, if it asks for one at all."""
-        return self.if_range is None or self.if_range.strip() == tag
+        return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
 
 
 def _read_asked(
@@ -132,7 +133,7 @@ class Download:
         part = _part(asked.range, size) if asked.wants_part(self.tag) else None
         if part is not None and not part:
             file.close()
-            detail = f"Range is '{asked.range}', but the file has {size} bytes"
+            detail = f"Range is '{printable(asked.range or '')}', but the file has {size} bytes"
             return problem_response(416, detail, headers={"Content-Range": f"bytes */{size}"})
         headers = {
             "ETag": self.tag,
@@ -187,11 +188,17 @@ def _part(asked: str | None, size: int) -> range | None:
     if found is None or found[1] == found[2] == "":
         return None
     if not found[1]:
-        return range(max(size - int(found[2]), 0), size)
-    first, last = int(found[1]), int(found[2] or size)
+        return range(max(size - _position(found[2]), 0), size)
+    first, last = _position(found[1]), _position(found[2]) if found[2] else size
     if found[2] and last < first:
         return None
     return range(first, min(last + 1, size))
+
+
+def _position(digits: str) -> int:
+    """The number, or one that is beyond the end of any file as well."""
+    significant = digits.lstrip("0") or "0"
+    return _FAR_BEYOND_THE_END if len(significant) > 18 else int(significant)
 
 
 def tag_of(*facts: object) -> str:

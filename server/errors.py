@@ -130,9 +130,9 @@ class ResultNotFoundError(SlipgraspError):
     """A study has no result of that run."""
 
     def __init__(self, study_id: str, index: int, num_rows: int, num_runs: int) -> None:
-        there = f"those of runs 0 … {num_rows - 1}" if num_rows else "none yet"
+        there = f"but those of runs 0 … {num_rows - 1}" if num_rows else "and none yet of any"
         super().__init__(
-            f"study '{study_id}' has no result of run {index}, but {there}, of {num_runs} runs"
+            f"study '{study_id}' has no result of run {index}, {there}, of {num_runs} runs"
         )
 
 

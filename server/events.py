@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from anyio import CapacityLimiter
 from fastapi import Header
 from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
@@ -17,6 +18,7 @@ __all__ = ["HEARTBEAT", "Event", "EventSlots", "EventStream", "LastEventId"]
 
 HEARTBEAT = b": still here\n\n"
 RETRY_AFTER = 5
+MAX_MAKERS = 1
 
 LastEventId = Annotated[
     str,
@@ -59,11 +61,17 @@ class EventSlots:
 
     Args:
         limit: How many may be.
+
+    Attributes:
+        num_open: How many are.
+        makers: Threads that make what they tell, where that takes long.
     """
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self.num_open = 0
+        # Few, and none of those that answer requests, which would have to wait for them.
+        self.makers = CapacityLimiter(MAX_MAKERS)
 
     def check(self) -> None:
         """Refuses one more.

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory, mkstemp
+from tempfile import TemporaryDirectory, gettempdir, mkstemp
 from threading import Lock
 from typing import Annotated, BinaryIO
 
@@ -44,16 +44,13 @@ class MadeFiles:
             RecordingWriteError: If there is no room for it.
         """
         with self._lock:
-            if tag in self._files:
-                self._files.move_to_end(tag)
-                return self._files[tag][0].open("rb")
-            if self._folder is None:
-                self._folder = TemporaryDirectory(prefix="slipgrasp-")
-            folder = Path(self._folder.name)
+            if (known := self._open_known(tag)) is not None:
+                return known
+            folder = self._find_folder()
         path = _make(folder, write)
         file = path.open("rb")
         with self._lock:
-            self._keep(tag, path)
+            self._keep(tag, path, os.fstat(file.fileno()).st_size)
         return file
 
     def close(self) -> None:
@@ -64,10 +61,34 @@ class MadeFiles:
                 self._folder.cleanup()
                 self._folder = None
 
-    def _keep(self, tag: str, path: Path) -> None:
+    def _open_known(self, tag: str) -> BinaryIO | None:
+        """A file that is there; whoever cleans temporary files may have taken it away."""
+        if tag not in self._files:
+            return None
+        self._files.move_to_end(tag)
+        try:
+            return self._files[tag][0].open("rb")
+        except FileNotFoundError:
+            self._drop(tag)
+            return None
+
+    def _find_folder(self) -> Path:
+        """The folder of the files, made if it is not there, or no longer."""
+        if self._folder is not None and not Path(self._folder.name).is_dir():
+            self._folder.cleanup()
+            self._folder = None
+        if self._folder is None:
+            try:
+                self._folder = TemporaryDirectory(prefix="slipgrasp-")
+            except OSError as error:
+                cause = error.strerror or "no room"
+                raise RecordingWriteError(Path(gettempdir()), cause) from error
+        return Path(self._folder.name)
+
+    def _keep(self, tag: str, path: Path, size: int) -> None:
         """Two may have made the same at once; then the later one stays."""
         self._drop(tag)
-        self._files[tag] = path, path.stat().st_size
+        self._files[tag] = path, size
         while sum(size for _, size in self._files.values()) > self._max_bytes:
             self._drop(next(iter(self._files)))
 

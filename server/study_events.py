@@ -6,6 +6,7 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Any
 
+from anyio import CapacityLimiter, to_thread
 from starlette.concurrency import run_in_threadpool
 
 from recordings.study.results import StudyResults
@@ -16,7 +17,7 @@ from server.study_schemas import StudyPublic
 __all__ = ["LOOK_EVERY", "StudyTeller"]
 
 LOOK_EVERY = 0.25
-ROWS_AT_ONCE = 500
+ROWS_AT_ONCE = 100
 
 
 class StudyTeller:
@@ -30,6 +31,7 @@ class StudyTeller:
         results: Its rows, where they are to be told too.
         seen: How many runs the client knows of; None if it is new.
         heartbeat: After how much silence a comment is sent [s].
+        makers: The threads that make rows text.
     """
 
     def __init__(
@@ -38,12 +40,14 @@ class StudyTeller:
         results: StudyResults | None,
         seen: int | None,
         heartbeat: float,
+        makers: CapacityLimiter,
     ) -> None:
         self._look = look
         self._results = results
         self._seen = seen or 0
         self._state = None if seen is None else StudyState.RUNNING
         self._heartbeat = heartbeat
+        self._makers = makers
 
     async def pieces(self, pause: Callable[[float], Awaitable[bool]]) -> AsyncIterator[bytes]:
         """The encoded events.
@@ -56,7 +60,7 @@ class StudyTeller:
             status = await run_in_threadpool(self._look)
             async for event in self._news(status):
                 spoken = time.monotonic()
-                yield event.encode()
+                yield event
             if status.state.has_ended:
                 return
             if time.monotonic() - spoken >= self._heartbeat:
@@ -65,24 +69,27 @@ class StudyTeller:
             if await pause(LOOK_EVERY):
                 return
 
-    async def _news(self, status: StudyStatus) -> AsyncIterator[Event]:
+    async def _news(self, status: StudyStatus) -> AsyncIterator[bytes]:
         is_further = status.finished > self._seen
         while self._results is not None and status.finished > self._seen:
-            rows = await run_in_threadpool(self._next_rows, self._results, status.finished)
-            self._seen += len(rows)
-            yield Event("rows", {"rows": rows}, self._seen)
+            # Made text there too: many rows for many clients would hold up the event loop.
+            yield await to_thread.run_sync(
+                self._next_rows, self._results, status.finished, limiter=self._makers
+            )
         if status.state.has_ended:
             # One more than there are runs: whoever has seen it has seen everything.
-            yield Event("end", _public(status), status.finished + 1)
+            yield Event("end", _public(status), status.finished + 1).encode()
         elif is_further or status.state is not self._state:
             # With its rows a run has been told of under its id already.
             is_new = is_further and self._results is None
-            yield Event("progress", _public(status), status.finished if is_new else None)
+            told = status.finished if is_new else None
+            yield Event("progress", _public(status), told).encode()
         self._seen, self._state = max(status.finished, self._seen), status.state
 
-    def _next_rows(self, results: StudyResults, end: int) -> list[dict[str, Any]]:
+    def _next_rows(self, results: StudyResults, end: int) -> bytes:
         rows, _ = results.rows(self._seen, min(ROWS_AT_ONCE, end - self._seen))
-        return rows
+        self._seen += len(rows)
+        return Event("rows", {"rows": rows}, self._seen).encode()
 
 
 def _public(status: StudyStatus) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from recordings.study.conductor import conduct
 from recordings.study.documents import StudyEnd
 from recordings.study.study_store import StudyStore
 from recordings.study.writer import StudyWriter
-from server.errors import ServiceBusyError, ServiceEndingError
+from server.errors import ServiceBusyError
 from server.live_study import LiveStudy, StudyState
 from server.settings import Settings
 from server.warm_executor import WarmExecutor
@@ -72,15 +72,6 @@ class StudyQueue:
         if waiting >= self._settings.max_studies_waiting:
             busy_with = "studies are waiting already"
             raise ServiceBusyError(waiting, self._settings.retry_after, busy_with)
-
-    def refuse_when_closing(self, share: float) -> None:
-        """For whoever is at something long, however far.
-
-        Raises:
-            ServiceEndingError: If the service is about to end.
-        """
-        if self._closing.is_set():
-            raise ServiceEndingError
 
     def add(self, live: LiveStudy) -> None:
         """Takes a study, which begins when those before it have ended."""
@@ -143,6 +134,8 @@ class StudyQueue:
         def should_stop() -> bool:
             return self._closing.is_set() or live.is_cancelled
 
+        if (known := self._store.find_end(live.id)) is not None:
+            return known
         with StudyWriter(self._store.path_of(live.id), live.study) as writer:
             if live.is_cancelled:
                 end = _cancelled(writer)
@@ -154,12 +147,14 @@ class StudyQueue:
                         writer,
                         should_stop=should_stop,
                         watch=live.take,
-                        keep=partial(self._store.keep_recording, live.stored),
+                        keep=self._store.keeper_of(live.stored),
                     )
             if end.state == "cancelled" and not live.is_cancelled:
                 return None
             writer.finish(end)
-            return end
+        if end.message:
+            _logger.error("study %s: %s", live.id, end.message)
+        return end
 
 
 def _cancelled(writer: StudyWriter) -> StudyEnd:

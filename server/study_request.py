@@ -15,9 +15,17 @@ from core.study.loading import study_from_mapping
 from core.types import Outcome
 from server.run_request import find_preset
 
-__all__ = ["MAX_PAGE", "MapQuery", "ResultsQuery", "StudiesQuery", "read_study"]
+__all__ = [
+    "MAX_PAGE",
+    "MapQuery",
+    "ResultsQuery",
+    "StudiesQuery",
+    "check_some_runs",
+    "read_study",
+]
 
 MAX_PAGE = 1000
+CHECKED_RUNS = 100
 
 Column = Annotated[str, Field(max_length=120)]
 Limit = Annotated[int, Field(ge=1, le=MAX_PAGE, description="how many at most")]
@@ -90,6 +98,25 @@ def read_study(body: Any, max_runs: int) -> Study:
         error = FieldError(field="vary", value=study.num_runs, limit=limit, message=message)
         raise ScenarioError([error])
     return study
+
+
+def check_some_runs(study: Study) -> None:
+    """Makes and validates the first runs of a study, and some of the others.
+
+    Raises:
+        ScenarioError: Naming the first wrong one by its index.
+    """
+    step = max(1, 2 * study.num_runs // CHECKED_RUNS)
+    for index in (*range(min(CHECKED_RUNS // 2, study.num_runs)), *range(0, study.num_runs, step)):
+        try:
+            study.scenario_of(index)
+        except ScenarioError as error:
+            raise ScenarioError([_of_run(index, finding) for finding in error.errors]) from error
+
+
+def _of_run(index: int, finding: FieldError) -> FieldError:
+    field, message = f"runs.{index}.{finding.field}", f"run {index}: {finding.message}"
+    return replace(finding, field=field, message=message)
 
 
 def _find_base(base: Any) -> Scenario:

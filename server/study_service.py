@@ -19,7 +19,7 @@ from recordings.exceptions import RecordingError, StorageFullError
 from recordings.stored_run import StoredRun
 from recordings.study.results import StudyResults, read_results
 from recordings.study.study_store import StoredStudy, StudyStore
-from server.errors import ServiceBusyError, StudyUnfinishedError
+from server.errors import ServiceBusyError, ServiceEndingError, StudyUnfinishedError
 from server.idempotency import IdempotencyKeyReusedError
 from server.live_study import LiveStudy, StudyStatus
 from server.settings import Settings
@@ -40,13 +40,20 @@ class StudyService:
     Args:
         store: Where studies are kept.
         settings: How much to take on.
+        is_ending: Whether the service is about to end, so that nothing long goes on.
     """
 
-    def __init__(self, store: StudyStore, settings: Settings) -> None:
+    def __init__(
+        self,
+        store: StudyStore,
+        settings: Settings,
+        is_ending: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.store = store
         self._settings = settings
+        self._is_ending = is_ending
         self._queue = StudyQueue(store, settings)
-        self._recorder = StudyRecorder(store, settings.retry_after)
+        self._recorder = StudyRecorder(store, settings.retry_after, is_ending)
         self._creating = threading.Lock()
         self._opening = threading.Lock()
         self._checks = threading.BoundedSemaphore(MAX_CHECKS)
@@ -78,7 +85,7 @@ class StudyService:
         try:
             settings.storage_limits.check(settings.data_directory, cost.bytes)
         except StorageFullError as error:
-            warnings.append(f"not everything of it may find room: {error}")
+            warnings.append(f"not everything of the study may find room: {error}")
         return cost, tuple(warnings)
 
     def create(
@@ -95,6 +102,7 @@ class StudyService:
             ScenarioError: If the study, or one of its runs, is not valid.
             IdempotencyKeyReusedError: If another request had this key.
             ServiceBusyError: If too many studies are waiting, or being checked.
+            ServiceEndingError: If the service ends before every run is checked.
             RecordingWriteError: If nothing can be saved.
         """
         self._restored.wait()
@@ -195,7 +203,12 @@ class StudyService:
         return self._recorder.record(self.status(study_id).stored, results, index)
 
     def _status_of(self, stored: StoredStudy) -> StudyStatus:
-        return StudyStatus.of(stored, self._broken.get(stored.id, ""))
+        return StudyStatus.of(stored, stored.finding or self._broken.get(stored.id, ""))
+
+    def _refuse_when_ending(self, share: float) -> None:
+        """Called now and then by what takes long, with the share of it that is done."""
+        if self._is_ending():
+            raise ServiceEndingError
 
     def _find_by_key(self, key: str, digest: str) -> StudyStatus | None:
         stored = self.store.find_by_key(key) if key else None
@@ -211,7 +224,7 @@ class StudyService:
             raise ServiceBusyError(MAX_CHECKS, self._settings.retry_after, busy_with)
         try:
             study = make_study()
-            check_members(study, self._queue.refuse_when_closing)
+            check_members(study, self._refuse_when_ending)
             return study, *self.estimate(study)
         finally:
             self._checks.release()

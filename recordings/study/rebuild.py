@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 
+from core.executors import Cancelled
 from core.provenance import present_provenance
 from core.result import RunResult
 from core.simulator import simulate
 from core.study.definition import Study, apply_values
+from core.types import Outcome
 from recordings.exceptions import RecordingError
 from recordings.state_hash import state_hash
 from recordings.study.reader import open_study
 from recordings.study.rows import StudyRow
+from recordings.verification import WALL_TIME
 
 __all__ = ["RebuildError", "rebuild", "rebuild_run"]
 
@@ -37,19 +41,42 @@ def rebuild_run(path: str | PathLike[str], index: int) -> RunResult:
         return rebuild(reader.study, reader.row(index))
 
 
-def rebuild(study: Study, row: StudyRow) -> RunResult:
+def rebuild(
+    study: Study,
+    row: StudyRow,
+    *,
+    should_stop: Callable[[], bool] | None = None,
+    wall_limit: float | None = None,
+) -> RunResult:
     """Simulates the run of a row again.
 
     Args:
         study: The study.
         row: One of its rows.
+        should_stop: Asked every few milliseconds whether to give up.
+        wall_limit: Computing time that it may take [s]; any if None.
 
     Raises:
-        RebuildError: If the run is not the same, bit for bit, or was never simulated.
+        RebuildError: If the run is not the same, bit for bit, was never simulated or ended
+            by its computing time, or takes too long.
+        Cancelled: If it was told to give up.
     """
     if not row.state_hash:
         raise RebuildError(f"run {row.index} was never simulated: its worker died")
-    result = simulate(apply_values(study.base, row.values))
+    if row.outcome is Outcome.LIMIT and row.reason is not None and row.reason.code == WALL_TIME:
+        raise RebuildError(
+            f"run {row.index} was ended by its computing time, after {row.end_time:.4g} s of "
+            "simulated time, and would not end there again; simulate its values as a run"
+        )
+    scenario = apply_values(study.base, row.values)
+    result = simulate(scenario, should_stop=should_stop, wall_limit=wall_limit)
+    if result.outcome is Outcome.STOPPED:
+        raise Cancelled
+    if result.reason is not None and result.reason.code == WALL_TIME:
+        raise RebuildError(
+            f"run {row.index} takes more than {wall_limit:g} s of computing time here; "
+            "'slipgrasp rebuild' on the command line takes as long as it needs"
+        )
     if state_hash(result) != row.state_hash:
         raise RebuildError(f"run {row.index} does not come out as its row says: {_cause(row)}")
     return result

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from copy import copy
 from os import PathLike
 from pathlib import Path
 from threading import Lock
-from typing import Any, BinaryIO, TextIO
+from typing import Any, BinaryIO, Self, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +114,16 @@ class StudyResults:
             ordered = store.order(chosen, descending=sort.startswith("-"))
         end = None if limit is None else offset + limit
         return self._rows_at(ordered[offset:end].tolist()), len(chosen)
+
+    def first(self, num_rows: int) -> Self:
+        """The first rows, which stay as they are while others come; to be read alone.
+
+        Args:
+            num_rows: How many, at most those that there are.
+        """
+        shown = copy(self)
+        shown._count = min(num_rows, self._count)
+        return shown
 
     def row(self, index: int) -> dict[str, Any]:
         """The row of a run, as plain values for JSON.

@@ -7,29 +7,24 @@ study ended, because reading that takes long.
 
 from __future__ import annotations
 
-import json
 import logging
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
-from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
-from core.study.definition import KeptRecordings, Study
+from core.study.definition import Study
 from recordings.annotations import Annotations
-from recordings.atomic_file import PART_SUFFIX, atomic_file, part_of
-from recordings.documents import parse_json
+from recordings.atomic_file import PART_SUFFIX, part_of
 from recordings.exceptions import RecordingError, RecordingNotFoundError, RecordingWriteError
 from recordings.identifiers import ID, IdSource, derived_id
-from recordings.run_folder import iso_time
+from recordings.run_folder import iso_time, time_of
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
 from recordings.study.documents import StudyEnd
 from recordings.study.member import MemberResult
-from recordings.study.reader import open_study
+from recordings.study.stored_study import StoredStudy, StudySidecars, told_by_file, unknown_study
 from recordings.study.writer import StudyWriter
 
 __all__ = ["STUDIES_FOLDER", "StoredStudy", "StudyNotFoundError", "StudyStore"]
@@ -49,35 +44,6 @@ class StudyNotFoundError(RecordingNotFoundError):
         self.args = (f"there is no study '{shown}'",)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StoredStudy:
-    """A study in the store.
-
-    Attributes:
-        id: Its name in the store, twelve letters and digits.
-        created: When it was asked for, ISO 8601 in UTC.
-        title: What it is about.
-        base_name: The preset that varies; empty if it is none.
-        keys: What varies, by dotted key.
-        num_runs: How many runs it has.
-        recordings: Of which runs the recording is kept.
-        end: How it ended; None while it is not finished.
-        idempotency_key: What the client called its request; empty if nothing.
-        request_digest: Digest of that request.
-    """
-
-    id: str
-    created: str
-    title: str
-    base_name: str
-    keys: tuple[str, ...]
-    num_runs: int
-    recordings: KeptRecordings
-    end: StudyEnd | None = None
-    idempotency_key: str = ""
-    request_digest: str = ""
-
-
 class StudyStore:
     """Keeps studies in a folder of the data directory, and their recordings among the runs.
 
@@ -90,6 +56,8 @@ class StudyStore:
         self._folder = data_directory / STUDIES_FOLDER
         self._runs = runs
         self._ids = IdSource()
+        self._sidecars = StudySidecars(self._folder)
+        self._seen: dict[str, tuple[object, StoredStudy]] = {}
 
     def prepare(self) -> None:
         """Makes the folder if it is missing.
@@ -125,26 +93,26 @@ class StudyStore:
             idempotency_key=idempotency_key,
             request_digest=request_digest,
         )
-        self._write_sidecar(stored)
+        self._sidecars.write(stored)
         with StudyWriter(self.path_of(stored.id), study):
             return stored
 
     def get(self, study_id: str) -> StoredStudy:
-        """One study by its id.
+        """One study by its id; one that cannot be read has a `finding`.
 
         Raises:
             StudyNotFoundError: If there is none, whatever the id looks like.
-            RecordingError: If it has no usable sidecar, and its file is damaged.
         """
-        if not ID.fullmatch(study_id):
-            raise StudyNotFoundError(study_id)
-        is_finished = self.path_of(study_id).is_file()
-        if not is_finished and not part_of(self.path_of(study_id)).is_file():
-            raise StudyNotFoundError(study_id)
-        stored = self._read_sidecar(study_id)
+        path = self._find(study_id)
+        is_finished = path == self.path_of(study_id)
+        stored = self._sidecars.read(study_id)
         if stored is None or (is_finished and stored.end is None):
-            stored = self._read_again(study_id, stored)
+            stored = self._read_again(study_id, path, stored)
         return stored if is_finished else replace(stored, end=None)
+
+    def find_end(self, study_id: str) -> StudyEnd | None:
+        """How a study ended, by its own file; None if that is not finished."""
+        return self.get(study_id).end if _is_own_file(self.path_of(study_id)) else None
 
     def find_by_key(self, idempotency_key: str) -> StoredStudy | None:
         """The study that was asked for under a key, if there is one."""
@@ -162,8 +130,8 @@ class StudyStore:
         return [*self._read_all(ids[offset:end])], len(ids)
 
     def unfinished(self) -> list[StoredStudy]:
-        """The studies that are not finished, oldest first."""
-        return [stored for stored in self._all() if stored.end is None][::-1]
+        """The studies that are not finished and can go on, oldest first."""
+        return [stored for stored in self._all() if stored.end is None and not stored.finding][::-1]
 
     def path_of(self, study_id: str) -> Path:
         """Where the file of a study lies once it is finished."""
@@ -177,41 +145,49 @@ class StudyStore:
     def note_end(self, stored: StoredStudy, end: StudyEnd) -> StoredStudy:
         """Notes how a study ended, once its file is finished."""
         ended = replace(stored, end=end)
-        try:
-            self._write_sidecar(ended)
-        except RecordingWriteError as error:
-            _logger.warning("study %s has an old sidecar: %s", stored.id, error)
+        self._note(ended)
         return ended
 
     def delete(self, study_id: str) -> None:
-        """Removes a study for good; the recordings of its runs stay.
+        """Removes a study for good, also a damaged one; the recordings of its runs stay.
 
         Raises:
             StudyNotFoundError: If there is none.
             RecordingError: If it cannot be removed.
         """
-        self.get(study_id)
+        self._find(study_id)
         path = self.path_of(study_id)
         try:
-            for file in (path, part_of(path), self._sidecar(study_id)):
+            for file in (path, part_of(path)):
                 file.unlink(missing_ok=True)
         except OSError as error:
             raise RecordingError(f"cannot delete study '{study_id}': {error.strerror}") from error
+        # A sidecar alone is no study: whatever else stands in its place may stay.
+        with suppress(OSError):
+            self._sidecars.path_of(study_id).unlink(missing_ok=True)
+        self._seen.pop(study_id, None)
 
-    def keep_recording(self, stored: StoredStudy, member: MemberResult) -> str | None:
-        """Keeps the recording of a run among the runs, always under the same id.
+    def keeper_of(self, stored: StoredStudy) -> Callable[[MemberResult], str | None]:
+        """What keeps recordings of a study's runs, and logs the first that cannot be kept.
 
         Returns:
-            Its id; None if it cannot be written.
+            A function that gives the id of a recording; None if it cannot be written.
         """
-        try:
-            return self.save_recording(stored, member).id
-        except RecordingError as error:
-            _logger.error("run %d of study %s: %s", member.row.index, stored.id, error)
-            return None
+        lost: list[int] = []
+
+        def keep(member: MemberResult) -> str | None:
+            try:
+                return self.save_recording(stored, member).id
+            except RecordingError as error:
+                if not lost:
+                    _logger.error("run %d of study %s: %s", member.row.index, stored.id, error)
+                    lost.append(member.row.index)
+                return None
+
+        return keep
 
     def save_recording(self, stored: StoredStudy, member: MemberResult) -> StoredRun:
-        """The same for one that somebody waits for.
+        """Keeps the recording of a run among the runs, always under the same id.
 
         Raises:
             RecordingWriteError: If it cannot be written.
@@ -233,14 +209,28 @@ class StudyStore:
         except RecordingNotFoundError:
             return None
 
-    def _sidecar(self, study_id: str) -> Path:
-        return self._folder / f"{study_id}.json"
+    def _find(self, study_id: str) -> Path:
+        """The file of a study, in the folder itself.
+
+        Raises:
+            StudyNotFoundError: If there is none, whatever the id looks like.
+        """
+        path = self.path_of(study_id)
+        if ID.fullmatch(study_id):
+            # The part first, or a study that is finished in between would have neither.
+            has_part = _is_own_file(part_of(path))
+            if _is_own_file(path):
+                return path
+            if has_part:
+                return part_of(path)
+        raise StudyNotFoundError(study_id)
 
     def _list_ids(self) -> list[str]:
         ids = {
             path.name.partition(".")[0]
-            for suffix in (".mcap", f".mcap{PART_SUFFIX}")
+            for suffix in (f".mcap{PART_SUFFIX}", ".mcap")
             for path in self._folder.glob(f"*{suffix}")
+            if _is_own_file(path)
         }
         return sorted(filter(ID.fullmatch, ids), reverse=True)
 
@@ -249,45 +239,37 @@ class StudyStore:
 
     def _read_all(self, ids: list[str]) -> Iterator[StoredStudy]:
         for study_id in ids:
-            try:
+            # One that is deleted meanwhile is no study any more.
+            with suppress(StudyNotFoundError):
                 yield self.get(study_id)
-            except RecordingError as error:
-                _logger.warning("study %s is left out: %s", study_id, error)
 
-    def _read_again(self, study_id: str, known: StoredStudy | None) -> StoredStudy:
-        """What the file tells, where the sidecar is missing or older."""
-        with open_study(self.file_of(study_id)) as reader:
-            for _ in reader.chunks():
-                pass
-            study, end = reader.study, reader.end
-        changed = datetime.fromtimestamp(self.file_of(study_id).stat().st_mtime, UTC)
-        stored = StoredStudy(
-            id=study_id,
-            created=known.created if known else iso_time(changed),
-            title=study.title,
-            base_name=study.base_name,
-            keys=study.keys,
-            num_runs=study.num_runs,
-            recordings=study.recordings,
-            end=end,
-            idempotency_key=known.idempotency_key if known else "",
-            request_digest=known.request_digest if known else "",
-        )
-        self._write_sidecar(stored)
+    def _read_again(self, study_id: str, path: Path, known: StoredStudy | None) -> StoredStudy:
+        """What the file tells, where the sidecar is missing or older; each file is read once."""
+        try:
+            status = path.stat()
+        except OSError:
+            raise StudyNotFoundError(study_id) from None
+        stamp = (path, status.st_size, status.st_mtime_ns, status.st_ino)
+        if (seen := self._seen.get(study_id)) is not None and seen[0] == stamp:
+            return seen[1]
+        made = known or unknown_study(study_id, time_of(status))
+        try:
+            stored = told_by_file(path, made)
+        except RecordingError as error:
+            _logger.warning("study %s cannot be read: %s", study_id, error)
+            stored = replace(made, finding=str(error))
+        else:
+            self._note(stored)
+        self._seen[study_id] = stamp, stored
         return stored
 
-    def _read_sidecar(self, study_id: str) -> StoredStudy | None:
+    def _note(self, stored: StoredStudy) -> None:
+        """Writes the sidecar if that is possible; the file alone says the same."""
         try:
-            document: Mapping[str, Any] = parse_json(self._sidecar(study_id).read_bytes())
-            return _reader().validate_python({**document, "id": study_id})
-        except (OSError, TypeError, ValidationError, ValueError):
-            return None
-
-    def _write_sidecar(self, stored: StoredStudy) -> None:
-        with atomic_file(self._sidecar(stored.id), overwrite=True) as stream:
-            stream.write(json.dumps(asdict(stored), ensure_ascii=False, indent=1).encode())
+            self._sidecars.write(stored)
+        except RecordingError as error:
+            _logger.warning("study %s has an old sidecar: %s", stored.id, error)
 
 
-@cache
-def _reader() -> TypeAdapter[StoredStudy]:
-    return TypeAdapter(StoredStudy)
+def _is_own_file(path: Path) -> bool:
+    return path.is_file() and not path.is_symlink()

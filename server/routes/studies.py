@@ -21,7 +21,7 @@ from server.paging import page_links
 from server.schemas import API_PATH, ProblemPublic
 from server.stopping import StoppingDep
 from server.study_events import StudyTeller
-from server.study_request import StudiesQuery, read_study
+from server.study_request import StudiesQuery, check_some_runs, read_study
 from server.study_schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
 
 __all__ = ["BODY_PATHS", "router"]
@@ -79,7 +79,9 @@ async def estimate_study(body: StudyBodyDep, service: StudyServiceDep) -> StudyE
     """Count the runs of a study and find out what it would take; nothing of it is kept."""
 
     def estimate() -> StudyEstimatePublic:
-        return StudyEstimatePublic.from_cost(*service.estimate(read_study(body, MAX_RUNS)))
+        study = read_study(body, MAX_RUNS)
+        check_some_runs(study)
+        return StudyEstimatePublic.from_cost(*service.estimate(study))
 
     return await run_in_threadpool(estimate)
 
@@ -156,12 +158,15 @@ async def stream_study_events(
     seen = int(last_event_id) if last_event_id else None
     if status.state.has_ended and seen is not None and seen > status.finished:
         return Response(status_code=204)
+    if seen is not None:
+        # What nobody can have been told of is still to come.
+        seen = min(seen, status.finished)
     slots = request.app.state.event_slots
     slots.check()
     results = None
     if rows:
         results = live.results if live else await run_in_threadpool(service.results, study_id)
-    teller = StudyTeller(look, results, seen, settings.event_heartbeat)
+    teller = StudyTeller(look, results, seen, settings.event_heartbeat, slots.makers)
     return EventStream(teller.pieces(partial(_pause, stopping)), slots)
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, BinaryIO, Literal, TextIO
 from fastapi import APIRouter, Query, Request, Response
 
 from core.exceptions import FieldError
+from recordings.exceptions import RecordingError
 from recordings.study.results import StudyResults
 from recordings.study.varied import choose_axes, numeric_keys
 from server.dependencies import StudyResultsDep, StudyServiceDep
@@ -26,6 +27,8 @@ PARQUET = "application/vnd.apache.parquet"
 SVG = "image/svg+xml"
 PNG = "image/png"
 
+_PROBLEMS = (404, 422, 507)
+
 router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 
 
@@ -33,7 +36,7 @@ router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 @router.get(
     "/results.csv",
     response_class=Response,
-    responses=download_responses(CSV, problems=(404, 422)),
+    responses=download_responses(CSV, problems=_PROBLEMS),
 )
 def read_study_results_as_csv(
     study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
@@ -48,7 +51,7 @@ def read_study_results_as_csv(
 @router.get(
     "/results.json",
     response_class=Response,
-    responses=download_responses(JSON, problems=(404, 422)),
+    responses=download_responses(JSON, problems=_PROBLEMS),
 )
 def read_study_results_as_json(
     study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
@@ -63,7 +66,7 @@ def read_study_results_as_json(
 @router.get(
     "/results.parquet",
     response_class=Response,
-    responses=download_responses(PARQUET, problems=(404, 422)),
+    responses=download_responses(PARQUET, problems=_PROBLEMS),
 )
 def read_study_results_as_parquet(
     study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
@@ -76,7 +79,7 @@ def read_study_results_as_parquet(
 
 @router.head("/map.svg", include_in_schema=False)
 @router.get(
-    "/map.svg", response_class=Response, responses=download_responses(SVG, problems=(404, 422))
+    "/map.svg", response_class=Response, responses=download_responses(SVG, problems=_PROBLEMS)
 )
 def draw_study_map_as_svg(
     study_id: str,
@@ -92,7 +95,7 @@ def draw_study_map_as_svg(
 
 @router.head("/map.png", include_in_schema=False)
 @router.get(
-    "/map.png", response_class=Response, responses=download_responses(PNG, problems=(404, 422))
+    "/map.png", response_class=Response, responses=download_responses(PNG, problems=_PROBLEMS)
 )
 def draw_study_map_as_png(
     study_id: str,
@@ -110,11 +113,12 @@ def draw_study_map_as_png(
 @router.get(
     "/recording",
     response_class=Response,
-    responses=download_responses(BINARY, problems=(404, 409)),
+    responses=download_responses(BINARY, problems=(404, 409, 422)),
 )
 def read_study_file(study_id: str, service: StudyServiceDep, asked: AskedDep) -> Response:
     """The MCAP file of a study that has ended: its base, its variation, and all rows."""
-    service.status(study_id)
+    if finding := service.status(study_id).stored.finding:
+        raise RecordingError(finding)
     path = service.store.path_of(study_id)
     try:
         download = Download(
@@ -161,7 +165,8 @@ def _map(
     ending: Literal["svg", "png"],
 ) -> Download:
     x, y = _axes_of_map(results, query)
-    tag = tag_of(study_id, results.num_rows, x, y, ending)
+    shown = results.first(results.num_rows)
+    tag = tag_of(study_id, shown.num_rows, x, y, ending)
 
     def draw(stream: BinaryIO) -> None:
         # matplotlib takes a second to load, and its settings are those of the whole process.
@@ -169,7 +174,7 @@ def _map(
         from recordings.figures.success_map import draw_success_map
 
         with request.app.state.drawing:
-            save_figure(draw_success_map(results, x, y), stream, ending)
+            save_figure(draw_success_map(shown, x, y), stream, ending)
 
     return Download(
         tag=tag,

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
 
-from core.executors import make_executor
+from core.endings import describe_wall_limit
+from core.executors import Cancelled, make_executor
 from core.loading import load_scenario, scenario_from_mapping, with_values
 from core.simulator import simulate
 from core.study.definition import Study
 from core.study.loading import study_from_mapping
+from core.types import Outcome
 from recordings.atomic_file import part_of
 from recordings.exceptions import (
     DamagedRecordingError,
@@ -109,12 +112,27 @@ def test_every_row_is_that_of_its_scenario_simulated_alone(finished: Path) -> No
 
 
 def test_a_row_that_was_altered_is_not_rebuilt(finished: Path) -> None:
-    from dataclasses import replace
-
     row = read_rows(finished)[3]
     altered = replace(row, values={**row.values, "fingers.0.friction": 0.3})
     with pytest.raises(RebuildError, match="run 3 does not come out"):
         rebuild(make_study(), altered)
+
+
+def test_a_run_that_its_computing_time_ended_is_not_rebuilt(finished: Path) -> None:
+    row = replace(
+        read_rows(finished)[3], outcome=Outcome.LIMIT, reason=describe_wall_limit(0.02, 60.0)
+    )
+    with pytest.raises(RebuildError, match="run 3 was ended by its computing time"):
+        rebuild(make_study(), row)
+
+
+def test_rebuilding_can_be_given_up(finished: Path) -> None:
+    study = make_study(base="paper-case-1", set={"simulation.duration": 30.0})
+    row = replace(read_rows(finished)[3], values={})
+    with pytest.raises(Cancelled):
+        rebuild(study, row, should_stop=lambda: True)
+    with pytest.raises(RebuildError, match="run 3 takes more than 0 s of computing time"):
+        rebuild(study, row, wall_limit=0.0)
 
 
 def test_the_mcap_library_reads_the_rows(finished: Path) -> None:

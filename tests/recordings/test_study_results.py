@@ -126,6 +126,19 @@ def test_what_there_is_not_is_refused_with_what_there_is(results, asked, finding
     assert "completed" in error.value.known or "object.mass" in error.value.known
 
 
+def test_the_first_rows_stay_as_they_are_while_others_come(study, results):
+    growing = StudyResults(study)
+    rows = [lost_row(index, study.values_of(index)) for index in range(3)]
+    for row in rows[:2]:
+        growing.append(row)
+    first = growing.first(2)
+    growing.append(rows[2])
+    assert (first.num_rows, growing.num_rows) == (2, 3)
+    assert first.rows() == (growing.rows()[0][:2], 2)
+    assert len(first.numbers("end_time")) == first.summary().finished == 2
+    assert growing.first(9).num_rows == 3
+
+
 def test_a_run_that_has_not_ended_has_no_row(study):
     with pytest.raises(IndexError):
         StudyResults(study).row(0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import threading
 from pathlib import Path
 
 import pytest
@@ -12,9 +14,12 @@ from core.study.definition import Study
 from core.study.loading import study_from_mapping
 from recordings.atomic_file import part_of
 from recordings.exceptions import RecordingNotFoundError, StorageFullError
+from recordings.file_lock import try_lock
 from recordings.storage_limits import StorageLimits
 from recordings.store import RecordingStore
 from recordings.study.conductor import conduct
+from recordings.study.documents import StudyEnd
+from recordings.study.stored_study import StudySidecars
 from recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
 from recordings.study.writer import StudyWriter
 
@@ -49,7 +54,7 @@ def finish(store: StudyStore, stored: StoredStudy, study: Study) -> StoredStudy:
             writer,
             should_stop=lambda: False,
             watch=lambda row: None,
-            keep=lambda member: store.keep_recording(stored, member),
+            keep=store.keeper_of(stored),
         )
         writer.finish(end)
     return store.note_end(stored, end)
@@ -90,7 +95,7 @@ def test_an_end_that_was_not_noted_is_read_from_the_file(store: StudyStore) -> N
     study = make_study()
     created = store.create(study)
     ended = finish(store, created, study)
-    store._write_sidecar(created)
+    StudySidecars(store.path_of(created.id).parent).write(created)
     assert store.get(created.id) == ended
 
 
@@ -135,6 +140,130 @@ def test_a_deleted_study_is_gone_and_its_recordings_stay(
 def test_no_study_has_such_an_id(store: StudyStore, study_id: str) -> None:
     with pytest.raises(RecordingNotFoundError, match="there is no study"):
         store.get(study_id)
+
+
+def test_a_study_is_told_though_its_sidecar_is_being_written(
+    store: StudyStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = make_study()
+    created = store.create(study)
+    part = store.path_of(created.id).with_suffix(".json.part")
+    with part.open("wb") as elsewhere:
+        assert try_lock(elsewhere)
+        ended = finish(store, created, study)
+        assert ended.end is not None and ended.end.state == "completed"
+        assert store.get(created.id) == ended
+        assert store.find_end(created.id) == ended.end
+        caplog.clear()
+        assert store.list() == ([ended], 1) and caplog.records == []
+    StudySidecars(part.parent).write(created)
+    assert StudyStore(part.parents[1], RecordingStore(part.parents[1])).get(created.id) == ended
+
+
+def test_a_study_that_ends_while_others_look_is_always_there(store: StudyStore) -> None:
+    study, made = make_study(), []
+    seen: list[object] = []
+    is_over = threading.Event()
+
+    def look() -> None:
+        while not is_over.is_set():
+            expected = set(made)
+            found, count = store.list()
+            seen.append(expected <= {stored.id for stored in found} and count >= len(expected))
+            seen.extend(store.get(study_id).finding == "" for study_id in expected)
+
+    threads = [threading.Thread(target=look) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for _ in range(10):
+        stored = store.create(study)
+        made.append(stored.id)
+        with StudyWriter(store.path_of(stored.id), study) as writer:
+            end = StudyEnd(state="cancelled", runs=0, outcomes={})
+            writer.finish(end)
+        assert store.note_end(stored, end).end == end
+    is_over.set()
+    for thread in threads:
+        thread.join()
+    assert len(seen) > 30 and all(seen)
+    assert all(StudySidecars(store.path_of("x").parent).read(i).end == end for i in made)
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        {"created": "\ud800"},
+        {"title": "\udfff"},
+        {"created": "yesterday"},
+        {"num_runs": -1},
+        {"num_runs": 10**9},
+        {"end": {"state": "completed", "runs": 3, "outcomes": {}}},
+        {"recordings": "some"},
+        {"keys": None},
+    ],
+)
+def test_a_sidecar_that_cannot_be_true_is_not_believed(
+    store: StudyStore, document: dict[str, object]
+) -> None:
+    study = make_study()
+    stored = finish(store, store.create(study), study)
+    sidecar = store.path_of(stored.id).with_suffix(".json")
+    sidecar.write_text(json.dumps({**json.loads(sidecar.read_text()), **document}))
+    again = store.get(stored.id)
+    assert (again.end, again.title, again.num_runs) == (stored.end, stored.title, 2)
+
+
+def test_only_files_of_the_folder_itself_are_studies(store: StudyStore) -> None:
+    study = make_study()
+    stored = finish(store, store.create(study), study)
+    folder = store.path_of(stored.id).parent
+    (folder / "eeeeeeeeeee1.mcap").symlink_to(store.path_of(stored.id))
+    (folder / "eeeeeeeeeee2.mcap.part").symlink_to(store.path_of(stored.id))
+    (folder / "eeeeeeeeeee3.mcap").mkdir()
+    for number in (1, 2, 3):
+        with pytest.raises(StudyNotFoundError):
+            store.get(f"eeeeeeeeeee{number}")
+        with pytest.raises(StudyNotFoundError):
+            store.delete(f"eeeeeeeeeee{number}")
+    assert store.list() == ([stored], 1)
+
+
+def test_a_damaged_study_is_listed_with_what_is_wrong_and_can_be_deleted(
+    store: StudyStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = make_study()
+    stored = finish(store, store.create(study), study)
+    folder = store.path_of(stored.id).parent
+    whole = store.path_of(stored.id).read_bytes()
+    damaged = {"aaaaaaaaaaa1.mcap": b"", "aaaaaaaaaaa2.mcap": whole[: len(whole) // 2]}
+    damaged |= {"aaaaaaaaaaa3.mcap.part": b"of another program"}
+    for name, content in damaged.items():
+        (folder / name).write_bytes(content)
+    (folder / "aaaaaaaaaaa1.json").mkdir()
+
+    for _ in range(3):
+        found, count = store.list()
+    assert count == len(found) == 4
+    assert [one.id for one in found if one.finding] == [f"aaaaaaaaaaa{k}" for k in (3, 2, 1)]
+    assert all(name in one.finding for name, one in zip(damaged, found[:0:-1], strict=True))
+    assert len(caplog.records) == 3, "it is read and told once"
+    assert store.unfinished() == []
+    for study_id in ("aaaaaaaaaaa1", "aaaaaaaaaaa2", "aaaaaaaaaaa3"):
+        store.delete(study_id)
+    assert store.list() == ([stored], 1)
+
+
+def test_that_recordings_find_no_room_is_logged_once_and_counted_in_the_end(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    store = StudyStore(tmp_path, RecordingStore(tmp_path, StorageLimits(quota=100_000)))
+    study = make_study(recordings="all")
+    stored = store.create(study)
+    (tmp_path / "filler").write_bytes(bytes(100_000))
+    ended = finish(store, stored, study)
+    assert ended.end is not None and ended.end.message == "2 recordings could not be kept"
+    (record,) = caplog.records
+    assert f"run 0 of study {stored.id}" in record.message and "quota" in record.message
 
 
 def test_a_full_folder_takes_no_study(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -11,8 +12,11 @@ import httpx2
 import pytest
 
 from core.loading import load_scenario
+from recordings.study.documents import StudyEnd
 from recordings.study.results import read_results
+from recordings.study.writer import StudyWriter
 from server.settings import Settings
+from server.study_request import read_study
 from tests.server.serving import serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 
@@ -87,6 +91,15 @@ def test_an_estimate_warns_of_what_this_server_does_not_take(studies):
 
     assert estimate["runs"] == 800_000
     assert [w for w in estimate["warnings"] if "at most 100000" in w]
+
+
+@pytest.mark.parametrize("path", ["/studies", "/studies/estimate"])
+@pytest.mark.parametrize("values", [[-1.0], ["1"], [[1.0]], [1.0, -1.0]])
+def test_values_that_no_run_can_have_are_refused(studies, path, values):
+    answer = studies.post(path, json={**GRID, "vary": {"object.mass": {"values": values}}})
+
+    assert answer.status_code == 422
+    assert "object.mass" in answer.json()["errors"][0]["field"]
 
 
 @pytest.mark.parametrize("path", ["/studies", "/studies/estimate"])
@@ -301,6 +314,57 @@ def test_a_study_that_waits_is_cancelled_at_once(occupied):
 
     assert cancelled["state"] == "cancelled" and cancelled["finished"] == 0
     assert client.get(f"/studies/{study['id']}").json()["state"] == "running"
+
+
+def test_a_study_whose_file_is_complete_has_ended_as_that_says(occupied, tmp_path):
+    client, _ = occupied
+    waiting = create(client, QUICK)
+    # As if the service had failed between the end of the file and its own note of it.
+    file = tmp_path / "studies" / f"{waiting['id']}.mcap"
+    with StudyWriter(file, read_study(QUICK, 1000)) as writer:
+        writer.finish(StudyEnd(state="cancelled", runs=0, outcomes={}, message="elsewhere"))
+
+    ended = client.post(f"/studies/{waiting['id']}/cancel").json()
+
+    assert (ended["state"], ended["message"]) == ("cancelled", "elsewhere")
+    assert "recording" in ended["links"]
+
+
+def test_a_study_without_results_says_that_there_are_none_yet(occupied):
+    client, _ = occupied
+    waiting = create(client, QUICK)
+
+    answer = client.post(f"/studies/{waiting['id']}/results/0/recording")
+
+    assert answer.status_code == 404
+    assert "no result of run 0, and none yet of any, of 40 runs" in answer.json()["detail"]
+
+
+def test_a_damaged_study_has_failed_with_what_is_wrong_and_can_be_deleted(tmp_path):
+    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    with serve(settings) as running, running.client() as client:
+        file = tmp_path / "studies" / "aaaaaaaaaaa1.mcap"
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(b"nothing of use")
+        listed = client.get("/studies").json()
+        told = client.get("/studies/aaaaaaaaaaa1").json()
+        answers = [client.get(f"/studies/{file.stem}/{rest}") for rest in ("recording", "results")]
+        deleted = client.delete("/studies/aaaaaaaaaaa1")
+
+    assert listed["count"] == 1 and listed["data"] == [told]
+    assert told["state"] == "failed" and file.name in told["message"]
+    assert "recording" not in told["links"]
+    assert [answer.status_code for answer in answers] == [422, 422]
+    assert deleted.status_code == 204 and not file.exists()
+
+
+def test_a_study_that_may_not_find_room_is_told_how_much_it_may_take(tmp_path):
+    settings = Settings(data_directory=tmp_path, study_executor="inline", quota_bytes=3_000_000)
+    body = {**QUICK, "recordings": "all", "sampling": {"method": "random", "runs": 1000}}
+    with serve(settings) as running, running.client() as client:
+        (warning,) = client.post("/studies/estimate", json=body).json()["warnings"]
+
+    assert re.search(r"of the 3 MB they may take and there is no room for \S+ [MG]B more", warning)
 
 
 def test_an_unfinished_study_is_neither_deleted_nor_downloaded(occupied):

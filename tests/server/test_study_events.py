@@ -134,16 +134,29 @@ def test_who_comes_back_is_told_the_rows_from_there_on(studies, finished_study, 
 
 def test_who_comes_back_is_not_told_again_what_it_knows(busy):
     _, client, study = busy
-    beyond = study["num_runs"]
+    known = client.get(f"/studies/{study['id']}").json()["finished"]
 
-    with listening(client, study, beyond) as events:
-        assert next(events).kind == ":"
+    with listening(client, study, known) as events:
+        told = next(event for event in events if event.kind != ":")
+
+    assert told.kind == "progress" and int(told.id) == told.data["finished"] > known
 
 
-def test_silence_is_filled_with_comments(busy):
+def test_who_claims_to_know_what_is_still_to_come_is_told_it_nevertheless(busy):
     _, client, study = busy
 
     with listening(client, study, study["num_runs"]) as events:
+        told = next(event for event in events if event.kind != ":")
+
+    assert told.kind == "progress" and told.data["finished"] < study["num_runs"]
+
+
+def test_silence_is_filled_with_comments(busy):
+    _, client, _ = busy
+    waiting = create(client, QUICK)
+
+    with listening(client, waiting) as events:
+        assert next(events).data["state"] == "queued"
         assert [next(events).data for _ in range(3)] == [": still here"] * 3
 
 

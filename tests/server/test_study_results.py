@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import statistics
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pyarrow.parquet
@@ -232,6 +233,32 @@ def test_any_row_becomes_a_recording_once_that_is_what_the_study_computed(
     result = read_recording(studying.data_directory / f"{run['id']}.mcap")
     assert state_hash(result) == rows[7]["state_hash"]
     assert result.scenario.object.mass == rows[7]["object.mass"]
+
+
+def test_of_requests_for_one_recording_at_once_one_makes_it(studying, finished_study):
+    def ask(_):
+        with studying.client() as client:
+            return client.post(path_of(finished_study, "results/9/recording"))
+
+    with ThreadPoolExecutor(4) as threads:
+        answers = list(threads.map(ask, range(4)))
+
+    codes = [answer.status_code for answer in answers]
+    assert codes.count(201) == 1 and set(codes) <= {200, 201, 503}
+    refused = [answer.json()["detail"] for answer in answers if answer.status_code == 503]
+    assert all("recording of this run is being made already" in detail for detail in refused)
+
+
+def test_a_recording_in_the_making_is_given_up_when_the_server_is_to_stop(tmp_path, caplog):
+    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    body = {**LONG, "sampling": {"method": "random", "runs": 1}}
+    with serve(settings) as running, running.client() as client:
+        study = finished(client, create(client, body))
+        running.app.state.stopping.set()
+        answer = client.post(path_of(study, "results/0/recording"))
+
+    assert answer.status_code == 503 and "about to end" in answer.json()["detail"]
+    assert caplog.records == []
 
 
 @pytest.mark.parametrize("index", ["40", "1000000000"])

@@ -1,0 +1,135 @@
+"""A study as it lies in the store, and the sidecar that tells it without reading the study."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from core.study.definition import MAX_RUNS, KeptRecordings
+from recordings.atomic_file import atomic_file
+from recordings.run_folder import checked_time, read_document
+from recordings.study.documents import StudyEnd
+from recordings.study.reader import open_study
+
+__all__ = ["StoredStudy", "StudySidecars", "told_by_file", "unknown_study"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredStudy:
+    """A study in the store.
+
+    Attributes:
+        id: Its name in the store, twelve letters and digits.
+        created: When it was asked for, ISO 8601 in UTC.
+        title: What it is about.
+        base_name: The preset that varies; empty if it is none.
+        keys: What varies, by dotted key.
+        num_runs: How many runs it has; 0 if its file cannot be read.
+        recordings: Of which runs the recording is kept.
+        end: How it ended; None while it is not finished.
+        idempotency_key: What the client called its request; empty if nothing.
+        request_digest: Digest of that request.
+        finding: Why its file cannot be read; empty if it can.
+    """
+
+    id: str
+    created: str
+    title: str
+    base_name: str
+    keys: tuple[str, ...]
+    num_runs: int
+    recordings: KeptRecordings
+    end: StudyEnd | None = None
+    idempotency_key: str = ""
+    request_digest: str = ""
+    finding: str = ""
+
+
+def unknown_study(study_id: str, created: str) -> StoredStudy:
+    """A study of which no more is known than that there is a file of it."""
+    return StoredStudy(
+        id=study_id,
+        created=created,
+        title="",
+        base_name="",
+        keys=(),
+        num_runs=0,
+        recordings="none",
+    )
+
+
+def told_by_file(path: Path, made: StoredStudy) -> StoredStudy:
+    """A study as its file tells it, and its making as it was known before.
+
+    Raises:
+        RecordingError: If the file is damaged.
+    """
+    with open_study(path) as reader:
+        for _ in reader.chunks():
+            pass
+        study, end = reader.study, reader.end
+    return replace(
+        made,
+        title=study.title,
+        base_name=study.base_name,
+        keys=study.keys,
+        num_runs=study.num_runs,
+        recordings=study.recordings,
+        end=end,
+    )
+
+
+class StudySidecars:
+    """The sidecars of a folder of studies; one is written at a time.
+
+    Args:
+        folder: Where they lie.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._lock = Lock()
+
+    def path_of(self, study_id: str) -> Path:
+        """Where the sidecar of a study lies, if there is one."""
+        return self._folder / f"{study_id}.json"
+
+    def read(self, study_id: str) -> StoredStudy | None:
+        """What the sidecar of a study tells; None if it is missing, or not usable."""
+        document = read_document(self.path_of(study_id))
+        facts = {**document, "id": study_id, "created": checked_time(document.get("created"))}
+        try:
+            stored: StoredStudy = _reader().validate_python({**facts, "finding": ""})
+        except ValidationError:
+            return None
+        return stored if _is_possible(stored) else None
+
+    def write(self, stored: StoredStudy) -> None:
+        """Writes the sidecar of a study.
+
+        Raises:
+            RecordingBusyError: If another process is at it.
+            RecordingWriteError: If it cannot be written; then the old one is still there.
+        """
+        document = asdict(stored)
+        del document["finding"]
+        text = json.dumps(document, ensure_ascii=False, indent=1).encode()
+        with self._lock, atomic_file(self.path_of(stored.id), overwrite=True) as stream:
+            stream.write(text)
+
+
+def _is_possible(stored: StoredStudy) -> bool:
+    """Whether its numbers are such as a study can have."""
+    num_ended = 0 if stored.end is None else stored.end.runs
+    return 1 <= stored.num_runs <= MAX_RUNS and 0 <= num_ended <= stored.num_runs
+
+
+@cache
+def _reader() -> TypeAdapter[Any]:
+    return TypeAdapter(StoredStudy)
