@@ -155,7 +155,7 @@ class Contents:
         return documents_hash(self.metadata[START], self._scenario_document())
 
     def _state_hash(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> bytes:
-        state = StateHash()
+        state = StateHash(int(self.metadata[START]["format"]))
         state.add_samples(trace.to_rows())
         state.add_phase_changes(changes)
         return state.digest()

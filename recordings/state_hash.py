@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from core.result import RunResult
 from core.types import PhaseChange
+from recordings.versions import FIRST_FORMAT_WITH_SHA256, FORMAT_VERSION
 
 __all__ = ["HASH_BYTES", "StateHash", "digest_of", "state_hash"]
 
@@ -25,10 +26,18 @@ _CHANGE = struct.Struct("<dibb")
 
 
 class StateHash:
-    """The hash of the samples and phase changes added so far."""
+    """The hash of the samples and phase changes added so far.
 
-    def __init__(self) -> None:
-        self._samples = hashlib.blake2b(digest_size=HASH_BYTES)
+    Args:
+        format_version: Of the recording that states it.
+    """
+
+    def __init__(self, format_version: int = FORMAT_VERSION) -> None:
+        self._samples = (
+            hashlib.sha256()
+            if format_version >= FIRST_FORMAT_WITH_SHA256
+            else hashlib.blake2b(digest_size=HASH_BYTES)
+        )
         self._changes = hashlib.blake2b(digest_size=HASH_BYTES)
 
     def add_samples(self, rows: NDArray[np.float64]) -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-__all__ = ["FORMAT_VERSION"]
+__all__ = ["FIRST_FORMAT_WITH_SHA256", "FORMAT_VERSION"]
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Raised when a reader of the previous version could no longer read a file correctly."""
+
+FIRST_FORMAT_WITH_SHA256 = 3
+"""Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""

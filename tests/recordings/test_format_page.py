@@ -51,6 +51,7 @@ def test_the_hash_is_what_the_page_says(short_run):
         samples += struct.pack(f"<{len(row)}d", *row)
     for c in short_run.phase_changes:
         changes += struct.pack("<dibb", c.time, c.contact, c.from_phase, c.to_phase)
-    length = (16).to_bytes(8, "little")
-    expected = blake(length + blake(samples) + length + blake(changes))
+    of_samples = (32).to_bytes(8, "little") + hashlib.sha256(samples).digest()
+    of_changes = (16).to_bytes(8, "little") + blake(changes)
+    expected = blake(of_samples + of_changes)
     assert state_hash(short_run) == expected.hex()

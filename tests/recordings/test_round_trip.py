@@ -98,11 +98,13 @@ def test_the_whole_of_a_sample_case_reads_back_bit_for_bit(name, same_run, tmp_p
     same_run(read_recording(tmp_path / "run.mcap"), run)
 
 
-def test_a_recording_of_the_first_format_reads_back_and_is_written_in_the_present_one(
-    same_run, tmp_path
+@pytest.mark.parametrize(("version", "counts"), [(1, (17, 4)), (2, (12, 2))])
+def test_a_recording_of_an_older_format_reads_back_and_is_written_in_the_present_one(
+    same_run, tmp_path, version, counts
 ):
-    run = read_recording(Path(__file__).parent / "data" / "format-1.mcap")
-    assert (len(run.trace), len(run.phase_changes), run.provenance.kernel) == (17, 4, "")
+    run = read_recording(Path(__file__).parent / "data" / f"format-{version}.mcap")
+    assert (len(run.trace), len(run.phase_changes)) == counts
+    assert bool(run.provenance.kernel) == (version > 1)
 
     write_recording(run, tmp_path / "present.mcap")
 
