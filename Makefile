@@ -18,7 +18,7 @@ serve: $(VENV)/.serve
 
 test: $(VENV)/.develop
 	@$(BIN)/python tests/ensure_programs.py
-	$(BIN)/python -m pytest -n logical --dist loadfile -m "not browser"
+	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
 	$(BIN)/python -m pytest -m browser
 
 lint: $(VENV)/.develop
