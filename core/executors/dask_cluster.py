@@ -6,23 +6,23 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from queue import Empty, SimpleQueue
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from core.executors.answers import ask, do, open_answer, reply_with
 from core.executors.dask_connection import DaskConnection
 from core.executors.executor import (
     ATTEMPTS,
     Cancelled,
+    Executor,
     ExecutorError,
     Finished,
     ShouldStop,
     TaskFunction,
     never,
+    only_caller,
 )
 from core.executors.messages import Message
 from core.executors.processes import MAX_WORKERS
@@ -51,7 +51,7 @@ class _Answer(NamedTuple):
     reply: Future[Message]
 
 
-class DaskExecutor:
+class DaskExecutor(Executor):
     """Does tasks on a Dask cluster; see `core.executors.executor.Executor`.
 
     The first `map` or `prepare` connects to the scheduler, or starts a cluster on this
@@ -87,7 +87,7 @@ class DaskExecutor:
     def prepare(self, should_stop: ShouldStop = never) -> float:
         """Connects and waits until the workers have loaded the kernel; the time taken [s]."""
         started = time.perf_counter()
-        with self._only_caller():
+        with only_caller(self._at_work, "the Dask cluster is"):
             self._connected(should_stop)
         return time.perf_counter() - started
 
@@ -99,7 +99,7 @@ class DaskExecutor:
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
         """Does all tasks; see `core.executors.executor.Executor.map`."""
-        with self._only_caller():
+        with only_caller(self._at_work, "the Dask cluster is"):
             connection = self._connected(should_stop)
             if connection is None:
                 return
@@ -117,26 +117,6 @@ class DaskExecutor:
         if connecting is not None and connecting.exception() is None:
             connecting.result().close()
         self._threads.shutdown(cancel_futures=True)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    @contextmanager
-    def _only_caller(self) -> Iterator[None]:
-        if not self._at_work.acquire(blocking=False):
-            raise ExecutorError("the Dask cluster is used for another caller already")
-        try:
-            yield
-        finally:
-            self._at_work.release()
 
     def _connected(self, should_stop: ShouldStop) -> DaskConnection | None:
         """The connection, made anew if it is lost; None if asked to stop meanwhile."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Lock
 from types import TracebackType
 from typing import Generic, Protocol, Self, TypeVar
 
@@ -19,6 +21,7 @@ __all__ = [
     "ShouldStop",
     "TaskFunction",
     "never",
+    "only_caller",
 ]
 
 AHEAD = 64
@@ -63,17 +66,15 @@ class Finished(Generic[Task, Result]):
 
 
 class Executor(Protocol):
-    """An engine that does tasks; a context manager, whose end lets go of its workers."""
+    """An engine that does tasks; a context manager, whose end lets go of its workers.
 
-    @property
-    def name(self) -> str:
-        """What it is called in requests and messages."""
-        ...
+    Attributes:
+        name: What it is called.
+        num_workers: How many tasks it does at a time, as far as known.
+    """
 
-    @property
-    def num_workers(self) -> int:
-        """How many tasks it does at a time, as far as is known."""
-        ...
+    name: str
+    num_workers: int
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
         """Starts all workers, as the first `map` would, and waits until they are warm.
@@ -124,11 +125,32 @@ class Executor(Protocol):
         """Lets go of the workers; what they are at is lost."""
         ...
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        return self
 
     def __exit__(
         self,
         kind: type[BaseException] | None,
         error: BaseException | None,
         traceback: TracebackType | None,
-    ) -> None: ...
+    ) -> None:
+        self.close()
+
+
+@contextmanager
+def only_caller(at_work: Lock, workers: str) -> Iterator[None]:
+    """Within it nobody else can have the workers.
+
+    Args:
+        at_work: Held by whoever has them.
+        workers: What to call them.
+
+    Raises:
+        ExecutorError: If somebody has them.
+    """
+    if not at_work.acquire(blocking=False):
+        raise ExecutorError(f"{workers} at work for another caller already")
+    try:
+        yield
+    finally:
+        at_work.release()

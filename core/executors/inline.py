@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
-from types import TracebackType
-from typing import Self, TypeVar
+from typing import TypeVar
 
-from core.executors.executor import Cancelled, Finished, ShouldStop, TaskFunction, never
+from core.executors.executor import (
+    Cancelled,
+    Executor,
+    Finished,
+    ShouldStop,
+    TaskFunction,
+    never,
+)
 
 __all__ = ["InlineExecutor"]
 
@@ -15,7 +21,7 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 
-class InlineExecutor:
+class InlineExecutor(Executor):
     """Does tasks where they are asked for; see `core.executors.executor.Executor`."""
 
     name = "inline"
@@ -48,14 +54,3 @@ class InlineExecutor:
 
     def close(self) -> None:
         """There is nothing to let go of."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()

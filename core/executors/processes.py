@@ -5,19 +5,19 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from queue import Empty, SimpleQueue
-from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 from core.executors.answers import ask, open_answer
 from core.executors.executor import (
     ATTEMPTS,
+    Executor,
     ExecutorError,
     Finished,
     ShouldStop,
     TaskFunction,
     never,
+    only_caller,
 )
 from core.executors.messages import Kind
 from core.executors.window import Window, window_length
@@ -37,7 +37,7 @@ _GIVING_UP = 0.3  # [s] until a worker that does not give up its task is killed
 _STARTS = 3  # workers that end one after the other before they are ready
 
 
-class ProcessExecutor:
+class ProcessExecutor(Executor):
     """Does tasks in processes; see `core.executors.executor.Executor`.
 
     They are started when they are first needed and stay warm from one `map` to the next. A
@@ -69,7 +69,7 @@ class ProcessExecutor:
     def prepare(self, should_stop: ShouldStop = never) -> float:
         """Starts all workers and waits until each has loaded the kernel; the time taken [s]."""
         started = time.perf_counter()
-        with self._only_caller():
+        with only_caller(self._at_work, "the worker processes are"):
             self._compile_kernel(should_stop)
             while not should_stop() and not self._all_ready():
                 for place, worker in enumerate(self._workers):
@@ -87,7 +87,7 @@ class ProcessExecutor:
     ) -> Iterator[Finished[Task, Result]]:
         """Does all tasks; see `core.executors.executor.Executor.map`."""
         window = Window(tasks, window_length(self.num_workers))
-        with self._only_caller():
+        with only_caller(self._at_work, "the worker processes are"):
             self._round += 1
             try:
                 if self._compile_kernel(should_stop):
@@ -104,26 +104,6 @@ class ProcessExecutor:
             worker.close()
         for worker in workers:
             worker.how_it_ended()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    @contextmanager
-    def _only_caller(self) -> Iterator[None]:
-        if not self._at_work.acquire(blocking=False):
-            raise ExecutorError("the worker processes are at work for another caller")
-        try:
-            yield
-        finally:
-            self._at_work.release()
 
     def _all_ready(self) -> bool:
         return all(worker is not None and worker.ready for worker in self._workers)
