@@ -36,9 +36,12 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
-__all__ = ["MAGIC", "ChannelBlock", "McapContainer", "summary_checksum"]
+__all__ = ["MAGIC", "MESSAGE_HEAD", "ChannelBlock", "McapContainer", "summary_checksum"]
 
 MAGIC = MCAP0_MAGIC
+MESSAGE_HEAD = struct.Struct("<BQHIQQ")
+"""What stands before a payload: kind, length, channel, sequence, log and publish time."""
+
 COMPRESSION_LEVEL = 1
 FOOTER_HEAD = struct.Struct("<BQQQ")
 FOOTER_LENGTH = 20

@@ -33,7 +33,7 @@ from mcap.records import (
     Statistics,
 )
 
-from recordings.container import FOOTER_LENGTH, MAGIC, summary_checksum
+from recordings.container import FOOTER_LENGTH, MAGIC, MESSAGE_HEAD, summary_checksum
 from recordings.exceptions import DamagedRecordingError, ForeignRecordingError
 
 __all__ = ["ChannelMessages", "RecordScanner"]
@@ -45,7 +45,6 @@ MAX_RECORDS_PER_KIND = 256
 MAX_UNWANTED_MESSAGES = 250_000
 
 _RECORD_HEAD = struct.Struct("<BQ")
-_MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 _FOOTER_HEAD = _RECORD_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH)
 _TAIL_BYTES = _RECORD_HEAD.size + FOOTER_LENGTH + len(MAGIC)
 
@@ -198,7 +197,7 @@ class RecordScanner:
             end = body + length
             if end > len(data):
                 break
-            if opcode == Opcode.MESSAGE and end >= offset + _MESSAGE_HEAD.size:
+            if opcode == Opcode.MESSAGE and end >= offset + MESSAGE_HEAD.size:
                 self._take_message(data, offset, end, blocks)
             elif opcode == Opcode.SCHEMA:
                 yield self._parse(Schema, data[body:end])
@@ -214,7 +213,7 @@ class RecordScanner:
     def _take_message(
         self, data: bytes, start: int, end: int, blocks: dict[int, ChannelMessages]
     ) -> None:
-        _, _, channel, sequence, log_time, _ = _MESSAGE_HEAD.unpack_from(data, start)
+        _, _, channel, sequence, log_time, _ = MESSAGE_HEAD.unpack_from(data, start)
         self._message_counts[channel] += 1
         if not self._is_wanted(channel):
             self._num_unwanted += 1
@@ -228,7 +227,7 @@ class RecordScanner:
             block = blocks[channel] = ChannelMessages(channel)
         block.sequences.append(sequence)
         block.log_times.append(log_time)
-        block.payloads.append(data[start + _MESSAGE_HEAD.size : end])
+        block.payloads.append(data[start + MESSAGE_HEAD.size : end])
 
     def _decompress(self, chunk: Chunk) -> bytes:
         size = chunk.uncompressed_size

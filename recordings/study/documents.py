@@ -96,9 +96,9 @@ def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
     return replace(study, base_name=name if name in preset_names() else "")
 
 
-def stop_document(end: StudyEnd, rows_hash: bytes) -> dict[str, str]:
+def stop_document(end: StudyEnd, rows_hash: str) -> dict[str, str]:
     """How the study ended, and the hash of all its rows."""
-    return {"end": json.dumps(asdict(end), ensure_ascii=False), "rows_hash": rows_hash.hex()}
+    return {"end": json.dumps(asdict(end), ensure_ascii=False), "rows_hash": rows_hash}
 
 
 def read_end(document: Mapping[str, str]) -> StudyEnd:

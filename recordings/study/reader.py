@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -31,12 +30,11 @@ from recordings.study.documents import (
     read_definition,
     read_end,
 )
-from recordings.study.rows import StudyRow, decode_row
+from recordings.study.rows import RowsHash, StudyRow, decode_row
 
 __all__ = ["NoSuchRunError", "StudyReader", "StudySoFar", "open_study", "read_rows_so_far"]
 
 MAX_RECORD_BYTES = 1 << 25
-HASH_BYTES = 16
 
 
 class NoSuchRunError(RecordingError):
@@ -86,7 +84,7 @@ class StudyReader:
             unfinished=unfinished,
             max_record_bytes=MAX_RECORD_BYTES,
         ).records()
-        self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
+        self._hash = RowsHash()
         self.end: StudyEnd | None = None
         self.start: Mapping[str, str] = {}
         self.definition = b""
@@ -129,7 +127,8 @@ class StudyReader:
                     if record.sequences != numbers:
                         raise self._damaged("rows are missing or out of order")
                     count += len(numbers)
-                    self._add_to_hash(record.payloads)
+                    for payload in record.payloads:
+                        self._hash.add(payload)
                     yield record.payloads
                 elif isinstance(record, Metadata) and record.name == STUDY_STOP:
                     self.end = self._read_end(record.metadata, count)
@@ -138,10 +137,6 @@ class StudyReader:
                 raise
         if self.end is None and not self._unfinished:
             raise self._damaged("how the study ended is missing")
-
-    def _add_to_hash(self, payloads: list[bytes]) -> None:
-        for payload in payloads:
-            self._hash.update(len(payload).to_bytes(4, "little") + payload)
 
     def _decode(self, payload: bytes) -> StudyRow:
         try:

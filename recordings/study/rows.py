@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -16,9 +17,9 @@ from core.simulation import Simulation
 from core.study.definition import Value
 from core.types import Outcome, Reason
 from recordings.documents import parse_json
-from recordings.state_hash import StateHash
+from recordings.state_hash import HASH_BYTES, StateHash
 
-__all__ = ["Figures", "StudyRow", "decode_row", "encode_row", "row_of", "row_schema"]
+__all__ = ["Figures", "RowsHash", "StudyRow", "decode_row", "encode_row", "row_of", "row_schema"]
 
 Figures = dict[str, float | int | bool | None]
 """The metrics of a run by the names of `core.result.metric_names`; None where there is none."""
@@ -49,6 +50,21 @@ class StudyRow:
     state_hash: str
     kernel: str
     recording: str | None = None
+
+
+class RowsHash:
+    """The hash of the rows of a study as they were encoded, however they lie in chunks."""
+
+    def __init__(self) -> None:
+        self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
+
+    def add(self, payload: bytes) -> None:
+        """Adds the next row."""
+        self._hash.update(len(payload).to_bytes(4, "little") + payload)
+
+    def hexdigest(self) -> str:
+        """The hash so far, in hexadecimal digits."""
+        return self._hash.hexdigest()
 
 
 def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> StudyRow:

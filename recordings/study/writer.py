@@ -7,9 +7,7 @@ were full are laid out anew at the end, so that equal studies are equal files.
 
 from __future__ import annotations
 
-import hashlib
 import os
-import struct
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -25,7 +23,7 @@ from mcap.opcode import Opcode
 from core.provenance import program_version
 from core.study.definition import Study
 from recordings.atomic_file import atomic_file, part_of, sync_folder
-from recordings.container import ChannelBlock, McapContainer
+from recordings.container import MESSAGE_HEAD, ChannelBlock, McapContainer
 from recordings.documents import STUDY_PROFILE
 from recordings.exceptions import RecordingBusyError, RecordingExistsError, RecordingWriteError
 from recordings.file_lock import try_lock
@@ -42,16 +40,14 @@ from recordings.study.documents import (
     stop_document,
 )
 from recordings.study.reader import StudySoFar, read_rows_so_far
-from recordings.study.rows import StudyRow, decode_row, encode_row
+from recordings.study.rows import RowsHash, StudyRow, decode_row, encode_row
 
 __all__ = ["RUNS_PER_CHUNK", "StudyWriter"]
 
 RUNS_PER_CHUNK = 20
 SYNC_INTERVAL = 1.0
 REGULAR_SUFFIX = ".regular"
-HASH_BYTES = 16
 
-_HEAD = struct.Struct("<BQHIQQ")
 _OPCODE_AND_LENGTH = 9
 
 
@@ -80,7 +76,7 @@ class StudyWriter:
         self._part = part_of(path)
         self._study = study
         self._overwrite = overwrite
-        self._hash = hashlib.blake2b(digest_size=HASH_BYTES)
+        self._hash = RowsHash()
         self._synced_at = time.monotonic()
         self._is_regular = True
         self.num_runs = study.num_runs
@@ -148,7 +144,7 @@ class StudyWriter:
             raise self._failed(error) from error
 
     def _end(self, end: StudyEnd) -> None:
-        self._container.add_metadata(STUDY_STOP, stop_document(end, self._hash.digest()))
+        self._container.add_metadata(STUDY_STOP, stop_document(end, self._hash.hexdigest()))
         self._container.finish()
         self._stream.flush()
         os.fsync(self._stream.fileno())
@@ -204,9 +200,9 @@ class StudyWriter:
         self._is_regular &= self.num_rows % RUNS_PER_CHUNK == 0
         sequences = np.arange(self.num_rows, self.num_rows + len(payloads), dtype=np.uint64)
         records = [
-            _HEAD.pack(
+            MESSAGE_HEAD.pack(
                 Opcode.MESSAGE,
-                _HEAD.size - _OPCODE_AND_LENGTH + len(payload),
+                MESSAGE_HEAD.size - _OPCODE_AND_LENGTH + len(payload),
                 CHANNEL,
                 number,
                 number,
@@ -220,7 +216,7 @@ class StudyWriter:
         self._container.add_chunk(b"".join(records), [block])
         self.num_rows += len(payloads)
         for payload in payloads:
-            self._hash.update(len(payload).to_bytes(4, "little") + payload)
+            self._hash.add(payload)
 
     def _failed(self, error: OSError) -> RecordingWriteError:
         return RecordingWriteError(self._path, error.strerror or type(error).__name__)

@@ -42,9 +42,7 @@ def read_study_results_as_csv(
     study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
 ) -> Response:
     """One row per run that is done; numbers with all their digits."""
-    count = results.num_rows
-    write = _as_text(partial(results.write_csv, num_rows=count))
-    return _table(made, study_id, count, "csv", CSV, write).answer(asked)
+    return _table(made, study_id, results, "csv", CSV, _as_text(results.write_csv)).answer(asked)
 
 
 @router.head("/results.json", include_in_schema=False)
@@ -57,9 +55,7 @@ def read_study_results_as_json(
     study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
 ) -> Response:
     """The rows of all runs that are done, with the units of their columns."""
-    count = results.num_rows
-    write = _as_text(partial(results.write_json, num_rows=count))
-    return _table(made, study_id, count, "json", JSON, write).answer(asked)
+    return _table(made, study_id, results, "json", JSON, _as_text(results.write_json)).answer(asked)
 
 
 @router.head("/results.parquet", include_in_schema=False)
@@ -72,9 +68,7 @@ def read_study_results_as_parquet(
     study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
 ) -> Response:
     """The same table with units, and the study itself in its metadata."""
-    count = results.num_rows
-    write = partial(results.write_parquet, num_rows=count)
-    return _table(made, study_id, count, "parquet", PARQUET, write).answer(asked)
+    return _table(made, study_id, results, "parquet", PARQUET, results.write_parquet).answer(asked)
 
 
 @router.head("/map.svg", include_in_schema=False)
@@ -129,10 +123,10 @@ def read_study_file(study_id: str, service: StudyServiceDep, asked: AskedDep) ->
         raise StudyUnfinishedError(study_id) from None
 
 
-def _as_text(write: Callable[[TextIO], None]) -> Callable[[BinaryIO], None]:
-    def write_bytes(stream: BinaryIO) -> None:
+def _as_text(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], None]:
+    def write_bytes(stream: BinaryIO, num_rows: int) -> None:
         text = TextIOWrapper(stream, encoding="utf-8", newline="")
-        write(text)
+        write(text, num_rows)
         text.detach()
 
     return write_bytes
@@ -141,18 +135,19 @@ def _as_text(write: Callable[[TextIO], None]) -> Callable[[BinaryIO], None]:
 def _table(
     made: MadeFiles,
     study_id: str,
-    count: int,
+    results: StudyResults,
     ending: str,
     media_type: str,
-    write: Callable[[BinaryIO], None],
+    write: Callable[[BinaryIO, int], None],
 ) -> Download:
     """Rows are only ever added: the study and their number decide every byte."""
+    count = results.num_rows
     tag = tag_of(study_id, count, ending)
     return Download(
         tag=tag,
         name=f"{study_id}.{ending}",
         media_type=media_type,
-        open=lambda: made.open(tag, write),
+        open=lambda: made.open(tag, lambda stream: write(stream, count)),
     )
 
 
