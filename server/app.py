@@ -57,7 +57,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
 
     Args:
         settings: Where it keeps runs, and how much it takes on.
-        lifespan: What else lives as long as it; entered when ``app.state.run_service`` is there.
+        lifespan: What else lives as long as it; entered when the services are there.
 
     Returns:
         The application with the REST interface below ``/api/v1``.

@@ -12,6 +12,8 @@ from server.app import create_app
 from server.settings import Settings
 from server.viewer_relay import add_viewer_routes
 from web.dashboard import Dashboard
+from web.page.head import head_html
+from web.page.routes import add_page_routes
 from web.replay import Source
 
 __all__ = ["create_dashboard_app"]
@@ -28,12 +30,15 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
     @asynccontextmanager
     async def live(app: FastAPI) -> AsyncIterator[None]:
         """Keeps a dashboard for as long as the application lives."""
-        app.state.dashboard = await run_in_threadpool(Dashboard, app.state.run_service, first)
+        app.state.dashboard = await run_in_threadpool(
+            Dashboard, app.state.run_service, app.state.study_service, first
+        )
         try:
             yield
         finally:
             await run_in_threadpool(app.state.dashboard.close)
 
     app = create_app(settings, live)
-    add_viewer_routes(app, lambda: app.state.dashboard.port)
+    relay = add_viewer_routes(app, lambda: app.state.dashboard.port, head=head_html())
+    add_page_routes(app, relay)
     return app

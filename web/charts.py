@@ -1,12 +1,12 @@
-"""What the charts show: lines over time, in the units of their titles.
+"""What the charts of a run show: lines over time, in the units of their titles.
 
-In every chart a colour stands for a finger, and a dashed line for what its solid twin is
-held against: the cone, the truth, or the second joint.
+A colour stands for a finger, and a dashed line for what its solid twin is held against: the
+cone, the truth, or the second joint.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,34 +14,37 @@ from numpy.typing import NDArray
 
 from core.loading import parameter_definitions
 from core.result import RunResult
-from core.trace import JOINTS_PER_FINGER, Trace
-from core.types import ContactPhase
-from web.colours import FINGERS, Rgb
-from web.playback import TimeWindow
-from web.sampling import locate
+from core.trace import JOINTS_PER_FINGER
+from web.colours import FINGERS, MUTED, Rgb
+from web.sampling import Spot
 from web.words import key_words, unit_words
 
 __all__ = [
+    "CHART_TABS",
     "Chart",
     "Line",
-    "chart_data",
-    "contact_charts",
-    "control_charts",
-    "event_rows",
-    "is_slipping",
-    "rows_to_draw",
-    "values_at",
+    "charts_of",
+    "rate_of_change",
 ]
 
 Values = NDArray[np.float64]
 
-_BUCKETS = 160
+_QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m^2": "Inertia"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """One line of a chart: its values, one per row of the trace."""
+    """One line of a chart: its values, one per row of the trace.
 
+    Attributes:
+        key: Its name within its chart.
+        label: What the legend calls it.
+        colour: Its colour.
+        values: One per row of the trace, in the unit of the chart.
+        dashed: Whether it is what another line is held against.
+    """
+
+    key: str
     label: str
     colour: Rgb
     values: Values
@@ -50,150 +53,207 @@ class Line:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chart:
-    """One chart: a title, its unit, its lines, and when some contact slips."""
+    """One chart.
 
+    Attributes:
+        key: Its name among the charts of a run.
+        title: What it shows.
+        unit: Unit of its values; "1" for pure numbers.
+        about: A sentence that explains it.
+        lines: Its lines.
+        bands: Pairs of lines with a band between them: keys of the upper and the lower one.
+    """
+
+    key: str
     title: str
     unit: str
+    about: str
     lines: tuple[Line, ...]
+    bands: tuple[tuple[str, str], ...] = ()
+
+    def values_at(self, spot: Spot) -> list[float]:
+        """What each line shows at a place between two rows of the trace."""
+        return [float(spot.read(line.values)) for line in self.lines]
 
 
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     """Slip, slip velocity, and the tangential forces against their cones."""
     trace, names = result.trace, result.scenario.finger_names
     limits = trace.friction_coefficient * trace.normal_force
-    forces = np.abs(trace.tangential_force)
+    forces = _per_finger("force", [f"{name} |Fₓ|" for name in names], abs(trace.tangential_force))
+    cones = _per_finger("limit", [f"{name} μFₙ" for name in names], limits, dashed=True)
     return (
-        Chart("Slip", "mm", tuple(_per_finger(names, 1e3 * trace.slip))),
-        Chart("Slip velocity", "mm/s", tuple(_per_finger(names, 1e3 * trace.slip_velocity))),
         Chart(
+            "slip",
+            "Slip",
+            "mm",
+            "How far each fingertip has slid along its face. Flat means that it sticks.",
+            tuple(_per_finger("slip", names, 1e3 * trace.slip)),
+        ),
+        Chart(
+            "slip-velocity",
+            "Slip velocity",
+            "mm/s",
+            "How fast each fingertip slides along its face; exactly zero while it sticks.",
+            tuple(_per_finger("velocity", names, 1e3 * trace.slip_velocity)),
+        ),
+        Chart(
+            "forces",
             "Tangential force |Fₓ| against its limit μFₙ",
             "N",
+            "The band between a force and its limit is the margin; where it closes, the tip slips.",
+            (*forces, *cones),
+            tuple((f"limit-{i}", f"force-{i}") for i in range(len(names))),
+        ),
+    )
+
+
+def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
+    """Errors of the object's pose, and what the joints do about them."""
+    trace, names = result.trace, result.scenario.finger_names
+    errors = 1e3 * trace.tracking_error
+    torques = trace.joint_torque.reshape(len(trace), -1, JOINTS_PER_FINGER)
+    joints = [
+        line
+        for k in range(JOINTS_PER_FINGER)
+        for line in _per_finger(
+            f"joint-{k + 1}", [f"{name} {k + 1}" for name in names], torques[:, :, k], dashed=k > 0
+        )
+    ]
+    return (
+        Chart(
+            "position-error",
+            "Position error, desired − actual",
+            "mm",
+            "How far the object's centre is from where it should be.",
             (
-                *_per_finger([f"{name} |Fₓ|" for name in names], forces),
-                *_per_finger([f"{name} μFₙ" for name in names], limits, dashed=True),
+                Line("x", "x", FINGERS[0], errors[:, 0]),
+                Line("y", "y", FINGERS[1], errors[:, 1]),
+            ),
+        ),
+        Chart(
+            "turn-error",
+            "Orientation error, desired − actual",
+            "mrad",
+            "How far the object is turned away from how it should stand.",
+            (Line("theta", "θ", FINGERS[2], errors[:, 2]),),
+        ),
+        Chart(
+            "torques",
+            "Joint torques",
+            "N m",
+            "What the controller commands: the first joint of a finger solid, the second dashed.",
+            tuple(joints),
+        ),
+    )
+
+
+def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
+    """One chart per unit, estimates solid and the truth dashed."""
+    trace, names = result.trace, result.scenario.finger_names
+    definitions = parameter_definitions(result.scenario)
+    unknowns = trace.shape.unknowns
+    units = [definitions[key].unit for key in unknowns]
+
+    def chart(unit: str) -> Chart:
+        members = [i for i, other in enumerate(units) if other == unit]
+        labels = [key_words(unknowns[i], names) for i in members]
+        return Chart(
+            f"estimates-{_QUANTITIES.get(unit, unit).lower()}",
+            f"{_QUANTITIES.get(unit, 'Parameter')} estimates against the truth",
+            unit_words(unit).strip(" []") or "1",
+            "What the controller believes, solid, and the true value, dashed.",
+            (
+                *_per_finger("estimate", labels, trace.estimates[:, members]),
+                *_per_finger(
+                    "truth", ["true"] * len(members), trace.true_parameters[:, members], dashed=True
+                ),
+            ),
+        )
+
+    return tuple(chart(unit) for unit in dict.fromkeys(units))
+
+
+def energy_charts(result: RunResult) -> tuple[Chart, ...]:
+    """The Lyapunov value with its rate, and where the energy went."""
+    trace = result.trace
+    potential = trace.potential_energy - trace.potential_energy[0]
+    ledger = (
+        ("kinetic", "kinetic", FINGERS[0], trace.kinetic_energy),
+        ("potential", "lifted", FINGERS[1], potential),
+        ("supplied", "supplied", FINGERS[2], trace.supplied_energy),
+        ("dissipated", "lost to friction", FINGERS[5], trace.dissipated_energy),
+    )
+    value = trace.lyapunov_value
+    return (
+        Chart(
+            "lyapunov",
+            "Lyapunov value V",
+            "1",
+            "One number for all errors together, of pose, slip and estimates; it should fall.",
+            (Line("value", "V", FINGERS[1], value),),
+        ),
+        Chart(
+            "lyapunov-rate",
+            "Its rate dV/dt",
+            "1/s",
+            "How fast the Lyapunov value changes, from row to row; below zero the errors shrink.",
+            (Line("rate", "dV/dt", FINGERS[1], rate_of_change(trace.times, value)),),
+        ),
+        Chart(
+            "energy",
+            "Energy ledger",
+            "J",
+            "Kinetic and potential energy since the start are what was supplied less what friction "
+            "took; the error is what the ledger misses.",
+            (
+                *(Line(*entry) for entry in ledger),
+                Line("error", "error", MUTED, trace.energy_residual, dashed=True),
             ),
         ),
     )
 
 
-def control_charts(result: RunResult) -> tuple[Chart, ...]:
-    """Tracking error, estimates against the truth, and torques."""
-    trace, names = result.trace, result.scenario.finger_names
-    errors = 1e3 * trace.tracking_error
-    labels = ("x [mm]", "y [mm]", "θ [mrad]")
-    torques = trace.joint_torque.reshape(len(trace), -1, JOINTS_PER_FINGER)
-    joints = [
-        line
-        for k in range(JOINTS_PER_FINGER)
-        for line in _per_finger([f"{n} {k + 1}" for n in names], torques[:, :, k], dashed=k > 0)
-    ]
-    tracking = [
-        Line(label, FINGERS[i], errors[:, i], dashed=i > 1) for i, label in enumerate(labels)
-    ]
-    return (
-        Chart("Tracking error, desired − actual", "mm, mrad", tuple(tracking)),
-        *_estimate_charts(result),
-        Chart("Joint torques", "N m", tuple(joints)),
-    )
+CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
+    "Contact": contact_charts,
+    "Tracking": tracking_charts,
+    "Estimates": estimate_charts,
+    "Energy": energy_charts,
+}
+"""The charts of a run by the tab that they stand under."""
 
 
-def _per_finger(labels: Sequence[str], values: Values, dashed: bool = False) -> Iterator[Line]:
+def charts_of(result: RunResult) -> dict[str, tuple[Chart, ...]]:
+    """All charts of a run, by tab; their keys are unique over all tabs."""
+    return {tab: make_charts(result) for tab, make_charts in CHART_TABS.items()}
+
+
+def rate_of_change(times: Values, values: Values) -> Values:
+    """The first derivative of a signal, at each of its rows.
+
+    The slopes to the rows before and after, of which the nearer one counts more, as for a
+    parabola through all three. Two rows at one time are the sides of an event, over which
+    no slope is taken.
+
+    Args:
+        times: Times of the rows, shape ``(rows,)`` [s].
+        values: Values of the rows, shape ``(rows,)``.
+
+    Returns:
+        Shape ``(rows,)``, per second; 0 at a row that has no neighbour at another time.
+    """
+    steps = np.diff(times)
+    slopes = np.divide(np.diff(values), steps, out=np.zeros_like(steps), where=steps > 0.0)
+    step_before, step_after = np.append(0.0, steps), np.append(steps, 0.0)
+    weight_before = np.where(step_after > 0.0, step_after, 1.0) * (step_before > 0.0)
+    weight_after = np.where(step_before > 0.0, step_before, 1.0) * (step_after > 0.0)
+    weighted = weight_before * np.append(0.0, slopes) + weight_after * np.append(slopes, 0.0)
+    total = weight_before + weight_after
+    return np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0)
+
+
+def _per_finger(
+    name: str, labels: Sequence[str], values: Values, dashed: bool = False
+) -> Iterator[Line]:
     for i, label in enumerate(labels):
-        yield Line(label, FINGERS[i % len(FINGERS)], values[:, i], dashed)
-
-
-def _estimate_charts(result: RunResult) -> Iterator[Chart]:
-    """One chart per unit, estimates solid and the truth dashed."""
-    trace, names = result.trace, result.scenario.finger_names
-    definitions = parameter_definitions(result.scenario)
-    units = [definitions[key].unit for key in trace.shape.unknowns]
-    for unit in dict.fromkeys(units):
-        members = [i for i, other in enumerate(units) if other == unit]
-        labels = [key_words(trace.shape.unknowns[i], names) for i in members]
-        quantity = {"1": "Friction", "kg": "Mass", "kg m^2": "Inertia"}.get(unit, "Parameter")
-        estimates = _per_finger(labels, trace.estimates[:, members])
-        truth = _per_finger(["true"] * len(members), trace.true_parameters[:, members], dashed=True)
-        yield Chart(
-            f"{quantity} estimates against the truth",
-            unit_words(unit).strip(" []") or "1",
-            (*estimates, *truth),
-        )
-
-
-def event_rows(trace: Trace) -> NDArray[np.intp]:
-    """Rows on either side of an event: two rows that share one time."""
-    first = np.flatnonzero(np.diff(trace.times) == 0.0)
-    return np.unique(np.concatenate([first, first + 1]))
-
-
-def is_slipping(trace: Trace) -> NDArray[np.bool_]:
-    """Whether any contact slips, one value per row."""
-    return (trace.phase != ContactPhase.STICK).any(axis=1)
-
-
-def rows_to_draw(
-    trace: Trace, window: TimeWindow, lines: Sequence[Line], buckets: int = _BUCKETS
-) -> NDArray[np.intp]:
-    """The rows of a window that a chart needs: all of them while they are few.
-
-    Where there are more than a chart has room for, each bucket of rows keeps the lowest and
-    the highest value of every line, and every row at an event stays: but for a run that
-    chatters, whose thousands of events no chart could tell apart.
-
-    Args:
-        trace: The run.
-        window: What the chart shows; one row beyond either end is kept, so that lines reach it.
-        lines: The lines of the chart.
-        buckets: How many buckets there may be; up to four times as many rows are drawn as is.
-    """
-    start = max(int(np.searchsorted(trace.times, window.start, side="left")) - 1, 0)
-    stop = min(int(np.searchsorted(trace.times, window.end, side="right")) + 1, len(trace))
-    rows = np.arange(start, stop)
-    if len(rows) <= 4 * buckets:
-        return rows
-    size = -(-len(rows) // buckets)
-    padded = np.minimum(np.arange(start, start + size * buckets), stop - 1).reshape(buckets, size)
-    kept = [padded[:, 0], np.array([stop - 1])]
-    events = event_rows(trace)
-    if len(events) <= 4 * buckets:
-        kept.append(events)
-    for line in lines:
-        values = line.values[padded]
-        for extreme in (values.argmin(axis=1), values.argmax(axis=1)):
-            kept.append(np.take_along_axis(padded, extreme[:, None], axis=1)[:, 0])
-    chosen = np.unique(np.concatenate(kept))
-    return chosen[(chosen >= start) & (chosen < stop)]
-
-
-def chart_data(
-    trace: Trace, chart: Chart, window: TimeWindow, rows: NDArray[np.intp]
-) -> tuple[Values, ...]:
-    """The columns of a chart: time, slipping, and the lines.
-
-    The first and the last point lie exactly on the ends of the window.
-
-    Args:
-        trace: The run.
-        chart: What to draw.
-        window: What the chart shows.
-        rows: The rows to draw, from `rows_to_draw`.
-    """
-    inside = rows[(trace.times[rows] >= window.start) & (trace.times[rows] <= window.end)]
-    before, after = locate(trace.times, window.start), locate(trace.times, window.end)
-    columns = (trace.times, is_slipping(trace).astype(float), *(l.values for l in chart.lines))
-    return tuple(
-        np.concatenate([[before.read(column)], column[inside], [after.read(column)]])
-        for column in columns
-    )
-
-
-def values_at(trace: Trace, chart: Chart, time: float) -> list[float]:
-    """What each line of a chart shows at one time, on the straight line between two rows.
-
-    Args:
-        trace: The run.
-        chart: The chart.
-        time: Simulation time [s].
-    """
-    spot = locate(trace.times, time)
-    return [float(spot.read(line.values)) for line in chart.lines]
+        yield Line(f"{name}-{i}", label, FINGERS[i % len(FINGERS)], values[:, i], dashed)

@@ -10,11 +10,14 @@ import viser
 
 from core.types import ContactPhase
 from server.run_service import RunService
+from server.study_service import StudyService
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
 from web.colours import PHASES
+from web.page.session_directory import SessionDirectory
 from web.replay import Source
 from web.saved_runs import SavedRuns
+from web.services import Services
 from web.session import Session
 
 __all__ = ["Dashboard"]
@@ -28,15 +31,22 @@ class Dashboard:
     """Serves the dashboard on a loopback port of its own, for a relay to pass on.
 
     Args:
-        service: Simulates and saves.
+        runs: Simulates and saves.
+        studies: Runs studies.
         first: The recording that every page shows first; a run of the first preset if None.
+
+    Attributes:
+        directory: Finds the session that a page posts to.
     """
 
-    def __init__(self, service: RunService, first: Source | None = None) -> None:
+    def __init__(
+        self, runs: RunService, studies: StudyService, first: Source | None = None
+    ) -> None:
         # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
-        self._service, self._first = service, first
-        self._saved = SavedRuns(service)
+        self.directory = SessionDirectory()
+        self._services = Services(runs, SavedRuns(runs), studies, self.directory)
+        self._first = first
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
         self._server = ViewerServer("slipgrasp")
@@ -76,7 +86,7 @@ class Dashboard:
     # Both run in the viewer server's event loop, so that a viewer that is gone at once is
     # never closed before it is opened.
     async def _open(self, client: viser.ClientHandle) -> None:
-        session = Session(client, self._service, self._saved, self._first)
+        session = Session(client, self._services, self._first)
         with self._lock:
             self._sessions[client.client_id] = session
         session.start()

@@ -1,28 +1,35 @@
-"""The thread that lists and opens recordings for one session."""
+"""The thread that lists, opens and changes stored runs for one session."""
 
 from __future__ import annotations
 
-import threading
-from dataclasses import dataclass
+import time
+from functools import partial
 
-from recordings.exceptions import RecordingError
+from recordings.exceptions import RecordingError, RecordingNotFoundError
+from recordings.run_query import RunQuery
 from recordings.store import RecordingStore
-from web.intents import RecordingOpened, RecordingsListed, RecordingUnreadable, Send
+from recordings.stored_run import StoredRun
+from web.errands import Errands
+from web.intents.intent import Send
+from web.intents.recordings import (
+    AnnotateRecording,
+    DeleteRecording,
+    RecordingChanged,
+    RecordingOpened,
+    RecordingRefused,
+    RecordingsListed,
+    RecordingUnreadable,
+)
 from web.replay import Source, open_replay
+from web.shelf import ROWS_PER_PAGE, ShelfFilter
 
-__all__ = ["ROWS_PER_PAGE", "Librarian"]
+__all__ = ["NUM_RECENT", "Librarian"]
 
-ROWS_PER_PAGE = 8
-
-
-@dataclass(frozen=True, slots=True)
-class _Open:
-    number: int
-    source: Source
+NUM_RECENT = 30
 
 
 class Librarian:
-    """Answers the latest request for a recording, and the latest for a page of the list.
+    """Answers the latest request for a recording, and for a page of the list; changes all.
 
     Args:
         store: The stored runs.
@@ -31,12 +38,7 @@ class Librarian:
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
         self._store, self._send = store, send
-        self._wake = threading.Condition()
-        self._opening: _Open | None = None
-        self._page: int | None = None
-        self._closed = False
-        self._thread = threading.Thread(target=self._work, name="librarian", daemon=True)
-        self._thread.start()
+        self._errands = Errands("librarian")
 
     def open(self, number: int, source: Source) -> None:
         """Asks for a recording; one that still waits is forgotten.
@@ -45,50 +47,86 @@ class Librarian:
             number: What the answer is to be recognised by.
             source: The recording.
         """
-        with self._wake:
-            self._opening = _Open(number, source)
-            self._wake.notify()
+        self._errands.ask(partial(self._open, number, source), "open")
 
-    def list(self, page: int) -> None:
-        """Asks for a page of the list, 0 has the newest."""
-        with self._wake:
-            self._page = page
-            self._wake.notify()
+    def list(self, page: int, wanted: ShelfFilter, chosen_id: str = "") -> None:
+        """Asks for a page of the list.
+
+        Args:
+            page: Which one, 0 has the newest.
+            wanted: Which runs to list.
+            chosen_id: A run of which all is to be told, wherever it is in the list.
+        """
+        self._errands.ask(partial(self._list, page, wanted, chosen_id), "list")
+
+    def annotate(self, request: AnnotateRecording) -> None:
+        """Asks to have written about a run what a user wrote."""
+        self._errands.ask(partial(self._annotate, request))
+
+    def delete(self, request: DeleteRecording) -> None:
+        """Asks to have a run deleted."""
+        self._errands.ask(partial(self._delete, request))
 
     def close(self) -> None:
         """Ends the thread once it has answered what it is at."""
-        with self._wake:
-            self._closed = True
-            self._wake.notify()
+        self._errands.close()
 
     def join(self, timeout: float) -> None:
         """Waits until the thread has ended [s]."""
-        self._thread.join(timeout)
+        self._errands.join(timeout)
 
-    def _work(self) -> None:
-        while True:
-            with self._wake:
-                self._wake.wait_for(
-                    lambda: self._closed or self._opening is not None or self._page is not None
-                )
-                if self._closed:
-                    return
-                opening, page = self._opening, self._page
-                self._opening = self._page = None
-            if opening is not None:
-                self._open(opening)
-            if page is not None:
-                self._list(page)
-
-    def _open(self, job: _Open) -> None:
+    def _open(self, number: int, source: Source) -> None:
         try:
-            self._send(RecordingOpened(job.number, open_replay(self._store, job.source)))
+            self._send(RecordingOpened(number, open_replay(self._store, source)))
         except RecordingError as error:
-            self._send(RecordingUnreadable(job.number, str(error)))
+            self._send(RecordingUnreadable(number, str(error)))
 
-    def _list(self, page: int) -> None:
+    def _list(self, page: int, wanted: ShelfFilter, chosen_id: str) -> None:
         """Answers with the last page where there are fewer."""
-        count = self._store.count()
-        page = max(min(page, (count - 1) // ROWS_PER_PAGE), 0)
-        runs = self._store.list(offset=page * ROWS_PER_PAGE, limit=ROWS_PER_PAGE)
-        self._send(RecordingsListed(page, count, tuple(runs)))
+        started = time.monotonic()
+        found = self._store.find(wanted.query(page))
+        last = max((found.count - 1) // ROWS_PER_PAGE, 0)
+        if page > last:
+            page, found = last, self._store.find(wanted.query(last))
+        recent = self._store.find(RunQuery(limit=NUM_RECENT)).runs
+        chosen = self._get(chosen_id) if chosen_id else None
+        self._send(
+            RecordingsListed(
+                page=page,
+                count=found.count,
+                runs=tuple(found.runs),
+                recent=tuple(recent),
+                chosen_id=chosen_id,
+                chosen=chosen,
+                elapsed=time.monotonic() - started,
+            )
+        )
+
+    def _get(self, run_id: str) -> StoredRun | None:
+        try:
+            return self._store.get(run_id)
+        except RecordingNotFoundError:
+            return None
+
+    def _annotate(self, request: AnnotateRecording) -> None:
+        tags = [tag for tag in map(str.strip, request.tags.split(",")) if tag]
+        try:
+            stored = self._store.annotate(
+                request.run_id,
+                name=request.name,
+                notes=request.notes,
+                tags=tags,
+                expected=[request.revision],
+            )
+        except RecordingError as error:
+            self._send(RecordingRefused("Not changed", str(error)))
+            return
+        self._send(RecordingChanged(request.run_id, stored))
+
+    def _delete(self, request: DeleteRecording) -> None:
+        try:
+            self._store.delete(request.run_id, expected=[request.revision])
+        except RecordingError as error:
+            self._send(RecordingRefused("Not deleted", str(error)))
+            return
+        self._send(RecordingChanged(request.run_id, None))

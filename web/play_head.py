@@ -6,7 +6,8 @@ import math
 from dataclasses import replace
 
 from core.result import RunResult
-from web.intents import ChooseWindow, Intent, Seek, SetSpeed, Step, TogglePlay, Zoom
+from web.intents.intent import Intent
+from web.intents.playback import ChooseWindow, Seek, SetSpeed, Step, TogglePlay, Zoom
 from web.playback import SPEEDS, Playback, neighbouring_time, speed_for, window_of
 
 __all__ = ["moved"]

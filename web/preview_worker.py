@@ -12,7 +12,8 @@ from core.scenario import Scenario
 from core.types import Outcome
 from recordings.exceptions import RecordingError
 from server.run_service import RunService
-from web.intents import RunFinished, RunRefused, RunSaved, SaveFailed, Send
+from web.intents.intent import Send
+from web.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
 from web.saved_runs import SavedRuns
 
 __all__ = ["PreviewWorker", "is_outdated"]

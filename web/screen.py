@@ -7,7 +7,8 @@ from typing import NamedTuple
 import viser
 
 from web.camera import FrontCamera
-from web.intents import CameraMoved, Send
+from web.intents.intent import Send
+from web.intents.picture import CameraMoved
 from web.panels.charts_panel import ChartsPanel
 from web.panels.outcome_panel import OutcomePanel
 from web.panels.playback_panel import PlaybackPanel
@@ -45,15 +46,18 @@ class Screen:
 
     Args:
         client: The viewer; what it sees is its own.
+        camera: Its camera.
         view: What it shows first.
         send: Takes the intents of its user.
     """
 
-    def __init__(self, client: viser.ClientHandle, view: ViewState, send: Send) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, camera: FrontCamera, view: ViewState, send: Send
+    ) -> None:
         gui = client.gui
         sizes = panel_sizes(client.camera.image_width, client.camera.image_height)
         self._scene = Scene(client)
-        self.camera = FrontCamera(client.camera)
+        self._camera = camera
         gui.main_panel.dock_right()
         gui.main_panel.set_width(sizes.scenario)
         self._scenario = ScenarioPanel(gui, view.draft, send)
@@ -85,7 +89,7 @@ class Screen:
             layout = self._scene.show(view.shown.result)
             contacts = len(view.shown.result.scenario.fingers)
             covered = _PLAYBACK_HEIGHT + contacts * _PLAYBACK_HEIGHT_PER_CONTACT
-            self.camera.show(layout.low, layout.high, covered)
+            self._camera.show(layout.low, layout.high, covered)
             self._ticket = view.shown.ticket
         if view.sample is not None:
             self._scene.update(view.sample)

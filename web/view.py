@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 
 from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, preset_names, with_values
 from core.result import RunResult
 from core.scenario import Scenario
-from recordings.store import StoredRun
+from web.comparing import Comparing
 from web.playback import Playback, WindowChoice
 from web.replay import Replay
-from web.sampling import Sample
+from web.sampling import Sample, Sampler
+from web.shelf import Shelf
 
-__all__ = ["Draft", "RunStage", "RunStatus", "Shelf", "Shown", "ViewState"]
+__all__ = ["Draft", "Ghost", "RunStage", "RunStatus", "Shown", "ViewState"]
 
 Value = float | int | str | list[float]
 
@@ -105,39 +107,42 @@ class RunStatus:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """The run on the screen.
+    """A run on the screen.
 
     Attributes:
         ticket: Which request it answers; another ticket is another run.
         result: The run.
         elapsed: How long it was computed [s]; 0 if it was read.
         replay: The recording it was read from, None if it was computed.
+        sampler: Reads instants off the run.
     """
 
     ticket: int
     result: RunResult
     elapsed: float
     replay: Replay | None = None
+    sampler: Sampler = field(init=False)
 
-
-@dataclass(frozen=True, slots=True)
-class Shelf:
-    """The page of the stored runs that the user looks at.
-
-    Attributes:
-        page: Which page, 0 has the newest.
-        count: How many runs there are on all pages.
-        runs: Those of this page.
-        message: Why the last one that was asked for could not be opened, if so.
-    """
-
-    page: int = 0
-    count: int = 0
-    runs: tuple[StoredRun, ...] = ()
-    message: str = ""
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sampler", Sampler(self.result.trace))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Ghost:
+    """Another run, drawn pale below the one that is shown.
+
+    Attributes:
+        shown: The run.
+        label: What it is called: where it comes from.
+        is_chosen: Whether the user chose it to compare with; then it stays when knobs move.
+    """
+
+    shown: Shown
+    label: str
+    is_chosen: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class ViewState:
     """Everything on the screen of one session, at one moment.
 
@@ -145,18 +150,41 @@ class ViewState:
         draft: What the user is asking for.
         status: What became of it.
         choice: Which stretch of a run is shown.
+        ticket: The latest request for a run; answers to an older one come too late.
+        opening: The latest request for a recording; answers to an older one come too late.
         shown: The run on the screen.
-        playback: Where its play head stands.
-        sample: The instant there.
+        ghost: The run that is drawn pale below it.
+        playback: Where the play head stands.
         shelf: The list of stored runs.
+        comparing: What tells the run on the screen and the pale one apart.
         replay: The recording that was opened last; there is a way back to it.
+        notice: What the page has to say across all panels, empty if nothing.
     """
 
     draft: Draft
     status: RunStatus
     choice: WindowChoice
+    ticket: int = 0
+    opening: int = 0
     shown: Shown | None = None
+    ghost: Ghost | None = None
     playback: Playback | None = None
-    sample: Sample | None = None
     shelf: Shelf = Shelf()
+    comparing: Comparing = Comparing()
     replay: Replay | None = None
+    notice: str = ""
+
+    @cached_property
+    def sample(self) -> Sample | None:
+        """The instant of the run that is shown, at the play head."""
+        return self._sample_of(self.shown)
+
+    @cached_property
+    def ghost_sample(self) -> Sample | None:
+        """The instant of the pale run, at the play head."""
+        return self._sample_of(self.ghost.shown if self.ghost else None)
+
+    def _sample_of(self, shown: Shown | None) -> Sample | None:
+        if shown is None or self.playback is None:
+            return None
+        return shown.sampler.at(self.playback.time)

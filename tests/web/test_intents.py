@@ -5,19 +5,15 @@ from __future__ import annotations
 import pytest
 
 from core.exceptions import ScenarioError
-from web.intents import (
-    ChoosePreset,
-    Mailbox,
-    ResetScenario,
-    Seek,
-    SetParameter,
-    Step,
-    TogglePlay,
-    coalesce,
-)
-from web.pacing import frame_wait, is_save_due
+from core.result import RunResult
+from web.desks.playback_desk import PlaybackDesk
+from web.intents.mailbox import Mailbox, coalesce
+from web.intents.playback import Seek, Step, TogglePlay
+from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter
+from web.pacing import is_save_due
+from web.playback import Playback, TimeWindow, WindowChoice
 from web.preview_worker import is_outdated
-from web.view import Draft, RunStage
+from web.view import Draft, RunStage, RunStatus, Shown, ViewState
 
 
 def test_only_the_last_value_of_a_dragged_knob_counts() -> None:
@@ -64,17 +60,37 @@ def test_a_run_is_saved_once_its_knobs_have_rested(
     assert is_save_due(stage, rested) is due
 
 
-def test_a_session_with_nothing_to_do_sleeps() -> None:
-    assert frame_wait(False, RunStage.SAVED, waiting=False, since_frame=0.0) is None
-    assert frame_wait(False, RunStage.PREVIEW, waiting=False, since_frame=0.0) is not None
-    assert frame_wait(False, RunStage.SAVED, waiting=True, since_frame=0.0) is not None
+def test_desks_with_nothing_to_do_let_the_session_sleep(case_1: RunResult) -> None:
+    view, desk = _view(case_1, playing=False), PlaybackDesk()
+    assert desk.pass_time(1.0, view) is view
+    assert desk.wait(1.0, view) is None
 
 
-def test_a_playing_session_draws_20_to_30_frames_a_second() -> None:
-    wait = frame_wait(True, RunStage.SAVED, waiting=False, since_frame=0.0)
-    assert wait is not None
-    assert 1 / 30 <= wait <= 1 / 20
-    assert frame_wait(True, RunStage.SAVED, waiting=False, since_frame=1.0) == 0.0
+def test_a_playing_session_draws_thirty_frames_a_second(case_1: RunResult) -> None:
+    view, desk = _view(case_1, playing=True), PlaybackDesk()
+    desk.pass_time(1.0, view)
+    assert desk.wait(1.0, view) == pytest.approx(1.0 / 30.0)
+    assert desk.wait(5.0, view) == 0.0
+
+
+def test_the_play_head_moves_with_the_clock_times_its_speed(case_1: RunResult) -> None:
+    view, desk = _view(case_1, playing=True), PlaybackDesk()
+    first = desk.pass_time(1.0, view)
+    later = desk.pass_time(1.5, first)
+    assert first.playback == view.playback
+    assert later.playback is not None
+    assert later.playback.time == pytest.approx(0.2 + 0.5 * 0.25)
+
+
+def _view(result: RunResult, *, playing: bool) -> ViewState:
+    playback = Playback(time=0.2, window=TimeWindow(0.0, 7.0), speed=0.25, playing=playing)
+    return ViewState(
+        draft=Draft.from_preset("paper-case-1"),
+        status=RunStatus(RunStage.SAVED),
+        choice=WindowChoice.WHOLE,
+        shown=Shown(1, result, 0.01),
+        playback=playback,
+    )
 
 
 def test_a_long_run_is_given_up_for_a_newer_one_and_a_short_one_is_not() -> None:

@@ -9,7 +9,7 @@ import viser
 
 from core.loading import load_scenario, parameter_definitions, with_values
 from server.viewer_server import ViewerServer
-from web.intents import Intent
+from web.intents.intent import Intent
 from web.panels.parameter_inputs import add_knob, as_text, is_offered, parse_numbers, slider_range
 from web.panels.scenario_panel import ScenarioPanel, group_knobs, knob_label
 from web.playback import WindowChoice

@@ -7,7 +7,9 @@ import math
 import pytest
 
 from core.result import RunResult
-from web.intents import ChooseWindow, FrameHand, Intent, Seek, SetSpeed, Step, TogglePlay, Zoom
+from web.intents.intent import Intent
+from web.intents.picture import FrameHand
+from web.intents.playback import ChooseWindow, Seek, SetSpeed, Step, TogglePlay, Zoom
 from web.play_head import moved
 from web.playback import Playback, TimeWindow, WindowChoice
 

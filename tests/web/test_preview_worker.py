@@ -16,7 +16,8 @@ from core.loading import load_scenario, with_values
 from recordings.store import RecordingStore
 from server.run_service import RunService
 from server.settings import Settings
-from web.intents import Intent, RunFinished, RunSaved, SaveFailed
+from web.intents.intent import Intent
+from web.intents.runs import RunFinished, RunSaved, SaveFailed
 from web.preview_worker import PreviewWorker
 from web.saved_runs import SavedRuns
 

@@ -14,7 +14,8 @@ from core.loading import load_scenario
 from core.result import RunResult
 from recordings.store import RecordingStore, StoredRun
 from server.viewer_server import ViewerServer
-from web.intents import Intent, RecordingOpened, RecordingsListed, RecordingUnreadable
+from web.intents.intent import Intent
+from web.intents.recordings import RecordingOpened, RecordingsListed, RecordingUnreadable
 from web.librarian import ROWS_PER_PAGE, Librarian
 from web.panels.recordings_panel import RecordingsPanel, row_words
 from web.playback import WindowChoice

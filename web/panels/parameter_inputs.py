@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import viser
 
 from core.parameters import Parameter
-from web.intents import Send, SetParameter
+from web.intents.intent import Send
+from web.intents.scenario import SetParameter
 
 __all__ = [
     "Knob",

@@ -14,17 +14,9 @@ import viser
 from core.result import RunResult
 from core.types import ContactPhase
 from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, css
-from web.intents import (
-    ChooseWindow,
-    FrameHand,
-    Intent,
-    Seek,
-    Send,
-    SetSpeed,
-    Step,
-    TogglePlay,
-    Zoom,
-)
+from web.intents.intent import Intent, Send
+from web.intents.picture import FrameHand
+from web.intents.playback import ChooseWindow, Seek, SetSpeed, Step, TogglePlay, Zoom
 from web.playback import SPEEDS, Playback, TimeWindow, WindowChoice
 from web.replay import Replay
 from web.view import Shown, ViewState

@@ -10,7 +10,8 @@ import viser
 from core.types import Outcome
 from recordings.store import StoredRun
 from web.colours import tone
-from web.intents import ListRecordings, OpenRecording, Send
+from web.intents.intent import Send
+from web.intents.recordings import ListRecordings, OpenRecording
 from web.librarian import ROWS_PER_PAGE
 from web.panels.outcome_panel import box_html
 from web.replay import moment_words

@@ -10,7 +10,8 @@ from core.exceptions import ScenarioError
 from core.loading import parameter_definitions, preset_names
 from core.parameters import Parameter
 from core.scenario import Scenario
-from web.intents import ChoosePreset, ResetScenario, Send
+from web.intents.intent import Send
+from web.intents.scenario import ChoosePreset, ResetScenario
 from web.panels.parameter_inputs import Knob, add_knob, as_text, is_offered
 from web.replay import Replay
 from web.view import Draft, ViewState

@@ -1,0 +1,86 @@
+"""How a knob acts: from the play head on or on the whole run, and what is one gesture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from core.exceptions import FieldError
+from web.draft import Draft, Value, change_time
+from web.history import History
+
+__all__ = ["Editing", "Gesture", "Reach"]
+
+_SAME_GESTURE = 1.5
+
+
+class Reach(StrEnum):
+    """What a knob acts on."""
+
+    PLAY_HEAD = "at the play head"
+    WHOLE_RUN = "on the whole run"
+
+
+@dataclass(frozen=True, slots=True)
+class Gesture:
+    """A knob that is being moved; all its values together are one step of undo.
+
+    Attributes:
+        key: The parameter.
+        time: From when on it acts [s]; where the play head stood when it began.
+        moved_at: When its last value came, on the viewer's clock [s].
+    """
+
+    key: str
+    time: float
+    moved_at: float
+
+    def goes_on(self, key: str, now: float) -> bool:
+        """Whether another value of a parameter still belongs to it."""
+        return key == self.key and now - self.moved_at < _SAME_GESTURE
+
+
+@dataclass(frozen=True, slots=True)
+class Editing:
+    """How the user edits.
+
+    Attributes:
+        reach: What a knob acts on.
+        history: What was asked for before.
+        gesture: The knob moved last, if nothing else happened since.
+        file_errors: What is wrong with the scenario file that was loaded last.
+    """
+
+    reach: Reach = Reach.PLAY_HEAD
+    history: History = History()
+    gesture: Gesture | None = None
+    file_errors: tuple[FieldError, ...] = ()
+
+    def begin(self, present: Draft) -> Editing:
+        """After something else than a knob made another draft of the present one."""
+        return Editing(self.reach, self.history.with_past(present))
+
+    def move(self, draft: Draft, key: str, play_head: float, now: float) -> Editing:
+        """After a knob was moved.
+
+        Args:
+            draft: What was asked for until then.
+            key: The parameter of the knob.
+            play_head: Where the play head stands [s].
+            now: The viewer's clock [s].
+        """
+        if self.gesture is not None and self.gesture.goes_on(key, now):
+            return replace(self, gesture=replace(self.gesture, moved_at=now))
+        time = change_time(play_head) if self.reach is Reach.PLAY_HEAD else 0.0
+        return replace(self.begin(draft), gesture=Gesture(key, time, now))
+
+    def holds(self, key: str, now: float) -> bool:
+        """Whether the user has a knob in hand: the program must not move it then."""
+        return self.gesture is not None and self.gesture.goes_on(key, now)
+
+    def apply(self, draft: Draft, value: Value) -> Draft:
+        """The draft after the knob of the present gesture took a value."""
+        assert self.gesture is not None
+        if self.reach is Reach.WHOLE_RUN:
+            return draft.edited(self.gesture.key, value)
+        return draft.edited_from(self.gesture.time, self.gesture.key, value)

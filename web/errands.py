@@ -1,0 +1,58 @@
+"""A thread that runs the errands of one concern, so that its session never waits for a disk."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+__all__ = ["Errand", "Errands"]
+
+Errand = Callable[[], None]
+
+
+class Errands:
+    """Runs errands one after the other; of each subject only the latest that still waits.
+
+    Args:
+        name: Name of the thread.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._wake = threading.Condition()
+        self._waiting: dict[object, Errand] = {}
+        self._closed = False
+        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
+        self._thread.start()
+
+    def ask(self, errand: Errand, subject: object = None) -> None:
+        """Puts an errand in the queue, and returns at once.
+
+        Args:
+            errand: What to do; it tells its findings itself.
+            subject: An errand of the same subject that still waits is forgotten; None if
+                every one counts.
+        """
+        with self._wake:
+            key = object() if subject is None else subject
+            self._waiting.pop(key, None)
+            self._waiting[key] = errand
+            self._wake.notify()
+
+    def close(self) -> None:
+        """Ends the thread once it has run what it is at."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify()
+
+    def join(self, timeout: float) -> None:
+        """Waits until the thread has ended [s]."""
+        self._thread.join(timeout)
+
+    def _work(self) -> None:
+        while True:
+            with self._wake:
+                self._wake.wait_for(lambda: self._closed or self._waiting)
+                if self._closed:
+                    return
+                errand = self._waiting.pop(next(iter(self._waiting)))
+            errand()

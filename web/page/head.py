@@ -1,0 +1,17 @@
+"""What is put into the head of viser's page."""
+
+from __future__ import annotations
+
+from web.page.keys import keys_html
+from web.page.static_files import STATIC_PATH
+
+__all__ = ["head_html"]
+
+
+def head_html() -> str:
+    """Our style and our script, and what the script has to know from the start."""
+    return (
+        f'<link rel="stylesheet" href="{STATIC_PATH}/dashboard.css" />'
+        f"{keys_html()}"
+        f'<script type="module" src="{STATIC_PATH}/dashboard.js"></script>'
+    )

@@ -1,0 +1,36 @@
+"""Attributes of HTML that the page's own script understands."""
+
+from __future__ import annotations
+
+import json
+from html import escape
+from typing import Any
+
+__all__ = ["CHOSEN", "change_attribute", "click_attribute"]
+
+CHOSEN = "$value"
+"""Stands for the value that a user chose or typed."""
+
+
+def click_attribute(kind: str, **fields: Any) -> str:
+    """The attribute of an element that asks for something when it is clicked.
+
+    Args:
+        kind: What it asks for, a kind of `web.page.intents_schema`.
+        fields: The rest of it.
+    """
+    return _attribute("data-sg-intent", kind, fields)
+
+
+def change_attribute(kind: str, **fields: Any) -> str:
+    """The attribute of an input or a select that asks for something when its value changes.
+
+    Args:
+        kind: What it asks for, a kind of `web.page.intents_schema`.
+        fields: The rest of it; `CHOSEN` stands for the value.
+    """
+    return _attribute("data-sg-change", kind, fields)
+
+
+def _attribute(name: str, kind: str, fields: dict[str, Any]) -> str:
+    return f'{name}="{escape(json.dumps({"kind": kind, **fields}, ensure_ascii=False))}"'

@@ -1,0 +1,75 @@
+"""The routes of the page's own script: its files, its gestures, and whether its session lives."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
+from pydantic import ValidationError
+
+from server.dependencies import JSON_TYPE, read_values
+from server.errors import InvalidRequestError, invalid_fields
+from server.viewer_relay import MAX_VIEWERS, ViewerRelay
+from web.page.intents_schema import PageGestures
+from web.page.session_directory import SessionDirectory
+from web.page.static_files import STATIC_PATH, static_file
+
+__all__ = ["add_page_routes"]
+
+_MAX_VALUES = 500
+_FRESH = {"Cache-Control": "no-cache"}
+_NEVER_KEPT = {"Cache-Control": "no-store"}
+
+_router = APIRouter(include_in_schema=False)
+
+
+def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
+    """Serves the page's own script.
+
+    Args:
+        app: The application; ``app.state.dashboard`` has the sessions once it lives.
+        relay: Knows how many viewers there are.
+    """
+    app.state.viewer_relay = relay
+    app.include_router(_router)
+
+
+@_router.get(f"{STATIC_PATH}/{{name}}")
+def show_file(name: str) -> Response:
+    """A file of the page."""
+    found = static_file(name)
+    if found is None:
+        raise HTTPException(404, "the page has no such file")
+    content, media_type = found
+    return Response(content, media_type=media_type, headers=_FRESH)
+
+
+@_router.get("/dashboard/sessions/{key}")
+async def show_session(key: str, request: Request, response: Response) -> dict[str, object]:
+    """Whether a session lives; a page asks every other second, to notice that it is alone."""
+    response.headers.update(_NEVER_KEPT)
+    directory, relay = _directory(request), request.app.state.viewer_relay
+    return {
+        "alive": directory.find(key) is not None,
+        "server": directory.server_id,
+        "full": relay.num_viewers >= MAX_VIEWERS,
+    }
+
+
+@_router.post("/dashboard/sessions/{key}/intents", status_code=202)
+async def take_gestures(key: str, request: Request) -> Response:
+    """Passes what a user did in the page to the session of the page."""
+    send = _directory(request).find(key)
+    if send is None:
+        raise HTTPException(404, "this session has ended; reload the page")
+    values = await read_values(request, (JSON_TYPE,), _MAX_VALUES)
+    try:
+        gestures = PageGestures.model_validate(values)
+    except ValidationError as error:
+        raise InvalidRequestError(invalid_fields(error.errors())) from error
+    for intent in gestures.intents():
+        send(intent)
+    return Response(status_code=202)
+
+
+def _directory(request: Request) -> SessionDirectory:
+    directory: SessionDirectory = request.app.state.dashboard.directory
+    return directory

@@ -1,0 +1,29 @@
+"""What a session uses of the server."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from server.run_service import RunService
+from server.study_service import StudyService
+from web.page.session_directory import SessionDirectory
+from web.saved_runs import SavedRuns
+
+__all__ = ["Services"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Services:
+    """What every session of a dashboard shares.
+
+    Attributes:
+        runs: Simulates and saves.
+        saved: Knows which runs are kept already.
+        studies: Runs studies, one at a time.
+        directory: Knows every session by its key.
+    """
+
+    runs: RunService
+    saved: SavedRuns
+    studies: StudyService
+    directory: SessionDirectory

@@ -1,0 +1,219 @@
+"""The study that a user plans: two parameters, their ranges, and what is compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from core.exceptions import FieldError, ScenarioError
+from core.loading import load_scenario, preset_names
+from core.parameters import Parameter, describe
+from core.scenario import Scenario
+from core.study.definition import Study, expand_key
+from core.study.loading import study_from_mapping
+from web.panels.parameter_inputs import slider_range
+from web.study.words import varied_unit, varied_words
+from web.words import unit_words
+
+__all__ = [
+    "COMPARISONS",
+    "MAX_STEPS",
+    "MIN_STEPS",
+    "NO_COMPARISON",
+    "AxisPlan",
+    "Offer",
+    "Plan",
+    "comparisons_for",
+    "fitted",
+    "offers_of",
+    "study_of",
+]
+
+MIN_STEPS, MAX_STEPS = 2, 60
+_STEPS = 15
+
+NO_COMPARISON = "nothing"
+COMPARISONS: Mapping[str, tuple[str, tuple[float | str, ...]]] = {
+    "adapting slowly (Q = 1) and fast (Q = 20)": ("controller.lyapunov_weight", (1.0, 20.0)),
+    "control continuous and every 1 ms": ("controller.control_period", (0.0, 0.001)),
+    "theorem 3 and theorem 4": ("controller.kind", ("theorem-3", "theorem-4")),
+    "grip just enough and 1.5 × as safe": ("controller.grip_safety", (1.0, 1.5)),
+}
+"""What may be compared on the same values: the key of a setting, and its values, by their name."""
+
+_FIRST_CHOICES = ("object.mass", "fingers.*.friction")
+_ALSO_OFFERED = ("simulation.gravity",)
+
+
+@dataclass(frozen=True, slots=True)
+class AxisPlan:
+    """One of the two parameters that vary, in its unit; nothing of it is validated yet.
+
+    Attributes:
+        key: Its dotted key; ``*`` stands for all fingers.
+        low: Its first value.
+        high: Its last value.
+        count: How many values it takes, both included.
+        is_log: Whether they are spaced evenly in the logarithm.
+    """
+
+    key: str
+    low: float
+    high: float
+    count: int = _STEPS
+    is_log: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A parameter that may vary.
+
+    Attributes:
+        key: Its dotted key; ``*`` stands for all fingers.
+        label: What it is called, with its unit.
+        text: A sentence about it, with its bounds.
+        low: Where its range begins unless the user says otherwise.
+        high: Where it ends.
+    """
+
+    key: str
+    label: str
+    text: str
+    low: float
+    high: float
+
+    def axis(self, count: int = _STEPS) -> AxisPlan:
+        """The parameter over its own range."""
+        return AxisPlan(self.key, self.low, self.high, count)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a study is to vary.
+
+    Attributes:
+        axes: The parameters along the map and up.
+        comparison: Name of what is compared (`COMPARISONS`), or `NO_COMPARISON`.
+    """
+
+    axes: tuple[AxisPlan, AxisPlan]
+    comparison: str = NO_COMPARISON
+
+    @property
+    def num_runs(self) -> int:
+        """How many runs that makes."""
+        combinations = len(COMPARISONS[self.comparison][1]) if self.compares else 1
+        return self.axes[0].count * self.axes[1].count * combinations
+
+    @property
+    def compares(self) -> bool:
+        """Whether a setting is compared."""
+        return self.comparison in COMPARISONS
+
+    def with_axis(self, place: int, axis: AxisPlan) -> Plan:
+        """The plan with another axis, the number of its values within bounds."""
+        bounded = replace(axis, count=min(max(int(axis.count), MIN_STEPS), MAX_STEPS))
+        first, second = self.axes
+        return replace(self, axes=(bounded, second) if place == 0 else (first, bounded))
+
+
+def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
+    """The parameters of a scenario that may vary, those of all fingers alike first."""
+    definitions = describe(scenario)
+    keys = [key for key, parameter in definitions.items() if _may_vary(parameter)]
+    of_all = dict.fromkeys(
+        f"fingers.*.{key.split('.', 2)[2]}" for key in keys if key.startswith("fingers.")
+    )
+    first = [key for key in _FIRST_CHOICES if key in keys or key in of_all]
+    ordered = dict.fromkeys((*first, *of_all, *keys))
+    return tuple(_offer(scenario, key, definitions) for key in ordered)
+
+
+def _may_vary(parameter: Parameter) -> bool:
+    is_number = isinstance(parameter.value, float)
+    return is_number and (parameter.changeable or parameter.key in _ALSO_OFFERED)
+
+
+def _offer(scenario: Scenario, key: str, definitions: Mapping[str, Parameter]) -> Offer:
+    parameter = definitions[expand_key(scenario, key)[0]]
+    low, high, _ = slider_range(parameter, definitions)
+    unit = unit_words(varied_unit(scenario, key, definitions))
+    words = varied_words(scenario, key)
+    label = f"{words[:1].upper()}{words[1:]}{unit}"
+    return Offer(key, label, f"{parameter.text} {key}, {parameter.limit}.", low, high)
+
+
+def fitted(plan: Plan | None, offers: tuple[Offer, ...]) -> Plan:
+    """The plan as far as a scenario has its parameters; the first that are offered elsewhere.
+
+    Args:
+        plan: What the user has chosen; None if nothing yet.
+        offers: What the scenario offers, at least two parameters.
+    """
+    if plan is None:
+        return Plan((offers[0].axis(), offers[1].axis()))
+    known = {offer.key for offer in offers}
+    taken = [axis.key for axis in plan.axes]
+    free = (offer for offer in offers if offer.key not in taken)
+    first, second = (axis if axis.key in known else next(free).axis() for axis in plan.axes)
+    return replace(plan, axes=(first, second))
+
+
+def comparisons_for(plan: Plan) -> tuple[str, ...]:
+    """What may be compared: settings that no axis varies."""
+    taken = {axis.key for axis in plan.axes}
+    return (NO_COMPARISON, *(name for name, (key, _) in COMPARISONS.items() if key not in taken))
+
+
+def study_of(plan: Plan, scenario: Scenario, origin: str) -> Study:
+    """The study that a plan makes of a scenario.
+
+    Args:
+        plan: What varies.
+        scenario: The base.
+        origin: Name of what the base was made from.
+
+    Raises:
+        ScenarioError: With one entry per wrong field, in the words of the page.
+    """
+    first, second = plan.axes
+    if first.key == second.key:
+        raise _twice(varied_words(scenario, first.key))
+    is_preset = origin in preset_names() and load_scenario(origin) == scenario
+    vary: dict[str, Any] = {axis.key: _range(axis) for axis in plan.axes}
+    if plan.compares:
+        key, values = COMPARISONS[plan.comparison]
+        if key in vary:
+            raise _twice(varied_words(scenario, key))
+        vary[key] = {"values": list(values)}
+    words = " and ".join(varied_words(scenario, axis.key) for axis in plan.axes)
+    document = {
+        "title": f"{origin[:80]}: {words}",
+        "base": origin if is_preset else "",
+        "vary": vary,
+        "recordings": "none",
+    }
+    try:
+        return study_from_mapping(document, lambda _: scenario)
+    except ScenarioError as error:
+        raise ScenarioError([_in_words(finding, scenario, plan) for finding in error.errors]) from error
+
+
+def _range(axis: AxisPlan) -> dict[str, Any]:
+    scale = "log" if axis.is_log else "linear"
+    return {"min": axis.low, "max": axis.high, "count": axis.count, "scale": scale}
+
+
+def _twice(words: str) -> ScenarioError:
+    message = f"{words} is chosen twice; choose another parameter for one of them"
+    return ScenarioError([FieldError(field="vary", value=None, limit=None, message=message)])
+
+
+def _in_words(finding: FieldError, scenario: Scenario, plan: Plan) -> FieldError:
+    message = finding.message
+    for axis in plan.axes:
+        words = varied_words(scenario, axis.key)
+        for field, end in ((".min", ", from"), (".max", ", to"), ("", "")):
+            message = message.replace(f"vary.{axis.key}{field}", f"{words}{end}")
+    return replace(finding, message=message)
