@@ -27,6 +27,7 @@ PARTS = {
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "recording": "writing and reading a recording, a slider's change",
     "catalogue": "searching a folder of 10 000 recordings",
+    "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
 

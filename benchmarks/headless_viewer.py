@@ -12,7 +12,7 @@ import zstandard
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-__all__ = ["HeadlessViewer"]
+__all__ = ["HeadlessViewer", "camera_fields"]
 
 _WIDTH, _HEIGHT = 1440, 900
 _HEADER_BYTES = 16
@@ -35,7 +35,7 @@ class HeadlessViewer:
         self._unzip = zstandard.ZstdDecompressor()
         self._uuids: dict[str, str] = {}
         self.bytes_received = 0
-        self._send("ViewerCameraMessage", _camera())
+        self._send("ViewerCameraMessage", camera_fields())
 
     def __enter__(self) -> Self:
         return self
@@ -77,7 +77,8 @@ class HeadlessViewer:
         self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
 
 
-def _camera() -> dict[str, object]:
+def camera_fields() -> dict[str, object]:
+    """What a viewer says about its camera when it connects."""
     return {
         "wxyz": (1.0, 0.0, 0.0, 0.0),
         "position": (1.0, -6.0, 1.0),

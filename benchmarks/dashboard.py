@@ -1,0 +1,156 @@
+"""The dashboard under its users: edits in a page, playing, many viewers, coming and going."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.dashboard_page import measure_edits
+from benchmarks.dashboard_viewers import come_and_go, watch
+from benchmarks.processes import memory_of
+from benchmarks.report import Table
+from benchmarks.timing import MILLISECONDS
+
+__all__ = ["run"]
+
+EDITS = 50
+VIEWERS = 20
+CONNECTS = 500
+_WARM_UP = 60
+_SETTLE, _WATCH = 10.0, 15.0
+_AFTER_LAST = 5.0
+
+
+class _Served(NamedTuple):
+    """A dashboard in a process of its own."""
+
+    process: int
+    port: int
+
+    @property
+    def page(self) -> str:
+        """Address of its page."""
+        return f"http://127.0.0.1:{self.port}/"
+
+    @property
+    def socket(self) -> str:
+        """Address of its websocket."""
+        return f"ws://127.0.0.1:{self.port}/"
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The tables ``dashboard-edits``, ``dashboard-viewers`` and ``dashboard-memory``."""
+    return [tabulate_edits(), tabulate_viewers(), tabulate_memory()]
+
+
+def tabulate_edits(edits: int = EDITS) -> Table:
+    """From a key on a slider to the last message of its run.
+
+    Args:
+        edits: How many.
+    """
+    with _serving() as served:
+        come_and_go(served.socket, 1)
+        found = measure_edits(served.page, edits)
+    rows = [
+        (f"{q}th percentile", *(f"{MILLISECONDS * np.percentile(times, q):.0f}" for times in both))
+        for both in [([e.arrived for e in found], [e.handled for e in found])]
+        for q in (50, 95)
+    ]
+    note = (
+        "Chromium, 1440 x 900, drawn by the processor itself: a page that is drawing takes its "
+        "messages from the socket later, which a graphics card does not know."
+    )
+    heads = (f"{edits} edits of the mass", "message in the page [ms]", "taken by the page [ms]")
+    return Table("dashboard-edits", heads, tuple(rows), (note,))
+
+
+def tabulate_viewers(counts: tuple[int, ...] = (1, 5, VIEWERS)) -> Table:
+    """Update rate, age and cost while viewers watch a run play.
+
+    Args:
+        counts: How many viewers, one row each.
+    """
+    heads = (
+        "viewers, each its own session",
+        "updates/s of the slowest",
+        "95th percentile of age [ms]",
+        "processor [% of a core]",
+        "kB/s each",
+    )
+    with _serving() as served:
+        come_and_go(served.socket, 1)
+        rows = tuple(_watch_row(served, count) for count in counts)
+    return Table("dashboard-viewers", heads, rows)
+
+
+def _watch_row(served: _Served, count: int) -> tuple[str, ...]:
+    settle = _SETTLE + 0.5 * count
+    seen, worked = watch(
+        served.socket, count, settle, _WATCH, lambda: _processor_time(served.process)
+    )
+    ages = np.concatenate([one.ages for one in seen])
+    return (
+        str(count),
+        f"{min(len(one.arrivals) for one in seen) / _WATCH:.1f}",
+        f"{MILLISECONDS * np.percentile(ages, 95):.0f}",
+        f"{100.0 * worked / _WATCH:.0f}",
+        f"{sum(one.num_bytes for one in seen) / count / _WATCH / 1e3:.0f}",
+    )
+
+
+def tabulate_memory(connects: int = CONNECTS) -> Table:
+    """Memory after many viewers have come and gone.
+
+    Args:
+        connects: How many.
+    """
+    with _serving() as served:
+        come_and_go(served.socket, _WARM_UP)
+        before = _memory_at_rest(served)
+        come_and_go(served.socket, connects)
+        after = _memory_at_rest(served)
+    rows = (
+        (f"after {_WARM_UP} viewers that came and went", f"{before / 1e6:.0f}", ""),
+        (f"after {connects} more", f"{after / 1e6:.0f}", f"{100 * (after / before - 1):+.1f} %"),
+    )
+    return Table("dashboard-memory", ("memory of the server", "MB", "change"), rows)
+
+
+def _memory_at_rest(served: _Served) -> int:
+    time.sleep(_AFTER_LAST)
+    return memory_of(served.process)
+
+
+def _processor_time(process: int) -> float:
+    """What a process has worked so far, in all its threads [s]."""
+    words = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextmanager
+def _serving() -> Iterator[_Served]:
+    with tempfile.TemporaryDirectory() as folder:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "benchmarks.dashboard_server", folder],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            yield _Served(process.pid, int(process.stdout.readline()))
+        finally:
+            process.stdin.close()
+            process.wait()
+            process.stdout.close()

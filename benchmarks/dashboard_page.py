@@ -1,0 +1,92 @@
+"""Edits in a real Chromium: from the key to the last message that the page is sent for it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from playwright.sync_api import Page, sync_playwright
+
+from tests.ensure_programs import find_chromium
+from tests.web.conftest import FLAGS
+
+__all__ = ["Edit", "measure_edits"]
+
+_QUIET = 450  # [ms]; a run is saved once its knob has rested for half a second.
+_BETWEEN = 700
+_PATIENCE = 60_000
+
+# The page's websocket lives in a worker. Its messages are noted there, by the clock, so that
+# a page that is busy drawing does not count as a message on its way.
+_LISTEN = """
+window.arrivals = []; window.charted = []; window.pressed = 0;
+const Plain = window.Worker;
+window.Worker = class extends Plain {
+  constructor(url, options) {
+    const spy = `
+      const Socket = self.WebSocket;
+      self.WebSocket = class extends Socket {
+        constructor(...a) {
+          super(...a);
+          this.addEventListener('message', () => self.postMessage(
+            {type: 'arrival', at: performance.timeOrigin + performance.now()}));
+        }
+      };
+      import(${JSON.stringify(String(url))});`;
+    super(URL.createObjectURL(new Blob([spy], {type: 'text/javascript'})), {type: 'module'});
+    this.addEventListener('message', event => {
+      if (event.data.type === 'arrival') window.arrivals.push(event.data.at);
+      if (event.data.type === 'message_batch')
+        window.charted.push(performance.timeOrigin + performance.now());
+    });
+  }
+};
+window.addEventListener('keydown', () => {
+  window.pressed = performance.timeOrigin + performance.now();
+  window.arrivals.length = 0; window.charted.length = 0;
+}, true);
+"""
+
+
+class Edit(NamedTuple):
+    """What became of one key on a slider.
+
+    Attributes:
+        arrived: When the page's socket had the last scene and chart message [s].
+        handled: When the page itself had taken it from there, between two drawings [s].
+    """
+
+    arrived: float
+    handled: float
+
+
+def measure_edits(url: str, edits: int) -> list[Edit]:
+    """Presses an arrow key on the first slider of the scenario, at rest, again and again.
+
+    Args:
+        url: Address of the dashboard.
+        edits: How often.
+    """
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(FLAGS))
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.set_default_timeout(_PATIENCE)
+        page.add_init_script(_LISTEN)
+        page.goto(f"{url}?fixedDpr=0.5")
+        page.get_by_text("Saved as").wait_for()
+        page.get_by_role("button", name="Pause").click()
+        page.get_by_role("button", name="Play").wait_for()
+        found = [_edit(page, i) for i in range(edits)]
+        browser.close()
+    return found
+
+
+def _edit(page: Page, index: int) -> Edit:
+    slider = page.get_by_role("slider", name="mass").first
+    slider.focus()
+    page.wait_for_timeout(_BETWEEN)
+    slider.press("ArrowRight" if index % 2 == 0 else "ArrowLeft")
+    page.wait_for_timeout(_QUIET)
+    arrived, handled = page.evaluate(
+        "[Math.max(...arrivals) - pressed, Math.max(...charted) - pressed]"
+    )
+    return Edit(1e-3 * arrived, 1e-3 * handled)

@@ -1,0 +1,61 @@
+"""`python -m benchmarks.dashboard_server FOLDER`: a dashboard that tells how old its frames are.
+
+Prints its port, and ends with its standard input. The stamp is the last message of a frame:
+whoever receives it has the whole frame, and reads off how old it is.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+
+import web.session
+from server.app import server_config
+from server.settings import Settings
+from web.app import create_dashboard_app
+from web.screen import Screen
+from web.view import ViewState
+
+__all__ = ["STAMP", "main"]
+
+STAMP = "drawn at "
+"""What a stamp begins with; the monotonic clock follows [s]."""
+
+
+class StampedScreen(Screen):
+    """A screen that says when each frame was begun."""
+
+    def __init__(self, client: Any, *arguments: Any) -> None:
+        super().__init__(client, *arguments)
+        self._stamp = client.gui.add_html("")
+
+    def update(self, view: ViewState) -> None:
+        """Draws a frame, and then its stamp."""
+        began = time.monotonic()
+        super().update(view)
+        if view.playback is not None and view.playback.playing:
+            self._stamp.content = f"{STAMP}{began:.6f}"
+
+
+def main() -> None:
+    """Serves until the standard input ends."""
+    web.session.Screen = StampedScreen
+    settings = Settings(data_directory=Path(sys.argv[1]))
+    server = uvicorn.Server(server_config(create_dashboard_app(settings), settings))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    print(server.servers[0].sockets[0].getsockname()[1], flush=True)
+    sys.stdin.read()
+    server.should_exit = True
+    thread.join()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,150 @@
+"""Many viewers at once, without a browser: what they are sent, how often, and how old it is."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import msgspec
+import viser
+import zstandard
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+from benchmarks.dashboard_server import STAMP
+from benchmarks.headless_viewer import camera_fields
+
+__all__ = ["Watched", "come_and_go", "watch"]
+
+_HEADER_BYTES = 16
+_PATIENCE = 60.0
+
+
+@dataclass
+class Watched:
+    """What one viewer saw.
+
+    Attributes:
+        arrivals: When frames arrived, by the monotonic clock [s].
+        ages: How old each was then, since the server began to draw it [s].
+        num_bytes: How much was sent.
+    """
+
+    arrivals: list[float] = field(default_factory=list)
+    ages: list[float] = field(default_factory=list)
+    num_bytes: int = 0
+
+    def forget(self) -> None:
+        """Begins anew."""
+        self.arrivals.clear()
+        self.ages.clear()
+        self.num_bytes = 0
+
+    def take(self, content: bytes) -> None:
+        """Takes note of a websocket message."""
+        self.num_bytes += len(content)
+        now = time.monotonic()
+        for message in _messages(content):
+            stamp = message.get("updates", {}).get("content", "")
+            if isinstance(stamp, str) and stamp.startswith(STAMP):
+                self.arrivals.append(now)
+                self.ages.append(now - float(stamp.removeprefix(STAMP)))
+
+
+def watch(
+    url: str, viewers: int, settle: float, duration: float, clock: Callable[[], float]
+) -> tuple[list[Watched], float]:
+    """Lets viewers, each with its own session, see the first run play.
+
+    Args:
+        url: Address of the dashboard's websocket.
+        viewers: How many.
+        settle: How long all are connected before anything counts [s].
+        duration: How long they watch then [s].
+        clock: Read when they begin to watch and when they end.
+
+    Returns:
+        What each of them saw, and how far the clock went.
+    """
+    return asyncio.run(_watch(url, viewers, settle, duration, clock))
+
+
+async def _watch(
+    url: str, viewers: int, settle: float, duration: float, clock: Callable[[], float]
+) -> tuple[list[Watched], float]:
+    async with asyncio.TaskGroup() as group:
+        seen = [Watched() for _ in range(viewers)]
+        tasks = [group.create_task(_view(url, one)) for one in seen]
+        await asyncio.sleep(settle)
+        for one in seen:
+            one.forget()
+        began = clock()
+        await asyncio.sleep(duration)
+        ended = clock()
+        for task in tasks:
+            task.cancel()
+    return seen, ended - began
+
+
+async def _view(url: str, seen: Watched) -> None:
+    async with _connect(url) as socket:
+        await _say_hello(socket)
+        async for content in socket:
+            assert isinstance(content, bytes)
+            seen.take(content)
+
+
+def come_and_go(url: str, times: int, together: int = 4) -> None:
+    """Connects and disconnects, each time after the first frame has been seen.
+
+    Args:
+        url: Address of the dashboard's websocket.
+        times: How often in all.
+        together: How many viewers are there at once.
+    """
+    asyncio.run(_come_and_go(url, times, together))
+
+
+async def _come_and_go(url: str, times: int, together: int) -> None:
+    async def visit(visits: int) -> None:
+        for _ in range(visits):
+            await _visit(url)
+
+    shares: Sequence[int] = [times // together + (i < times % together) for i in range(together)]
+    await asyncio.gather(*(visit(share) for share in shares))
+
+
+async def _visit(url: str) -> None:
+    seen = Watched()
+    async with asyncio.timeout(_PATIENCE), _connect(url) as socket:
+        await _say_hello(socket)
+        async for content in socket:
+            assert isinstance(content, bytes)
+            seen.take(content)
+            if seen.arrivals:
+                return
+
+
+def _connect(url: str) -> connect:
+    protocol = Subprotocol(f"viser-v{viser.__version__}")
+    return connect(
+        url,
+        subprotocols=[protocol],
+        compression=None,
+        max_size=None,
+        ping_interval=None,
+        proxy=None,
+    )
+
+
+async def _say_hello(socket: ClientConnection) -> None:
+    message = {"type": "ViewerCameraMessage", **camera_fields()}
+    await socket.send(msgspec.msgpack.encode(message))
+
+
+def _messages(content: bytes) -> list[dict]:
+    size = int.from_bytes(content[8:_HEADER_BYTES], "little")
+    packed = zstandard.ZstdDecompressor().decompress(content[_HEADER_BYTES : _HEADER_BYTES + size])
+    return msgspec.msgpack.decode(packed)["messages"]
