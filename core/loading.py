@@ -30,6 +30,7 @@ __all__ = [
     "parameter_definitions",
     "preset_names",
     "scenario_from_mapping",
+    "scenario_from_toml",
     "scenario_to_toml",
     "with_values",
 ]
@@ -81,19 +82,38 @@ def load_scenario(source: str | Path) -> Scenario:
             f"no scenario file '{name}'; presets: {', '.join(preset_names())}",
         )
     if path.stat().st_size > _MAX_FILE_BYTES:
-        raise single_error(
-            "scenario",
-            name,
-            "1 MB",
-            f"'{name}' is larger than 1 MB; a scenario is a small TOML file",
-        )
+        raise _too_large(name)
+    return scenario_from_toml(path.read_bytes(), name)
+
+
+def scenario_from_toml(content: bytes, name: str) -> Scenario:
+    """Reads a scenario from the content of a TOML file.
+
+    Args:
+        content: What the file holds.
+        name: What it is called, for messages.
+
+    Raises:
+        ScenarioError: If it is too large, no TOML, or not a valid scenario.
+    """
+    if len(content) > _MAX_FILE_BYTES:
+        raise _too_large(name)
     try:
-        mapping = tomllib.loads(path.read_bytes().decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        mapping = tomllib.loads(content.decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise single_error(
             "scenario", name, "TOML", f"'{name}' is not valid TOML: {error}"
         ) from error
     return scenario_from_mapping(mapping)
+
+
+def _too_large(name: str) -> ScenarioError:
+    return single_error(
+        "scenario",
+        name,
+        "1 MB",
+        f"'{name}' is larger than 1 MB; a scenario is a small TOML file",
+    )
 
 
 def scenario_from_mapping(mapping: Any) -> Scenario:
