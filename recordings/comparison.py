@@ -95,6 +95,16 @@ class Comparison:
         }
         return dict(sorted(times.items(), key=lambda entry: entry[1]))
 
+    @property
+    def largest_differences(self) -> tuple[SignalDifference, ...]:
+        """Of each signal the column that differs most, if by more than the tolerance."""
+        tops: dict[str, SignalDifference] = {}
+        for column in self.signals.values():
+            top = tops.get(column.signal)
+            if column.max > (self.tolerance if top is None else top.max):
+                tops[column.signal] = column
+        return tuple(tops.values())
+
     def to_mapping(self) -> dict[str, Any]:
         """The comparison as plain values for JSON (the ``diff --json`` object)."""
         return {

@@ -11,7 +11,7 @@ from recordings.state_hash import HASH_BYTES
 from recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
 from recordings.study.varied import parameter_of
 
-__all__ = ["ResultColumn", "column_for", "columns_of"]
+__all__ = ["ResultColumn", "column_for", "columns_of", "metric_unit"]
 
 Kind = Literal["number", "integer", "boolean", "word", "value", "hash"]
 
@@ -77,8 +77,16 @@ def column_for(column: ResultColumn) -> GrowingColumn:
 
 def _metric(name: str) -> ResultColumn:
     kind: Kind = "boolean" if name in _BOOLEANS else "integer" if name in _INTEGERS else "number"
-    unit = next((unit for start, unit in _METRIC_UNITS.items() if name.startswith(start)), "")
-    return ResultColumn(name, kind, unit, "metric")
+    return ResultColumn(name, kind, metric_unit(name), "metric")
+
+
+def metric_unit(name: str) -> str:
+    """SI unit of a metric, "1" for pure numbers, "" for what has none.
+
+    Args:
+        name: One of `core.result.metric_names`.
+    """
+    return next((unit for start, unit in _METRIC_UNITS.items() if name.startswith(start)), "")
 
 
 def _varied(study: Study, key: str) -> ResultColumn:

@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import Any
 
 from recordings.comparison import Comparison
-from recordings.differences import ParameterDifference, PhaseDifference, SignalDifference
+from recordings.differences import ParameterDifference, PhaseDifference
 
 __all__ = ["describe_differences"]
 
@@ -98,20 +98,11 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _largest(comparison: Comparison) -> list[str]:
-    """Of each signal the column that differs most."""
-    tops: dict[str, SignalDifference] = {}
-    for column in comparison.signals.values():
-        if column.max > max(comparison.tolerance, _max_of(tops.get(column.signal))):
-            tops[column.signal] = column
     rows = (
         [c.name, f"{c.max:.4g}", f"{c.rms:.4g}", _time(c.time_of_max), c.unit]
-        for c in tops.values()
+        for c in comparison.largest_differences
     )
     return _table("largest difference", ("max", "rms", "at", "unit"), rows)
-
-
-def _max_of(column: SignalDifference | None) -> float:
-    return 0.0 if column is None else column.max
 
 
 def _metrics(comparison: Comparison) -> Iterator[list[str]]:
