@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["FIELD_OF_VIEW", "Framing", "FrontCamera", "Picture", "frame_box", "is_moved_by_hand"]
+__all__ = ["FIELD_OF_VIEW", "Framing", "FrontCamera", "Picture", "frame_box", "stands_at"]
 
 FIELD_OF_VIEW = math.radians(22.0)
 _FREE_SHARE = 0.3
-_SETTLING_TIME = 1.5
 _TOLERANCE = 0.03
 
 
@@ -63,18 +61,9 @@ def frame_box(low: NDArray[np.float64], high: NDArray[np.float64], picture: Pict
     return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW))
 
 
-def is_moved_by_hand(
-    position: tuple[float, float, float], framing: Framing, since_framed: float
-) -> bool:
-    """Whether a reported camera is one that the user has put somewhere else.
-
-    Args:
-        position: The camera that the viewer reports [m].
-        framing: Where it was put last.
-        since_framed: How long ago that was [s]; reports from before are still on their way.
-    """
-    away = math.dist(position, framing.position)
-    return since_framed > _SETTLING_TIME and away > _TOLERANCE * framing.distance
+def stands_at(position: tuple[float, float, float], framing: Framing) -> bool:
+    """Whether a reported camera [m] stands where a framing put it."""
+    return math.dist(position, framing.position) <= _TOLERANCE * framing.distance
 
 
 class FrontCamera:
@@ -88,33 +77,40 @@ class FrontCamera:
         self._camera = camera
         self._picture = Picture(camera.image_width, camera.image_height)
         self._framing: Framing | None = None
-        self._framed_at = -math.inf
+        self._arrived = False
         self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._free = True
 
-    def show(self, low: NDArray[np.float64], high: NDArray[np.float64], covered: int) -> None:
+    def show(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
         """Frames a box, the first time and whenever its size changes.
 
         Args:
             low: Its lower left corner [m].
             high: Its upper right corner [m].
-            covered: Height of the strip at the bottom that a panel covers [px].
         """
-        self._picture = replace(self._picture, covered=covered)
         if self._box is None or not np.allclose((low, high), self._box):
             self._box = (low, high)
             self.frame()
 
-    def report(self, position: tuple[float, float, float], width: int, height: int) -> None:
-        """Takes note of the viewer's camera, and frames again if only its picture changed."""
+    def measure(self, picture: Picture) -> None:
+        """Frames again when the picture has changed, unless the user has moved the camera."""
+        if picture != self._picture:
+            self._picture = picture
+            if self._free:
+                self.frame()
+
+    def report(self, position: tuple[float, float, float]) -> None:
+        """Takes note of where the viewer's camera stands [m].
+
+        Reports from before the camera was framed may still be on their way: only one that
+        has been where it was put, and then is not, was moved by hand.
+        """
         if self._framing is None:
             return
-        resized = (width, height) != (self._picture.width, self._picture.height)
-        self._picture = replace(self._picture, width=width, height=height)
-        if is_moved_by_hand(position, self._framing, time.monotonic() - self._framed_at):
+        in_place = stands_at(position, self._framing)
+        if self._arrived and not in_place:
             self._free = False
-        elif resized and self._free:
-            self.frame()
+        self._arrived = self._arrived or in_place
 
     def frame(self) -> None:
         """Puts the camera in front of the hand."""
@@ -122,7 +118,7 @@ class FrontCamera:
             return
         self._free = True
         self._framing = frame_box(*self._box, self._picture)
-        self._framed_at = time.monotonic()
+        self._arrived = False
         self._camera.fov = FIELD_OF_VIEW
         self._camera.up_direction = (0.0, 0.0, 1.0)
         self._camera.position = self._framing.position

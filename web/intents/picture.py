@@ -1,12 +1,14 @@
-"""Intents about the picture: where it is seen from."""
+"""Intents about the picture: where it is seen from, and how it looks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from web.intents.intent import Intent, LatestIntent
+from web.look import Look
+from web.room import Room
 
-__all__ = ["CameraMoved", "FrameHand"]
+__all__ = ["CameraMoved", "FrameHand", "PageMeasured", "SetLook", "ToggleDark"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,8 +18,26 @@ class FrameHand(Intent):
 
 @dataclass(frozen=True, slots=True)
 class CameraMoved(LatestIntent):
-    """The viewer reports its camera: position [m] and size of its picture [px]."""
+    """The viewer reports where its camera stands [m]."""
 
     position: tuple[float, float, float]
-    width: int
-    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class PageMeasured(LatestIntent):
+    """The page tells how much room it has, and whether its user likes pages to be dark."""
+
+    room: Room
+    prefers_dark: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetLook(LatestIntent):
+    """The user chose what is drawn; its numbers are not validated yet."""
+
+    look: Look
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleDark(Intent):
+    """The user wants the page dark if it is bright, and bright if it is dark."""

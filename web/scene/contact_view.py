@@ -1,14 +1,6 @@
-"""What happens at the contacts: fingertips, slip trails, forces and friction cones.
-
-The same marks are drawn twice: small, on the hand, and magnified in the lenses. A
-`ContactPlacement` says where a contact of the object frame stands in either picture.
-"""
+"""What happens at the contacts: fingertips, slip trails, forces and friction cones."""
 
 from __future__ import annotations
-
-import math
-from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import viser
@@ -16,199 +8,167 @@ from numpy.typing import NDArray
 
 from core.geometry import ContactFrame
 from core.types import ContactPhase
-from web.colours import BELIEVED_CONE, CONE, PHASES, Rgb, glow
+from web.colours import BELIEVED_CONE, CONE, CONE_INSIDE, PHASES, Rgb, glow
 from web.sampling import Sample
-from web.scene.shapes import circle, lift, polyline, position
+from web.scene.marks import (
+    ContactMarks,
+    FullScale,
+    MarkSizes,
+    cone_edges,
+    cone_outline,
+    contact_marks,
+    dashed,
+)
+from web.scene.shapes import circle, extrude, lift, polyline, position
 
-__all__ = [
-    "ContactMarks",
-    "ContactPlacement",
-    "ContactView",
-    "FullScale",
-    "MarkSizes",
-    "contact_marks",
-]
-
-Points = NDArray[np.float64]
+__all__ = ["ContactView"]
 
 _HALO = 1.75
-_DASHES = 8
-
-
-class ContactPlacement(NamedTuple):
-    """Where the object frame of a contact is drawn.
-
-    Attributes:
-        origin: Where the contact's anchor stands in the model's plane [m].
-        angle: Angle of the object frame [rad].
-        scale: Magnification of lengths.
-    """
-
-    origin: Points
-    angle: float
-    scale: float
-
-
-class MarkSizes(NamedTuple):
-    """Sizes of the marks in one picture [m]; ``depth`` is how near the eye they are drawn."""
-
-    tip_radius: float
-    trail_width: float
-    cone_length: float
-    force_length: float
-    speed_length: float
-    shaft_radius: float
-    line_width: float
-    depth: float
-
-
-class FullScale(NamedTuple):
-    """What an arrow of full length stands for: a force [N], a slip velocity [m/s]."""
-
-    force: float
-    speed: float
-
-
-class ContactMarks(NamedTuple):
-    """The marks of one contact in the model's plane [m].
-
-    Attributes:
-        tip: Where the fingertip touches.
-        ball: Centre of the drawn fingertip, just outside the face.
-        trail: From the spot first touched to the farthest one backward, and forward,
-            shape ``(2, 2, 2)``.
-        force_end: Head of the arrow of the force on the object.
-        motion: The arrow of the slip velocity beside the fingertip, shape ``(2, 2)``.
-        cone_ends: Ends of the two edges of the friction cone.
-        believed_cone_ends: The same for the friction that the controller believes in; on the
-            tip where the friction is known.
-    """
-
-    tip: Points
-    ball: Points
-    trail: Points
-    force_end: Points
-    motion: Points
-    cone_ends: Points
-    believed_cone_ends: Points
-
-
-def contact_marks(
-    sample: Sample,
-    index: int,
-    frame: ContactFrame,
-    placement: ContactPlacement,
-    sizes: MarkSizes,
-    *,
-    full: FullScale,
-    believed_friction: float | None,
-) -> ContactMarks:
-    """Where the marks of one contact stand.
-
-    Args:
-        sample: The instant shown.
-        index: The contact.
-        frame: Its anchor, tangent and normal in the object frame.
-        placement: Where the object frame is drawn.
-        sizes: Sizes of the marks.
-        full: What an arrow of full length stands for.
-        believed_friction: Estimate of its friction coefficient, None if it is known.
-    """
-    cosine, sine = math.cos(placement.angle), math.sin(placement.angle)
-    rotation = np.array([[cosine, -sine], [sine, cosine]])
-    tangent, normal = rotation @ frame.tangent, rotation @ frame.normal
-    tip = placement.origin + placement.scale * sample.slip[index] * tangent
-    visited = placement.scale * sample.slip_reach[index][:, None] * tangent
-    ball = tip - sizes.tip_radius * normal
-    beside = ball - 2.6 * sizes.tip_radius * normal
-    speed = sizes.speed_length / full.speed * sample.slip_velocity[index] * tangent
-    force = -sample.tangential_force[index] * tangent + sample.normal_force[index] * normal
-    believed = np.zeros((2, 2))
-    if believed_friction is not None:
-        believed = _cone(believed_friction, tangent, normal)
-    return ContactMarks(
-        tip=tip,
-        ball=ball,
-        trail=placement.origin + np.stack([np.zeros((2, 2)), visited], axis=1),
-        force_end=tip + sizes.force_length / full.force * force,
-        motion=np.stack([beside - 0.5 * speed, beside + 0.5 * speed]),
-        cone_ends=tip + sizes.cone_length * _cone(sample.friction[index], tangent, normal),
-        believed_cone_ends=tip + 0.85 * sizes.cone_length * believed,
-    )
-
-
-def _cone(friction: float, tangent: Points, normal: Points) -> Points:
-    """Unit vectors along both edges of a friction cone, shape ``(2, 2)``."""
-    edges = np.array([normal + friction * tangent, normal - friction * tangent])
-    return edges / math.hypot(1.0, friction)
+_FINEST_FRICTION = 5e-3
 
 
 class ContactView:
-    """Draws the marks of all contacts in one picture with a fixed set of nodes."""
+    """Draws the marks of one contact with a fixed set of nodes below one that stands for it.
 
-    def __init__(self, scene: viser.SceneApi, name: str, count: int, sizes: MarkSizes) -> None:
-        self._sizes = sizes
-        self._balls = [
-            scene.add_icosphere(f"{name}/tip/{i}", radius=sizes.tip_radius) for i in range(count)
-        ]
-        self._forces = _add_arrows(scene, f"{name}/forces", count, sizes)
-        self._motions = [_add_arrows(scene, f"{name}/motion/{i}", 1, sizes) for i in range(count)]
-        width = sizes.line_width
-        self._cones = _lines(scene, f"{name}/cones", 2 * count, width, CONE)
-        self._believed = _lines(
-            scene, f"{name}/believed_cones", 2 * _DASHES * count, 0.8 * width, BELIEVED_CONE
-        )
-        self._trails = _lines(scene, f"{name}/trails", 2 * count, sizes.trail_width, CONE)
-        both_ways = [PHASES[ContactPhase.SLIP_BACKWARD], PHASES[ContactPhase.SLIP_FORWARD]]
-        self._trails.colors = _per_segment(both_ways * count, 1)
-        ring = polyline(circle(_HALO * sizes.tip_radius), 0.0, closed=True)
-        self._halos = [
-            scene.add_line_segments(
-                f"{name}/halo/{i}", ring, CONE, thickness=0.4 * sizes.tip_radius
-            )
-            for i in range(count)
-        ]
-        self._phases: tuple[ContactPhase, ...] = ()
+    Args:
+        scene: Where the nodes go.
+        name: Name of the node at the spot touched first, whose axes are the object's.
+        anchor: Where that node stands in its parent [m].
+        frame: Tangent and normal of the contact in the object frame.
+        magnification: How much larger than life slip is drawn.
+        sizes: Sizes of the marks.
+    """
 
-    def update(self, marks: Sequence[ContactMarks], phases: Sequence[ContactPhase]) -> None:
-        """Moves and colours the marks.
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        anchor: NDArray[np.float64],
+        frame: ContactFrame,
+        magnification: float,
+        sizes: MarkSizes,
+    ) -> None:
+        self.magnification = magnification
+        self._frame, self._sizes = frame, sizes
+        scene.add_frame(name, show_axes=False, position=position(anchor))
+        self._trail = _add_trail(scene, f"{name}/trail", sizes)
+        self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
+        self._add_fingertip(scene, f"{name}/tip")
+        self._force = _add_arrow(scene, f"{name}/tip/force", sizes)
+        self._motion = _add_arrow(scene, f"{name}/tip/motion", sizes)
+        self._cone = _ConeView(scene, f"{name}/tip/cone", frame, sizes)
+        self._phase: ContactPhase | None = None
+        self._slip: tuple[float, ...] = ()
+
+    def update(self, sample: Sample, index: int, full: FullScale, believed: float | None) -> None:
+        """Shows the contact at an instant.
 
         Args:
-            marks: Where they stand, one per contact.
-            phases: Phase of each contact.
+            sample: The instant.
+            index: Which contact.
+            full: What an arrow of full length stands for.
+            believed: The friction coefficient that the controller believes in, None if it
+                knows the true one.
         """
-        depth = self._sizes.depth
-        if tuple(phases) != self._phases:
-            self._phases = tuple(phases)
-            self._colour()
-        for i, mark in enumerate(marks):
-            self._balls[i].position = self._halos[i].position = position(mark.ball, depth)
-            self._motions[i].points = lift(mark.motion[None], depth + 0.02)
-        self._forces.points = lift(np.array([[m.tip, m.force_end] for m in marks]), depth + 0.02)
-        cones = np.array([[m.tip, end] for m in marks for end in m.cone_ends])
-        self._cones.points = lift(cones, depth + 0.006)
-        self._believed.points = _dashed(marks, depth + 0.004)
-        self._trails.points = lift(np.concatenate([m.trail for m in marks]), depth + 0.002)
+        marks = contact_marks(sample, index, self._frame, self.magnification, self._sizes, full)
+        phase, depth = sample.phases[index], self._sizes.depth
+        if phase is not self._phase:
+            self._phase = phase
+            self._colour(phase)
+        self._move(marks)
+        self._force.points = lift(np.array([[np.zeros(2), marks.force]]), depth + 0.02)
+        if phase is not ContactPhase.STICK:
+            self._motion.points = lift(marks.motion[None], depth + 0.02)
+        self._cone.update(float(sample.friction[index]), believed)
 
-    def _colour(self) -> None:
-        """Gives every mark the colour of its phase; halo and motion show that it slips."""
-        colours = [PHASES[phase] for phase in self._phases]
-        self._forces.colors = np.array([glow(colour) for colour in colours], dtype=np.uint8)
-        for i, (phase, colour) in enumerate(zip(self._phases, colours, strict=True)):
-            self._balls[i].color = colour
-            self._motions[i].colors = np.array([glow(colour)], dtype=np.uint8)
-            self._halos[i].colors = np.array(colour, dtype=np.uint8)
-            slips = phase is not ContactPhase.STICK
-            self._motions[i].visible = self._halos[i].visible = slips
+    def show_cone(self, visible: bool) -> None:
+        """Whether the friction cone is drawn."""
+        self._cone.show(visible)
+
+    def _move(self, marks: ContactMarks) -> None:
+        """Puts the fingertip where it is, if it is not there yet."""
+        slip = (*marks.tip.tolist(), *marks.trail[:, 1].ravel().tolist())
+        if slip != self._slip:
+            self._slip = slip
+            self._tip.position = position(marks.tip)
+            self._trail.points = lift(marks.trail, self._sizes.depth + 0.002)
+
+    def _add_fingertip(self, scene: viser.SceneApi, name: str) -> None:
+        """A ball that touches the face from outside, and a halo while it slips."""
+        sizes = self._sizes
+        centre = position(-sizes.tip_radius * np.asarray(self._frame.normal), sizes.depth)
+        self._ball = scene.add_icosphere(f"{name}/ball", radius=sizes.tip_radius, position=centre)
+        self._halo = scene.add_line_segments(
+            f"{name}/halo",
+            polyline(circle(_HALO * sizes.tip_radius), 0.0, closed=True),
+            CONE,
+            thickness=0.4 * sizes.tip_radius,
+            position=centre,
+        )
+
+    def _colour(self, phase: ContactPhase) -> None:
+        """Gives every mark the colour of the phase; halo and motion show that it slips."""
+        colour = PHASES[phase]
+        self._ball.color = colour
+        self._halo.colors = np.array(colour, dtype=np.uint8)
+        self._force.colors = self._motion.colors = np.array([glow(colour)], dtype=np.uint8)
+        self._halo.visible = self._motion.visible = phase is not ContactPhase.STICK
 
 
-def _add_arrows(
-    scene: viser.SceneApi, name: str, count: int, sizes: MarkSizes
-) -> viser.ArrowsHandle:
+class _ConeView:
+    """The friction cone at a fingertip: the true one, and the one the controller believes in."""
+
+    def __init__(
+        self, scene: viser.SceneApi, name: str, frame: ContactFrame, sizes: MarkSizes
+    ) -> None:
+        self._frame, self._sizes = frame, sizes
+        self._root = scene.add_frame(name, show_axes=False)
+        inside = extrude(cone_outline(1.0, frame, sizes.cone_length), 0.0, sizes.depth - 0.006)
+        self._inside = scene.add_mesh_simple(
+            f"{name}/inside", *inside, color=CONE_INSIDE, flat_shading=True
+        )
+        self._edges = _lines(scene, f"{name}/edges", sizes.line_width, CONE)
+        self._believed = _lines(scene, f"{name}/believed", 0.8 * sizes.line_width, BELIEVED_CONE)
+        self._drawn: tuple[int, int | None] | None = None
+
+    def show(self, visible: bool) -> None:
+        """Whether it is drawn."""
+        self._root.visible = visible
+
+    def update(self, friction: float, believed: float | None) -> None:
+        """Opens the cones as wide as friction coefficients say; as fine as an eye can see."""
+        now = (
+            round(friction / _FINEST_FRICTION),
+            None if believed is None else round(believed / _FINEST_FRICTION),
+        )
+        if now == self._drawn:
+            return
+        before, self._drawn = self._drawn, now
+        length, depth = self._sizes.cone_length, self._sizes.depth
+        if before is None or before[0] != now[0]:
+            outline = cone_outline(friction, self._frame, length)
+            self._inside.vertices = extrude(outline, 0.0, depth - 0.006).vertices
+            edges = np.stack([np.zeros((2, 2)), cone_edges(friction, self._frame, length)], axis=1)
+            self._edges.points = lift(edges, depth + 0.006)
+        if before is None or (before[1] is None) != (believed is None):
+            self._believed.visible = believed is not None
+        if believed is not None:
+            ends = cone_edges(believed, self._frame, 0.85 * length)
+            self._believed.points = lift(dashed(ends), depth + 0.004)
+
+
+def _add_trail(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.LineSegmentsHandle:
+    """Both ways from the spot touched first, each in the colour of its direction."""
+    ways = (ContactPhase.SLIP_BACKWARD, ContactPhase.SLIP_FORWARD)
+    colours = np.array([[glow(PHASES[way])] * 2 for way in ways], dtype=np.uint8)
+    return scene.add_line_segments(name, np.zeros((2, 2, 3)), colours, thickness=sizes.trail_width)
+
+
+def _add_arrow(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.ArrowsHandle:
     return scene.add_arrows(
         name,
-        np.zeros((count, 2, 3)),
-        np.zeros((count, 3), dtype=np.uint8),
+        np.zeros((1, 2, 3)),
+        np.zeros((1, 3), dtype=np.uint8),
         shaft_radius=sizes.shaft_radius,
         head_radius=2.6 * sizes.shaft_radius,
         head_length=5.0 * sizes.shaft_radius,
@@ -216,24 +176,6 @@ def _add_arrows(
 
 
 def _lines(
-    scene: viser.SceneApi, name: str, count: int, thickness: float, colour: Rgb
+    scene: viser.SceneApi, name: str, thickness: float, colour: Rgb
 ) -> viser.LineSegmentsHandle:
-    colours = _per_segment([colour], count)
-    return scene.add_line_segments(name, np.zeros((count, 2, 3)), colours, thickness=thickness)
-
-
-def _dashed(marks: Sequence[ContactMarks], depth: float) -> NDArray[np.float32]:
-    """Dashes along each edge of the believed cones."""
-    steps = np.linspace(0.0, 1.0, 2 * _DASHES).reshape(_DASHES, 2)
-    lines = [
-        mark.tip + steps[..., None] * (end - mark.tip)
-        for mark in marks
-        for end in mark.believed_cone_ends
-    ]
-    return lift(np.concatenate(lines), depth)
-
-
-def _per_segment(colours: Sequence[Rgb], segments: int) -> NDArray[np.uint8]:
-    """Each colour for both ends of as many segments, shape ``(colours * segments, 2, 3)``."""
-    own = np.array([glow(colour) for colour in colours], dtype=np.uint8)
-    return np.repeat(np.repeat(own, segments, axis=0)[:, None, :], 2, axis=1)
+    return scene.add_line_segments(name, np.zeros((1, 2, 3)), colour, thickness=thickness)

@@ -17,7 +17,7 @@ __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nic
 _MARGIN_LOW = np.array([0.3, 0.28])
 _MARGIN_HIGH = np.array([0.3, 0.1])
 _LARGEST_LENS = 0.6
-_LENS_SHARE = 0.7
+_LENS_SHARE = 0.64
 _LARGEST_MAGNIFICATION = 200.0
 
 
@@ -31,6 +31,7 @@ class SceneLayout:
         magnification: How much larger than life the lenses show the contacts.
         low: Lower left corner of everything drawn.
         high: Upper right corner of everything drawn.
+        hand_high: Upper right corner of the hand, without the lenses above it.
     """
 
     lens_centres: NDArray[np.float64]
@@ -38,6 +39,11 @@ class SceneLayout:
     magnification: float
     low: NDArray[np.float64]
     high: NDArray[np.float64]
+    hand_high: NDArray[np.float64]
+
+    def corners(self, *, lenses: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower left and upper right corner of the picture, with the lenses or without [m]."""
+        return self.low, self.high if lenses else self.hand_high
 
 
 def lay_out(result: RunResult) -> SceneLayout:
@@ -64,6 +70,7 @@ def lay_out(result: RunResult) -> SceneLayout:
         magnification=lens_magnification(slip, radius),
         low=low,
         high=np.array([high[0], height + radius + 0.24]),
+        hand_high=high,
     )
 
 

@@ -7,7 +7,6 @@ the face stands still and the fingertip slides along it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import viser
@@ -15,178 +14,224 @@ from numpy.typing import NDArray
 
 from core.geometry import ContactFrame
 from core.types import ContactPhase
-from web.colours import LENS, LINK, MUTED, OBJECT, OBJECT_EDGE, PHASES
+from web.colours import PHASES
 from web.sampling import Sample
-from web.scene.contact_view import ContactMarks, ContactPlacement, ContactView, MarkSizes
+from web.scene.contact_view import ContactView
+from web.scene.glass import Pane, add_pane, glass, lettering
 from web.scene.layout import SceneLayout, nice_at_least
-from web.scene.shapes import circle, extrude, half_disc, lift, polyline, position
+from web.scene.marks import FullScale, sizes_in_lens
+from web.scene.shapes import circle, lift, polyline, position
+from web.scene.surfaces import Surfaces
 
-__all__ = ["LensView"]
+__all__ = ["LensView", "spot_ring"]
 
 Points = NDArray[np.float64]
 
 _RIM_SEGMENTS = 72
 _SPOT_SEGMENTS = 36
-_PHASE_WORDS = {
-    ContactPhase.STICK: "sticks",
-    ContactPhase.SLIP_FORWARD: "SLIPS",
-    ContactPhase.SLIP_BACKWARD: "SLIPS",
-}
+_GLASS_DEPTH = -0.01
+_FINEST_MOVE = 5e-4
+_TITLE_HEIGHT = 0.135
 
 
 class LensView:
-    """Draws one lens per contact with a fixed set of nodes.
+    """Draws the lens of one contact with a fixed set of nodes.
 
     Args:
         scene: Where the nodes go.
-        frames: Anchor, tangent and normal of each contact.
-        names: What the fingers are called.
+        name: Name of the node that they are below.
+        frame: Tangent and normal of the contact.
+        finger: What its finger is called.
         layout: Where the lenses go.
+        index: Which contact.
+        surfaces: Colours.
     """
 
     def __init__(
         self,
         scene: viser.SceneApi,
         name: str,
-        frames: Sequence[ContactFrame],
-        names: Sequence[str],
+        frame: ContactFrame,
+        finger: str,
         layout: SceneLayout,
+        index: int,
+        surfaces: Surfaces,
     ) -> None:
-        self._frames, self._names = frames, names
-        self._centres, self._radius = layout.lens_centres, layout.lens_radius
-        self._magnification = layout.magnification
-        self.sizes = _sizes(self._radius)
-        self._marks = ContactView(scene, f"{name}/marks", len(frames), self.sizes)
-        for i, frame in enumerate(frames):
-            self._add_glass(scene, f"{name}/{i}", self._centres[i], frame)
-        none = np.zeros((1, 2, 3))
-        self._rims = [
-            scene.add_line_segments(
-                f"{name}/{i}/rim",
-                polyline(centre + circle(self._radius, _RIM_SEGMENTS), 0.05, closed=True),
-                MUTED,
-                thickness=0.034 * self._radius,
-            )
-            for i, centre in enumerate(self._centres)
-        ]
-        self._leaders = scene.add_line_segments(f"{name}/leaders", none, MUTED, thickness=0.005)
-        self._ticks = scene.add_line_segments(f"{name}/ticks", none, OBJECT_EDGE, thickness=0.006)
-        self._stubs = scene.add_line_segments(
-            f"{name}/stubs", none, LINK, thickness=1.5 * self.sizes.tip_radius
+        self._frame, self._index = frame, index
+        self._centre, self._radius = layout.lens_centres[index], layout.lens_radius
+        self._sizes = sizes_in_lens(self._radius)
+        self._marks = ContactView(
+            scene, f"{name}/contact", self._centre, frame, layout.magnification, self._sizes
         )
-        normals = np.array([frame.normal for frame in frames])
-        aside = -np.abs([frame.tangent for frame in frames])
-        above = np.tile((0.0, 1.14), (len(frames), 1))
-        self._titles = self._add_labels(scene, f"{name}/titles", 1.1, above)
-        self._slips = self._add_labels(scene, f"{name}/slips", 1.35, -0.44 * normals + 0.42 * aside)
-        self._loads = self._add_labels(scene, f"{name}/loads", 1.0, 0.4 * normals + 0.66 * aside)
-
-    def placement(self, index: int) -> ContactPlacement:
-        """Where a contact stands in its lens."""
-        return ContactPlacement(self._centres[index], 0.0, self._magnification)
+        self._add_glass(scene, name, surfaces)
+        self._rim = self._add_rim(scene, name, surfaces)
+        none = np.zeros((1, 2, 3))
+        self._leader = scene.add_line_segments(
+            f"{name}/leader", none, surfaces.leader, thickness=0.006
+        )
+        self._ticks = scene.add_line_segments(
+            f"{name}/ticks", none, surfaces.object_edge, thickness=0.006
+        )
+        self._stub = scene.add_line_segments(
+            f"{name}/stub", none, surfaces.link, thickness=1.5 * self._sizes.tip_radius
+        )
+        self._titles = self._add_titles(scene, name, finger, surfaces)
+        self._add_labels(scene, name)
+        self._phase: ContactPhase | None = None
+        self._spot = np.full(2, np.inf)
 
     def magnify(self, magnification: float) -> None:
-        """Sets how much larger than life the lenses show the contacts."""
-        self._magnification = magnification
-        self._ticks.points = np.concatenate([self._scale(i) for i in range(len(self._frames))])
+        """Sets how much larger than life the lens shows its contact."""
+        self._marks.magnification = magnification
+        self._spot = np.full(2, np.inf)
+        step = nice_at_least(0.15 * self._radius / magnification)
+        count = int(0.9 * self._radius / magnification / step)
+        numbers = np.arange(-count, count + 1)[:, None]
+        length = np.where(numbers == 0, 0.14, 0.06) * self._radius
+        points = self._centre + numbers * step * magnification * self._frame.tangent
+        self._ticks.points = lift(
+            np.stack([points, points + length * self._frame.normal], axis=1), 0.045
+        )
+        self._scale.text = f"×{magnification:g}, ticks {1e3 * step:g} mm"
+
+    def show_cone(self, visible: bool) -> None:
+        """Whether the friction cone is drawn."""
+        self._marks.show_cone(visible)
 
     def update(
-        self, sample: Sample, marks: Sequence[ContactMarks], spots: Sequence[Points]
+        self,
+        sample: Sample,
+        full: FullScale,
+        believed: float | None,
+        spot: Points,
+        pale_slip: float | None,
     ) -> None:
         """Shows an instant.
 
         Args:
             sample: The instant.
-            marks: The marks of each contact, placed in its lens.
-            spots: Where the anchor of each contact stands on the hand [m].
+            full: What an arrow of full length stands for.
+            believed: The friction coefficient that the controller believes in, None if it
+                knows the true one.
+            spot: Where the anchor of the contact stands on the hand [m].
+            pale_slip: Slip in the run that is drawn pale [m], None without one.
         """
-        self._marks.update(marks, sample.phases)
-        for rim, phase in zip(self._rims, sample.phases, strict=True):
-            rim.colors = np.array(PHASES[phase], dtype=np.uint8)
-        self._update_leaders(spots)
-        self._stubs.points = np.stack([self._stub(i, sample, m) for i, m in enumerate(marks)])
-        for i in range(len(marks)):
-            self._update_words(i, sample)
+        self._marks.update(sample, self._index, full, believed)
+        phase = sample.phases[self._index]
+        if phase is not self._phase:
+            self._phase = phase
+            self._rim.colors = np.array(PHASES[phase], dtype=np.uint8)
+            slips = phase is not ContactPhase.STICK
+            for title, visible in zip(self._titles, (not slips, slips), strict=True):
+                title.visible = visible
+        if not np.allclose(spot, self._spot, rtol=0.0, atol=_FINEST_MOVE):
+            self._spot = spot
+            self._leader.points = self._leader_to(spot)
+        self._stub.points = self._stub_of(sample)
+        self._update_words(sample, pale_slip)
 
-    def _add_glass(
-        self, scene: viser.SceneApi, name: str, centre: Points, frame: ContactFrame
-    ) -> None:
-        """The background of a lens: a disc, and the half of it that is the object."""
-        disc = extrude(centre + circle(self._radius, _RIM_SEGMENTS), -0.01, 0.0)
-        inside = extrude(centre + half_disc(self._radius, frame.normal), 0.0, 0.03)
-        scene.add_mesh_simple(f"{name}/disc", *disc, color=LENS, flat_shading=True)
-        scene.add_mesh_simple(f"{name}/object", *inside, color=OBJECT, flat_shading=True)
-        tangent = np.array(frame.tangent)
-        face = centre + self._radius * np.array([[tangent, -tangent]])
-        scene.add_line_segments(f"{name}/face", lift(face, 0.04), OBJECT_EDGE, thickness=0.01)
+    def _add_glass(self, scene: viser.SceneApi, name: str, surfaces: Surfaces) -> None:
+        """The background: a disc, and the half of it that is the object."""
+        disc = Pane(glass(self._frame.normal, surfaces.glass, surfaces.object), 2.0 * self._radius)
+        add_pane(scene, f"{name}/glass", disc, self._centre, _GLASS_DEPTH)
+        tangent = np.asarray(self._frame.tangent)
+        face = self._centre + 0.985 * self._radius * np.array([[tangent, -tangent]])
+        scene.add_line_segments(
+            f"{name}/face", lift(face, 0.04), surfaces.object_edge, thickness=0.01
+        )
 
-    def _add_labels(
-        self, scene: viser.SceneApi, name: str, size: float, offsets: Points
-    ) -> list[viser.LabelHandle]:
-        """One label per lens, off its centre by shares of its radius."""
-        return [
-            scene.add_label(
-                f"{name}/{i}",
-                "",
-                position=position(place, 0.15),
-                font_screen_scale=size,
-                anchor="center-center",
+    def _add_rim(
+        self, scene: viser.SceneApi, name: str, surfaces: Surfaces
+    ) -> viser.LineSegmentsHandle:
+        """The ring in the colour of the phase, and a fine one that parts it from the glass."""
+        for part, radius, thickness, colour in (
+            ("bezel", 1.025, 0.07, surfaces.joint),
+            ("rim", 1.0, 0.045, PHASES[ContactPhase.STICK]),
+        ):
+            ring = self._centre + circle(radius * self._radius, _RIM_SEGMENTS)
+            depth = 0.05 if part == "rim" else 0.03
+            added = scene.add_line_segments(
+                f"{name}/{part}",
+                polyline(ring, depth, closed=True),
+                colour,
+                thickness=thickness * self._radius,
             )
-            for i, place in enumerate(self._centres + self._radius * offsets)
+        return added
+
+    def _add_titles(
+        self, scene: viser.SceneApi, name: str, finger: str, surfaces: Surfaces
+    ) -> list[viser.ImageHandle]:
+        """What the fingertip does, once for each of sticking and slipping."""
+        place = self._centre + np.array([0.0, self._radius + 0.12])
+        return [
+            add_pane(
+                scene,
+                f"{name}/title/{word}",
+                Pane(
+                    lettering(f"{finger.capitalize()} fingertip {word}", surfaces.ink),
+                    _TITLE_HEIGHT,
+                ),
+                place,
+                0.0,
+            )
+            for word in ("sticks", "SLIPS")
         ]
 
-    def _update_leaders(self, spots: Sequence[Points]) -> None:
-        """Rings around the spots that are magnified, joined to their lenses."""
-        leaders = []
-        spot_radius = self._radius / self._magnification
-        for centre, spot in zip(self._centres, spots, strict=True):
-            ring = spot + circle(spot_radius, _SPOT_SEGMENTS)
-            leaders.append(polyline(ring, 0.09, closed=True))
-            towards = (centre - spot) / math.hypot(*(centre - spot))
-            ends = np.array([spot + spot_radius * towards, centre - self._radius * towards])
-            leaders.append(polyline(ends, -0.1))
-        self._leaders.points = np.concatenate(leaders)
+    def _add_labels(self, scene: viser.SceneApi, name: str) -> None:
+        """Numbers, on the half that is not the object, off the middle by shares of the radius."""
+        normal = np.asarray(self._frame.normal)
+        aside = -np.abs(self._frame.tangent)
+        self._words, self._scale = (
+            scene.add_label(
+                f"{name}/{word}",
+                "",
+                position=position(self._centre + self._radius * place, 0.15),
+                font_size_mode="scene",
+                font_scene_height=size * self._radius,
+                anchor="center-center",
+            )
+            for word, size, place in (
+                ("words", 0.12, -0.46 * normal + 0.4 * aside),
+                ("scale", 0.085, -0.28 * normal + 0.8 * aside),
+            )
+        )
 
-    def _scale(self, index: int) -> NDArray[np.float32]:
-        """Ticks along the face, one per round number of millimetres."""
-        frame = self._frames[index]
-        step = nice_at_least(0.15 * self._radius / self._magnification)
-        count = int(0.9 * self._radius / self._magnification / step)
-        numbers = np.arange(-count, count + 1)[:, None]
-        length = np.where(numbers == 0, 0.14, 0.06) * self._radius
-        points = self._centres[index] + numbers * step * self._magnification * frame.tangent
-        return lift(np.stack([points, points + length * frame.normal], axis=1), 0.045)
+    def _leader_to(self, spot: Points) -> NDArray[np.float32]:
+        """The line from the ring around the magnified spot to the lens."""
+        towards = (self._centre - spot) / math.hypot(*(self._centre - spot))
+        start = spot + self._radius / self._marks.magnification * towards
+        return lift(np.array([[start, self._centre - self._radius * towards]]), -0.1)
 
-    def _stub(self, index: int, sample: Sample, mark: ContactMarks) -> NDArray[np.float32]:
+    def _stub_of(self, sample: Sample) -> NDArray[np.float32]:
         """The end of the last link, seen through the lens."""
-        angle = float(sample.joint_positions[index].sum())
+        angle = float(sample.joint_positions[self._index].sum())
         back = -np.array([math.cos(angle), math.sin(angle)])
-        start = mark.ball - self._centres[index]
-        length = _distance_to_rim(start, back, 0.92 * self._radius)
-        return lift(np.stack([mark.ball, mark.ball + length * back]), self.sizes.depth - 0.02)
+        slip = self._marks.magnification * float(sample.slip[self._index])
+        ball = slip * np.asarray(self._frame.tangent) - self._sizes.tip_radius * np.asarray(
+            self._frame.normal
+        )
+        length = _distance_to_rim(ball, back, 0.92 * self._radius)
+        line = self._centre + np.array([[ball, ball + length * back]])
+        return lift(line, self._sizes.depth - 0.02)
 
-    def _update_words(self, index: int, sample: Sample) -> None:
-        name, word = self._names[index].capitalize(), _PHASE_WORDS[sample.phases[index]]
-        self._titles[index].text = f"{name} fingertip {word} (×{self._magnification:g})"
-        self._slips[index].text = f"slip {1e3 * abs(float(sample.slip[index])):.1f} mm"
-        force = math.hypot(sample.normal_force[index], sample.tangential_force[index])
-        self._loads[index].text = f"force {force:.1f} N"
+    def _update_words(self, sample: Sample, pale_slip: float | None) -> None:
+        lines = [f"slip {_millimetres(sample.slip[self._index])}"]
+        if pale_slip is not None:
+            lines.append(f"pale {_millimetres(pale_slip)}")
+        force = math.hypot(sample.normal_force[self._index], sample.tangential_force[self._index])
+        self._words.text = "\n".join((*lines, f"force {force:.1f} N"))
 
 
-def _sizes(radius: float) -> MarkSizes:
-    return MarkSizes(
-        tip_radius=0.085 * radius,
-        trail_width=0.13 * radius,
-        cone_length=0.8 * radius,
-        force_length=0.65 * radius,
-        speed_length=0.5 * radius,
-        shaft_radius=0.02 * radius,
-        line_width=0.014 * radius,
-        depth=0.07,
-    )
+def spot_ring(radius: float) -> NDArray[np.float32]:
+    """The ring around the spot that a lens shows, in the axes of the object."""
+    return polyline(circle(radius, _SPOT_SEGMENTS), 0.09, closed=True)
 
 
 def _distance_to_rim(start: Points, direction: Points, radius: float) -> float:
     """How far a ray from inside a circle about the origin goes until it meets the circle."""
     along = float(start @ direction)
     return -along + math.sqrt(max(along**2 - float(start @ start) + radius**2, 0.0))
+
+
+def _millimetres(slip: float) -> str:
+    return f"{1e3 * abs(float(slip)):.1f} mm"

@@ -2,54 +2,112 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
+from core.geometry import ContactFrame
 from core.scenario import ObjectParameters
-from web.colours import GHOST, OBJECT, OBJECT_EDGE
+from web.colours import GHOST
 from web.sampling import Sample
 from web.scene.shapes import circle, extrude, lift, polyline, position, rectangle, turn
+from web.scene.surfaces import Surfaces
 
-__all__ = ["ObjectView"]
+__all__ = ["HALF_DEPTH", "ObjectView", "PoseFrame"]
 
-_HALF_DEPTH = 0.05
+HALF_DEPTH = 0.05
+"""Half the thickness of the object towards the eye [m]."""
 _DASHES_PER_SIDE = 9
+_FACE_WIDTH = 0.012
+
+
+class PoseFrame:
+    """A node that stands where a pose says."""
+
+    def __init__(self, scene: viser.SceneApi, name: str) -> None:
+        self.name = name
+        self._frame = scene.add_frame(name, show_axes=False)
+        self._pose: tuple[float, ...] | None = None
+
+    def update(self, pose: NDArray[np.float64]) -> None:
+        """Moves to a pose x, y, theta [m, m, rad]."""
+        now = tuple(pose.tolist())
+        if now != self._pose:
+            self._pose = now
+            self._frame.position = position(pose)
+            self._frame.wxyz = turn(now[2])
 
 
 class ObjectView:
-    """Draws the object as a block and its desired pose as a dashed outline."""
+    """Draws the object as a block and its desired pose as a dashed outline.
 
-    def __init__(self, scene: viser.SceneApi, name: str, body: ObjectParameters) -> None:
+    Args:
+        scene: Where the nodes go.
+        name: Name of the node that they are below.
+        body: The object.
+        frames: Anchor, tangent and normal of each contact; their faces are drawn stronger.
+        surfaces: Colours.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        body: ObjectParameters,
+        frames: Sequence[ContactFrame],
+        surfaces: Surfaces,
+    ) -> None:
         outline = rectangle(body.half_width, body.face_half_length)
-        self._body = scene.add_frame(f"{name}/body", show_axes=False)
+        self.body = PoseFrame(scene, f"{name}/body")
         scene.add_mesh_simple(
             f"{name}/body/block",
-            *extrude(outline, -_HALF_DEPTH, _HALF_DEPTH),
-            color=OBJECT,
+            *extrude(outline, -HALF_DEPTH, HALF_DEPTH),
+            color=surfaces.object,
             flat_shading=True,
         )
-        edges = polyline(outline, _HALF_DEPTH + 0.002, closed=True)
-        scene.add_line_segments(f"{name}/body/edges", edges, OBJECT_EDGE, thickness=0.006)
-        scene.add_mesh_simple(
-            f"{name}/body/centre",
-            *extrude(circle(0.012, 24), _HALF_DEPTH, _HALF_DEPTH + 0.004),
-            color=OBJECT_EDGE,
-        )
-        self._desired = scene.add_frame(f"{name}/desired", show_axes=False)
+        edge = surfaces.object_edge
+        edges = polyline(outline, HALF_DEPTH + 0.002, closed=True)
+        scene.add_line_segments(f"{name}/body/edges", edges, edge, thickness=0.005)
+        scene.add_line_segments(f"{name}/body/faces", _faces(frames), edge, thickness=_FACE_WIDTH)
+        _add_centre(scene, f"{name}/body/centre", 0.2 * float(outline.max()), surfaces)
+        self._desired = PoseFrame(scene, f"{name}/desired")
         scene.add_line_segments(f"{name}/desired/outline", _dashes(outline), GHOST, thickness=0.008)
 
     def update(self, sample: Sample) -> None:
         """Moves the object and the outline to their poses."""
-        for frame, (x, y, angle) in (
-            (self._body, sample.object_pose),
-            (self._desired, sample.desired_pose),
-        ):
-            frame.position = position(np.array([x, y]))
-            frame.wxyz = turn(float(angle))
+        self.body.update(sample.object_pose)
+        self._desired.update(sample.desired_pose)
 
 
-def _dashes(corners: np.ndarray) -> np.ndarray:
+def _faces(frames: Sequence[ContactFrame]) -> NDArray[np.float32]:
+    """The faces that fingertips touch, as far as they go, just inside the object."""
+    ends = [
+        np.asarray(frame.anchor)
+        + np.array([[frame.slip_minimum], [frame.slip_maximum]]) * frame.tangent
+        + 0.5 * _FACE_WIDTH * np.asarray(frame.normal)
+        for frame in frames
+    ]
+    return lift(np.stack(ends), HALF_DEPTH + 0.001)
+
+
+def _add_centre(scene: viser.SceneApi, name: str, radius: float, surfaces: Surfaces) -> None:
+    """The sign of a centre of mass: a disc with two opposite dark quarters."""
+    front = HALF_DEPTH + 0.004
+    disc = extrude(circle(radius, 32), HALF_DEPTH, front)
+    scene.add_mesh_simple(f"{name}/disc", *disc, color=surfaces.glass, flat_shading=True)
+    for i, start in enumerate((0.0, np.pi)):
+        angles = np.linspace(start, start + 0.5 * np.pi, 12)
+        rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        quarter = extrude(np.concatenate([np.zeros((1, 2)), rim]), front, front + 0.001)
+        scene.add_mesh_simple(
+            f"{name}/quarter{i}", *quarter, color=surfaces.joint, flat_shading=True
+        )
+
+
+def _dashes(corners: NDArray[np.float64]) -> NDArray[np.float32]:
     steps = np.linspace(0.0, 1.0, 2 * _DASHES_PER_SIDE).reshape(-1, 2)
     sides = np.roll(corners, -1, axis=0) - corners
     lines = [c + steps[..., None] * side for c, side in zip(corners, sides, strict=True)]
-    return lift(np.concatenate(lines), _HALF_DEPTH + 0.006)
+    return lift(np.concatenate(lines), HALF_DEPTH + 0.006)

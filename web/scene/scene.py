@@ -3,58 +3,34 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import contact_frame
+from core.geometry import ContactFrame, contact_frame
 from core.result import RunResult
 from core.scenario import Scenario
+from web.look import Look
 from web.sampling import Sample
-from web.scene.contact_view import (
-    ContactMarks,
-    ContactPlacement,
-    ContactView,
-    FullScale,
-    MarkSizes,
-    contact_marks,
-)
+from web.scene.contact_view import ContactView
+from web.scene.ghost_view import GhostView
 from web.scene.hand_view import HandView
 from web.scene.layout import SceneLayout, lay_out, nice_at_least
-from web.scene.lens_view import LensView
+from web.scene.lens_view import LensView, spot_ring
+from web.scene.marks import FullScale, sizes_on_hand
 from web.scene.object_view import ObjectView
+from web.scene.surfaces import surfaces_for
 
 __all__ = ["Scene", "Stage"]
 
 Stage = viser.ClientHandle | viser.ViserServer
 
 _ROOT = "/hand"
+_GHOST_ROOT = "/ghost"
 _LEAST_FULL_FORCE = 1.0
 _LEAST_FULL_SPEED = 1e-3
-
-_SIZES_ON_HAND = MarkSizes(
-    tip_radius=0.022,
-    trail_width=0.018,
-    cone_length=0.09,
-    force_length=0.09,
-    speed_length=0.08,
-    shaft_radius=0.005,
-    line_width=0.005,
-    depth=0.06,
-)
-
-
-class _Views(NamedTuple):
-    """The nodes of one hand, as long as its shape does not change."""
-
-    shape: object
-    root: viser.FrameHandle
-    hand: HandView
-    body: ObjectView
-    contacts: ContactView
-    lenses: LensView
 
 
 class Scene:
@@ -66,79 +42,151 @@ class Scene:
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
+        self._look = Look()
         self._views: _Views | None = None
-        self._result: RunResult | None = None
-        self._full = FullScale(_LEAST_FULL_FORCE, _LEAST_FULL_SPEED)
+        self._view_shape: object = None
+        self._ghost: GhostView | None = None
+        self._ghost_shape: object = None
+        self._run: _RunFacts | None = None
         _light(stage.scene)
 
-    def show(self, result: RunResult) -> SceneLayout:
+    def show(
+        self, result: RunResult, ghost: RunResult | None = None, look: Look | None = None
+    ) -> SceneLayout:
         """Takes a run; `update` then shows its instants.
+
+        Args:
+            result: The run.
+            ghost: Another run that is drawn pale behind it.
+            look: How it is drawn; as before if None.
 
         Returns:
             Where everything is, for the camera.
         """
+        self._look = look or self._look
         layout = lay_out(result)
-        self._result = result
+        self._run = _run_facts(result, layout, self._look.force_scale)
         with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
-            views.lenses.magnify(layout.magnification)
-        self._full = _full_scale(result)
+            views.show_parts(self._look)
+            views.magnify(layout)
+            self._show_ghost(ghost, views, layout)
         return layout
 
-    def update(self, sample: Sample) -> None:
-        """Shows an instant of the run."""
-        if self._views is None or self._result is None:
+    def update(self, sample: Sample, ghost: Sample | None = None) -> None:
+        """Shows an instant of the run, and one of the run that is drawn pale."""
+        if self._views is None or self._run is None:
             return
-        scenario = self._result.scenario
-        frames = [contact_frame(scenario.object, finger) for finger in scenario.fingers]
-        x, y, angle = sample.object_pose
-        rotation = np.array(
-            [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
-        )
-        spots = [np.array([x, y]) + rotation @ frame.anchor for frame in frames]
-        places = [ContactPlacement(spot, float(angle), 1.0) for spot in spots]
-        lenses = self._views.lenses
-        own = self._marks(sample, places, _SIZES_ON_HAND)
-        magnified = self._marks(
-            sample, [lenses.placement(i) for i in range(len(frames))], lenses.sizes
-        )
         with self._stage.atomic():
-            self._views.hand.update(sample)
-            self._views.body.update(sample)
-            self._views.contacts.update(own, sample.phases)
-            lenses.update(sample, magnified, spots)
+            if self._ghost is not None and ghost is not None:
+                self._ghost.update(ghost, self._run.magnification)
+            self._views.update(sample, self._run)
+            if self._look.lenses:
+                self._update_lenses(self._views, sample, self._run, ghost)
 
     def remove(self) -> None:
         """Removes every node."""
+        if self._ghost is not None:
+            self._ghost.remove()
         if self._views is not None:
             self._views.root.remove()
-            self._views = None
+        self._views = self._ghost = self._view_shape = self._ghost_shape = None
+
+    def _update_lenses(
+        self, views: _Views, sample: Sample, run: _RunFacts, ghost: Sample | None
+    ) -> None:
+        spots = _spots(sample, views.frames)
+        for i, lens in enumerate(views.lenses):
+            pale = None
+            if self._ghost is not None and ghost is not None:
+                pale = self._ghost.pale_slip(ghost, i)
+            lens.update(sample, run.full, run.believed(sample, i), spots[i], pale)
 
     def _views_of(self, scenario: Scenario, layout: SceneLayout) -> _Views:
-        """The nodes for a hand, made anew only if its shape has changed."""
-        shape = _shape(scenario)
-        if self._views is None or self._views.shape != shape:
+        """The nodes for a hand, made anew only if its shape or its colours have changed."""
+        shape = (_shape(scenario), self._look.dark)
+        if self._views is None or self._view_shape != shape:
             self.remove()
-            self._views = _make_views(self._stage.scene, shape, scenario, layout)
+            self._views = _make_views(self._stage.scene, scenario, layout, dark=self._look.dark)
+            self._view_shape = shape
         return self._views
 
-    def _marks(
-        self, sample: Sample, places: list[ContactPlacement], sizes: MarkSizes
-    ) -> list[ContactMarks]:
-        assert self._result is not None
-        scenario, unknowns = self._result.scenario, self._result.trace.shape.unknowns
-        return [
-            contact_marks(
-                sample,
-                i,
-                contact_frame(scenario.object, finger),
-                places[i],
-                sizes,
-                full=self._full,
-                believed_friction=_believed_friction(unknowns, sample.estimates, i),
+    def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:
+        """The nodes of the pale run; they stay, hidden, until one of another shape comes."""
+        if ghost is None:
+            if self._ghost is not None:
+                self._ghost.show(visible=False, lenses=False)
+            return
+        shape = _shape(ghost.scenario)
+        if self._ghost is None or self._ghost_shape != shape:
+            if self._ghost is not None:
+                self._ghost.remove()
+            self._ghost = GhostView(
+                self._stage.scene,
+                _GHOST_ROOT,
+                ghost.scenario,
+                views.frames,
+                layout,
+                surfaces_for(dark=self._look.dark),
             )
-            for i, finger in enumerate(scenario.fingers)
-        ]
+            self._ghost_shape = shape
+        self._ghost.show(visible=True, lenses=self._look.lenses)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _RunFacts:
+    """What the marks of a run need besides its instants.
+
+    Attributes:
+        full: What an arrow of full length stands for.
+        beliefs: Where the estimate of each friction coefficient stands, None if it is known.
+        magnification: How much larger than life the lenses show slip.
+    """
+
+    full: FullScale
+    beliefs: tuple[int | None, ...]
+    magnification: float
+
+    def believed(self, sample: Sample, contact: int) -> float | None:
+        """What the controller believes a friction coefficient to be, None if it knows it."""
+        place = self.beliefs[contact]
+        return None if place is None else max(float(sample.estimates[place]), 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Views:
+    """The nodes of one hand, as long as its shape does not change."""
+
+    root: viser.FrameHandle
+    frames: tuple[ContactFrame, ...]
+    hand: HandView
+    body: ObjectView
+    contacts: tuple[ContactView, ...]
+    rings: tuple[viser.LineSegmentsHandle, ...]
+    lens_root: viser.FrameHandle
+    lenses: tuple[LensView, ...]
+
+    def show_parts(self, look: Look) -> None:
+        """Shows or hides what the user may do without."""
+        self.lens_root.visible = look.lenses
+        for ring in self.rings:
+            ring.visible = look.lenses
+        for view in (*self.contacts, *self.lenses):
+            view.show_cone(look.cones)
+
+    def magnify(self, layout: SceneLayout) -> None:
+        """Sets how much larger than life the lenses show the contacts."""
+        ring = spot_ring(layout.lens_radius / layout.magnification)
+        for lens, spot in zip(self.lenses, self.rings, strict=True):
+            lens.magnify(layout.magnification)
+            spot.points = ring
+
+    def update(self, sample: Sample, run: _RunFacts) -> None:
+        """Moves hand, object and the marks on them."""
+        self.hand.update(sample.joint_positions)
+        self.body.update(sample)
+        for i, contact in enumerate(self.contacts):
+            contact.update(sample, i, run.full, run.believed(sample, i))
 
 
 def _shape(scenario: Scenario) -> object:
@@ -151,16 +199,46 @@ def _shape(scenario: Scenario) -> object:
 
 
 def _make_views(
-    scene: viser.SceneApi, shape: object, scenario: Scenario, layout: SceneLayout
+    scene: viser.SceneApi, scenario: Scenario, layout: SceneLayout, *, dark: bool
 ) -> _Views:
-    frames = [contact_frame(scenario.object, finger) for finger in scenario.fingers]
-    return _Views(
-        shape=shape,
-        root=scene.add_frame(_ROOT, show_axes=False),
-        hand=HandView(scene, f"{_ROOT}/fingers", scenario),
-        body=ObjectView(scene, f"{_ROOT}/object", scenario.object),
-        contacts=ContactView(scene, f"{_ROOT}/contacts", len(frames), _SIZES_ON_HAND),
-        lenses=LensView(scene, f"{_ROOT}/lenses", frames, scenario.finger_names, layout),
+    surfaces, body = surfaces_for(dark=dark), scenario.object
+    frames = tuple(contact_frame(body, finger) for finger in scenario.fingers)
+    root = scene.add_frame(_ROOT, show_axes=False)
+    held = ObjectView(scene, f"{_ROOT}/object", body, frames, surfaces)
+    sizes = sizes_on_hand(min(body.half_width, body.face_half_length))
+    spots = [f"{held.body.name}/contact{i}" for i in range(len(frames))]
+    contacts = tuple(
+        ContactView(scene, spot, np.asarray(frame.anchor), frame, 1.0, sizes)
+        for spot, frame in zip(spots, frames, strict=True)
+    )
+    rings = tuple(
+        scene.add_line_segments(f"{spot}/ring", spot_ring(1.0), surfaces.leader, thickness=0.006)
+        for spot in spots
+    )
+    lens_root = scene.add_frame(f"{_ROOT}/lenses", show_axes=False)
+    lenses = tuple(
+        LensView(scene, f"{_ROOT}/lenses/{i}", frame, name, layout, i, surfaces)
+        for i, (frame, name) in enumerate(zip(frames, scenario.finger_names, strict=True))
+    )
+    hand = HandView(scene, f"{_ROOT}/fingers", scenario.fingers, surfaces)
+    return _Views(root, frames, hand, held, contacts, rings, lens_root, lenses)
+
+
+def _spots(sample: Sample, frames: tuple[ContactFrame, ...]) -> NDArray[np.float64]:
+    """Where the anchors of the contacts stand, shape ``(contacts, 2)`` [m]."""
+    x, y, angle = sample.object_pose.tolist()
+    rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    return np.array([x, y]) + np.array([frame.anchor for frame in frames]) @ rotation.T
+
+
+def _run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> _RunFacts:
+    unknowns = result.trace.shape.unknowns
+    keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
+    full = _full_scale(result)
+    return _RunFacts(
+        full=full._replace(force=full.force / force_scale),
+        beliefs=tuple(unknowns.index(key) if key in unknowns else None for key in keys),
+        magnification=layout.magnification,
     )
 
 
@@ -172,14 +250,6 @@ def _full_scale(result: RunResult) -> FullScale:
     return FullScale(
         nice_at_least(max(usual, _LEAST_FULL_FORCE)), nice_at_least(max(speed, _LEAST_FULL_SPEED))
     )
-
-
-def _believed_friction(
-    unknowns: tuple[str, ...], estimates: NDArray[np.float64], index: int
-) -> float | None:
-    """What the controller believes the friction of a contact to be, None if it knows it."""
-    key = f"fingers.{index}.friction"
-    return max(float(estimates[unknowns.index(key)]), 0.0) if key in unknowns else None
 
 
 def _light(scene: viser.SceneApi) -> None:

@@ -1,0 +1,80 @@
+"""A camera that frames the hand until the user takes it over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from web.camera import FrontCamera, Picture, frame_box
+
+LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
+WIDE, NARROW = Picture(1000, 800, 200), Picture(600, 800, 200)
+FAR_AWAY = (9.0, -3.0, 4.0)
+
+
+@dataclass
+class StandIn:
+    """What a viewer's camera is told."""
+
+    image_width: int = 1000
+    image_height: int = 800
+    fov: float = 0.0
+    up_direction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def viewer() -> StandIn:
+    return StandIn()
+
+
+@pytest.fixture
+def camera(viewer: StandIn) -> FrontCamera:
+    camera = FrontCamera(viewer)  # pyright: ignore[reportArgumentType]
+    camera.measure(WIDE)
+    camera.show(LOW, HIGH)
+    return camera
+
+
+def place(picture: Picture) -> tuple[float, float, float]:
+    return frame_box(LOW, HIGH, picture).position
+
+
+def test_the_hand_is_framed_again_when_the_page_is_resized(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    assert viewer.position == place(WIDE)
+    camera.measure(NARROW)
+    assert viewer.position == place(NARROW)
+
+
+def test_a_camera_that_was_moved_by_hand_is_left_alone_until_it_is_asked_to_look_at_the_front(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    camera.report(place(WIDE))
+    camera.report(FAR_AWAY)
+    camera.measure(NARROW)
+    assert viewer.position == place(WIDE)
+    camera.frame()
+    assert viewer.position == place(NARROW)
+
+
+def test_reports_from_before_the_camera_was_put_there_do_not_count_as_moved(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    camera.report(FAR_AWAY)
+    camera.measure(NARROW)
+    assert viewer.position == place(NARROW)
+
+
+def test_another_run_of_the_same_size_does_not_move_the_camera(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    viewer.position = FAR_AWAY
+    camera.show(LOW, HIGH)
+    assert viewer.position == FAR_AWAY
+    camera.show(LOW, HIGH + 1.0)
+    assert viewer.position != FAR_AWAY

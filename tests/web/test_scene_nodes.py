@@ -1,0 +1,183 @@
+"""What the scene puts on a real viewer's stage, and what it sends for a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import viser
+
+from core.loading import load_scenario, scenario_from_mapping, with_values
+from core.result import RunResult
+from core.simulator import simulate
+from server.viewer_server import ViewerServer
+from web.colours import PHASES
+from web.look import Look
+from web.sampling import Sampler
+from web.scene.scene import Scene
+from web.scene.surfaces import surfaces_for
+
+MOST_UPDATES = 36
+THIRD_FINGER = {"base": (1.466, -1.3), "face": "bottom", "contact_offset": 0.02, "friction": 0.3}
+
+
+def node(server: ViewerServer, name: str) -> Any:
+    found = server.scene.get_handle_by_name(name)
+    assert found is not None, name
+    return found
+
+
+@pytest.fixture
+def scene(viewer_server: ViewerServer) -> Scene:
+    return Scene(viewer_server)
+
+
+@pytest.fixture(scope="module")
+def heavier(case_2: RunResult) -> RunResult:
+    return simulate(with_values(case_2.scenario, {"object.mass": 1.4}))
+
+
+@contextmanager
+def counting(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
+    """Collects the messages that a block puts on the way."""
+    sent: list[Any] = []
+    original = viser.SceneApi._queue_scene_message
+
+    def count(api: viser.SceneApi, message: Any) -> None:
+        sent.append(message)
+        original(api, message)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(viser.SceneApi, "_queue_scene_message", count)
+        yield sent
+
+
+def force_length(server: ViewerServer) -> float:
+    points = node(server, "/hand/lenses/0/contact/tip/force").points
+    return float(np.linalg.norm(points[0, 1] - points[0, 0]))
+
+
+def test_the_marks_have_the_colour_of_their_phase(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult
+) -> None:
+    scene.show(case_2)
+    for time in (0.05, 6.0):
+        sample = Sampler(case_2.trace).at(time)
+        scene.update(sample)
+        for i, phase in enumerate(sample.phases):
+            for place in (f"/hand/object/body/contact{i}", f"/hand/lenses/{i}/contact"):
+                assert tuple(node(viewer_server, f"{place}/tip/ball").color) == PHASES[phase]
+
+
+def test_the_force_scale_lengthens_the_arrows_and_nothing_else(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult
+) -> None:
+    sample, lengths, slips = Sampler(case_2.trace).at(0.05), [], []
+    for scale in (1.0, 2.0):
+        scene.show(case_2, look=Look(force_scale=scale))
+        scene.update(sample)
+        lengths.append(force_length(viewer_server))
+        slips.append(node(viewer_server, "/hand/lenses/0/contact/tip").position.tolist())
+    assert lengths[1] == pytest.approx(2.0 * lengths[0])
+    assert slips[0] == slips[1]
+
+
+def test_what_is_switched_off_is_hidden(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult
+) -> None:
+    scene.show(case_2, look=Look(cones=False, lenses=False))
+    hidden = ("/hand/lenses", "/hand/object/body/contact0/tip/cone")
+    assert [node(viewer_server, name).visible for name in hidden] == [False, False]
+    scene.show(case_2, look=Look())
+    assert [node(viewer_server, name).visible for name in hidden] == [True, True]
+
+
+def test_a_dark_scene_keeps_the_colours_of_the_phases(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult
+) -> None:
+    scene.show(case_2, look=Look(dark=True))
+    scene.update(Sampler(case_2.trace).at(0.05))
+    ball, bar = "/hand/lenses/0/contact/tip/ball", "/hand/fingers/0/link0/bar"
+    assert tuple(node(viewer_server, ball).color) in PHASES.values()
+    assert tuple(node(viewer_server, bar).color) == surfaces_for(dark=True).link
+
+
+def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
+) -> None:
+    shown, other = Sampler(case_2.trace).at(2.0), Sampler(heavier.trace).at(2.0)
+    scene.show(case_2, heavier)
+    scene.update(shown, other)
+    body = node(viewer_server, "/ghost/body")
+    assert (body.position[0], body.position[2]) == pytest.approx(other.object_pose[:2])
+    assert "pale" in node(viewer_server, "/hand/lenses/0/words").text
+    scene.show(case_2)
+    scene.update(shown)
+    assert not node(viewer_server, "/ghost").visible
+    assert "pale" not in node(viewer_server, "/hand/lenses/0/words").text
+
+
+def test_a_pale_hand_of_another_shape_has_nodes_of_its_own(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
+) -> None:
+    scene.show(case_2, heavier)
+    before = node(viewer_server, "/ghost/body/plate").vertices.copy()
+    wider = with_values(case_2.scenario, {"object.half_width": 0.06})
+    other = replace(heavier, scenario=wider)
+    scene.show(case_2, other)
+    scene.update(Sampler(case_2.trace).at(1.0), Sampler(other.trace).at(1.0))
+    after = node(viewer_server, "/ghost/body/plate").vertices
+    assert after[:, 0].max() == pytest.approx(0.06)
+    assert before[:, 0].max() != pytest.approx(0.06)
+
+
+def test_a_frame_sends_little_and_the_same_frame_nothing(
+    scene: Scene, case_2: RunResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sampler = Sampler(case_2.trace)
+    scene.show(case_2)
+    scene.update(sampler.at(0.05))
+    with counting(monkeypatch) as sent:
+        scene.update(sampler.at(0.052))
+    assert 10 < len(sent) <= MOST_UPDATES
+    with counting(monkeypatch) as again:
+        scene.update(sampler.at(0.052))
+    assert again == []
+
+
+def test_nodes_are_moved_and_not_made_anew_for_another_mass(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
+) -> None:
+    scene.show(case_2)
+    tip = node(viewer_server, "/hand/lenses/0/contact/tip")
+    scene.show(heavier)
+    assert node(viewer_server, "/hand/lenses/0/contact/tip") is tip
+    scene.remove()
+    assert server_names(viewer_server) == []
+
+
+def server_names(server: ViewerServer) -> list[str]:
+    """Nodes of the hands that are still there."""
+    names = ("/hand", "/ghost", "/hand/lenses/0/contact/tip")
+    return [name for name in names if server.scene.get_handle_by_name(name) is not None]
+
+
+def test_a_hand_with_a_finger_below_gets_a_lens_of_its_own_for_each(
+    scene: Scene, viewer_server: ViewerServer
+) -> None:
+    mapping = load_scenario("paper-case-1").to_mapping()
+    mapping["fingers"] = [*mapping["fingers"], THIRD_FINGER]
+    mapping["controller"] |= {"grasp_force": "none", "control_period": 0.001}
+    mapping["simulation"]["duration"] = 0.1
+    result = simulate(scenario_from_mapping(mapping))
+    layout = scene.show(result, result)
+    sample = Sampler(result.trace).at(0.05)
+    scene.update(sample, sample)
+    assert len(layout.lens_centres) == 3
+    assert "slip" in node(viewer_server, "/hand/lenses/2/words").text
+    stub = node(viewer_server, "/hand/lenses/2/stub").points
+    assert stub[0, 1, 2] < stub[0, 0, 2]

@@ -1,0 +1,158 @@
+"""Where the marks of a contact stand: fingertip, slip trail, force, slip velocity, cones.
+
+All of it is plain geometry in the axes of the object, so that a node that moves with the object
+carries them along. The same marks are drawn twice: small, on the hand, and magnified in a lens.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.geometry import ContactFrame
+from web.sampling import Sample
+from web.scene.shapes import arc
+
+__all__ = [
+    "ContactMarks",
+    "FullScale",
+    "MarkSizes",
+    "cone_edges",
+    "cone_outline",
+    "contact_marks",
+    "dashed",
+    "sizes_in_lens",
+    "sizes_on_hand",
+]
+
+Points = NDArray[np.float64]
+
+_DASHES = 8
+_USUAL_HALF_WIDTH = 0.05
+
+
+class MarkSizes(NamedTuple):
+    """Sizes of the marks in one picture [m]; ``depth`` is how near the eye they are drawn."""
+
+    tip_radius: float
+    trail_width: float
+    cone_length: float
+    force_length: float
+    speed_length: float
+    shaft_radius: float
+    line_width: float
+    depth: float
+
+
+class FullScale(NamedTuple):
+    """What an arrow of full length stands for: a force [N], a slip velocity [m/s]."""
+
+    force: float
+    speed: float
+
+
+class ContactMarks(NamedTuple):
+    """The marks of one contact, in the axes of the object [m].
+
+    Attributes:
+        tip: Where the fingertip touches, seen from the spot touched first.
+        trail: From that spot to the farthest one backward, and forward, shape ``(2, 2, 2)``;
+            it lies inside the face.
+        force: The arrow of the force on the object, seen from the fingertip.
+        motion: The arrow of the slip velocity beside the fingertip, seen from there,
+            shape ``(2, 2)``.
+    """
+
+    tip: Points
+    trail: Points
+    force: Points
+    motion: Points
+
+
+def sizes_on_hand(half_width: float) -> MarkSizes:
+    """Sizes of the marks on the hand itself.
+
+    Args:
+        half_width: Half of the object's shorter side [m]; cones must not meet inside it.
+    """
+    share = min(max(half_width / _USUAL_HALF_WIDTH, 0.4), 1.4)
+    return MarkSizes(
+        tip_radius=0.02 * share,
+        trail_width=0.014 * share,
+        cone_length=0.9 * half_width,
+        force_length=0.09 * share,
+        speed_length=0.1 * share,
+        shaft_radius=0.005 * share,
+        line_width=0.004 * share,
+        depth=0.06,
+    )
+
+
+def sizes_in_lens(radius: float) -> MarkSizes:
+    """Sizes of the marks in a lens of a radius [m]."""
+    return MarkSizes(
+        tip_radius=0.085 * radius,
+        trail_width=0.1 * radius,
+        cone_length=0.58 * radius,
+        force_length=0.65 * radius,
+        speed_length=0.5 * radius,
+        shaft_radius=0.02 * radius,
+        line_width=0.012 * radius,
+        depth=0.07,
+    )
+
+
+def contact_marks(
+    sample: Sample,
+    index: int,
+    frame: ContactFrame,
+    magnification: float,
+    sizes: MarkSizes,
+    full: FullScale,
+) -> ContactMarks:
+    """Where the marks of one contact stand.
+
+    Args:
+        sample: The instant shown.
+        index: The contact.
+        frame: Its anchor, tangent and normal in the object frame.
+        magnification: How much larger than life slip is drawn.
+        sizes: Sizes of the marks.
+        full: What an arrow of full length stands for.
+    """
+    tangent, normal = np.asarray(frame.tangent), np.asarray(frame.normal)
+    beside = -3.6 * sizes.tip_radius * normal
+    half_speed = 0.5 * sizes.speed_length / full.speed * sample.slip_velocity[index] * tangent
+    visited = np.zeros((2, 2, 2))
+    visited[:, 1] = magnification * sample.slip_reach[index][:, None] * tangent
+    force = sample.normal_force[index] * normal - sample.tangential_force[index] * tangent
+    return ContactMarks(
+        tip=magnification * sample.slip[index] * tangent,
+        trail=visited + 0.5 * sizes.trail_width * normal,
+        force=sizes.force_length / full.force * force,
+        motion=np.array([beside - half_speed, beside + half_speed]),
+    )
+
+
+def cone_edges(friction: float, frame: ContactFrame, length: float) -> Points:
+    """Ends of both edges of a friction cone, seen from the fingertip, shape ``(2, 2)`` [m]."""
+    tangent, normal = np.asarray(frame.tangent), np.asarray(frame.normal)
+    edges = np.array([normal + friction * tangent, normal - friction * tangent])
+    return length / math.hypot(1.0, friction) * edges
+
+
+def cone_outline(friction: float, frame: ContactFrame, length: float) -> Points:
+    """A friction cone as a slice of a disc about the fingertip, shape ``(k, 2)`` [m]."""
+    middle = math.atan2(frame.normal[1], frame.normal[0])
+    half = math.atan(friction)
+    rim = arc(length, middle - half, middle + half, 16)
+    return np.concatenate([np.zeros((1, 2)), rim])
+
+
+def dashed(ends: Points) -> Points:
+    """Dashes from the fingertip to each of some ends, shape ``(dashes, 2, 2)`` [m]."""
+    steps = np.linspace(0.0, 1.0, 2 * _DASHES).reshape(1, _DASHES, 2, 1)
+    return (steps * ends[:, None, None, :]).reshape(-1, 2, 2)

@@ -1,0 +1,81 @@
+"""Colours of what does not slip: links, mounts, the object, on a bright and on a dark page."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from web.colours import GROUND, JOINT, LENS, LINK, MOUNT, MUTED, OBJECT, OBJECT_EDGE, Rgb
+
+__all__ = ["Surfaces", "surfaces_for"]
+
+
+class Surfaces(NamedTuple):
+    """One colour per kind of surface; those of the contacts are the same on any page.
+
+    Attributes:
+        link: Bars of the fingers.
+        link_edge: Their outlines.
+        link_inset: Panels set into them.
+        joint: Joints.
+        mount: Blocks that the fingers are bolted to.
+        ground: The floor below.
+        object: The object.
+        object_edge: Its outline.
+        glass: The background of a lens.
+        leader: Lines from the contacts to their lenses.
+        pale: The hand and object of another run, for comparison.
+        pale_edge: Their outlines.
+        ink: Words.
+    """
+
+    link: Rgb
+    link_edge: Rgb
+    link_inset: Rgb
+    joint: Rgb
+    mount: Rgb
+    ground: Rgb
+    object: Rgb
+    object_edge: Rgb
+    glass: Rgb
+    leader: Rgb
+    pale: Rgb
+    pale_edge: Rgb
+    ink: Rgb
+
+
+_BRIGHT = Surfaces(
+    link=LINK,
+    link_edge=(96, 106, 122),
+    link_inset=(176, 185, 197),
+    joint=JOINT,
+    mount=MOUNT,
+    ground=GROUND,
+    object=OBJECT,
+    object_edge=OBJECT_EDGE,
+    glass=LENS,
+    leader=MUTED,
+    pale=(233, 236, 241),
+    pale_edge=(164, 173, 188),
+    ink=(28, 32, 40),
+)
+
+_DARK = Surfaces(
+    link=(132, 143, 160),
+    link_edge=(70, 79, 94),
+    link_inset=(158, 168, 184),
+    joint=(44, 52, 66),
+    mount=(84, 95, 114),
+    ground=(104, 112, 126),
+    object=(204, 199, 187),
+    object_edge=(104, 97, 82),
+    glass=(246, 247, 250),
+    leader=(120, 128, 140),
+    pale=(38, 43, 52),
+    pale_edge=(104, 116, 138),
+    ink=(232, 235, 240),
+)
+
+
+def surfaces_for(*, dark: bool) -> Surfaces:
+    """The colours for a dark or a bright page."""
+    return _DARK if dark else _BRIGHT
