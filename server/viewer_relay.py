@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
+import time
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,15 +26,17 @@ __all__ = ["CONTENT_POLICY", "MAX_VIEWERS", "ViewerRelay", "add_viewer_routes"]
 
 MAX_VIEWERS = 32
 CLOSE_SECONDS = 1
+FULL_SECONDS = 3.0
 
 CONTENT_POLICY = "; ".join(
     (
         "default-src 'none'",
         # The page is one file: a script that unpacks and inserts the rest, of which a
         # WebAssembly module builds its bindings from strings.
-        "script-src 'unsafe-inline' 'unsafe-eval' blob:",
+        # What is put into its head comes from here, too.
+        "script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
         "worker-src blob: data:",
-        "style-src 'unsafe-inline'",
+        "style-src 'self' 'unsafe-inline'",
         "img-src 'self' data: blob:",
         "font-src data:",
         "media-src data: blob:",
@@ -44,6 +48,7 @@ CONTENT_POLICY = "; ".join(
 )
 """What viser's page may do: run what it carries itself, and talk to where it came from."""
 
+_HEAD = b"<head>"
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _TRY_AGAIN_LATER = 1001, 1003, 1013
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
@@ -51,21 +56,31 @@ _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 _logger = logging.getLogger(__name__)
 
 
-def add_viewer_routes(app: FastAPI, upstream_port: Callable[[], int], path: str = "/") -> None:
+def add_viewer_routes(
+    app: FastAPI, upstream_port: Callable[[], int], path: str = "/", head: str = ""
+) -> ViewerRelay:
     """Serves viser's page and websocket at one path of an application.
 
     Args:
         app: The application.
         upstream_port: Gives viser's internal port, asked once per viewer.
         path: Where, ``/`` or such as ``/viewer/``.
+        head: HTML to begin the head of the page with.
+
+    Returns:
+        The relay, which knows whether there is room for another viewer.
+
+    Raises:
+        RuntimeError: If viser's page has no head that something can be put into.
     """
-    relay = ViewerRelay(upstream_port)
+    relay = ViewerRelay(upstream_port, head)
     bare = path.rstrip("/")
     # The page drops a trailing slash from its own address to get that of its websocket.
     app.add_api_websocket_route(bare or "/", relay.connect)
     app.add_api_route(f"{bare}/", relay.show_page, methods=["GET"], include_in_schema=False)
     if bare:
         app.add_api_route(bare, _redirect_to(f"{bare}/"), include_in_schema=False)
+    return relay
 
 
 def _redirect_to(path: str) -> Callable[[], Response]:
@@ -80,12 +95,22 @@ class ViewerRelay:
 
     Args:
         upstream_port: Gives viser's internal port.
+        head: HTML to begin the head of the page with.
+
+    Raises:
+        RuntimeError: If viser's page has no head that something can be put into.
     """
 
-    def __init__(self, upstream_port: Callable[[], int]) -> None:
+    def __init__(self, upstream_port: Callable[[], int], head: str = "") -> None:
         self._upstream_port = upstream_port
-        self._page = _read_page()
+        self._page = _with_head(_read_page(), head)
         self._num_viewers = 0
+        self._turned_away_at = -math.inf
+
+    @property
+    def is_full(self) -> bool:
+        """Whether a viewer has just been turned away, as there are too many."""
+        return time.monotonic() - self._turned_away_at < FULL_SECONDS
 
     async def show_page(self) -> Response:
         """The page."""
@@ -95,6 +120,7 @@ class ViewerRelay:
     async def connect(self, viewer: WebSocket) -> None:
         """Relays one viewer until either side is gone."""
         if self._num_viewers >= MAX_VIEWERS:
+            self._turned_away_at = time.monotonic()
             await _turn_away(viewer, f"{MAX_VIEWERS} viewers are connected already")
             return
         self._num_viewers += 1
@@ -196,3 +222,10 @@ def _read_page() -> bytes:
     spec = find_spec("viser")
     assert spec is not None and spec.origin is not None
     return (Path(spec.origin).parent / "client" / "build" / "index.html").read_bytes()
+
+
+def _with_head(page: bytes, head: str) -> bytes:
+    """The page with something put before everything else in its head."""
+    if page.count(_HEAD) != 1:
+        raise RuntimeError("viser's page has no head that something can be put into")
+    return page.replace(_HEAD, _HEAD + head.encode())

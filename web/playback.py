@@ -17,6 +17,8 @@ __all__ = [
     "Playback",
     "TimeWindow",
     "WindowChoice",
+    "marked_window",
+    "neighbouring_speed",
     "neighbouring_time",
     "slip_window",
     "speed_for",
@@ -111,6 +113,20 @@ class Playback:
         window = TimeWindow(start, self.window.clamp(start + length))
         return replace(self.within(window), speed=speed_for(window))
 
+    def reach(self, time: float, whole: TimeWindow) -> Playback:
+        """The play head put somewhere in the run, at rest; its window follows if need be.
+
+        Args:
+            time: Simulation time [s]; moved into the run if outside.
+            whole: The whole run.
+        """
+        time = whole.clamp(time)
+        if self.window.start <= time <= self.window.end:
+            return self.seek(time)
+        length = self.window.length
+        start = max(min(time - 0.5 * length, whole.end - length), whole.start)
+        return replace(self, window=TimeWindow(start, whole.clamp(start + length))).seek(time)
+
     def within(self, window: TimeWindow) -> Playback:
         """The play head in another window, moved into it if it was outside."""
         return replace(self, window=window, time=window.clamp(self.time))
@@ -164,6 +180,27 @@ def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values(
     """The offered speed at which one pass through a window takes about six seconds."""
     wanted = max(window.length, 1e-9) / _SECONDS_PER_PASS
     return min(speeds, key=lambda speed: abs(math.log(speed / wanted)))
+
+
+def marked_window(result: RunResult, start: float, end: float) -> TimeWindow:
+    """The stretch of a run between two times in any order, a millisecond long at least.
+
+    Args:
+        result: The run.
+        start: One time [s]; moved into the run if outside.
+        end: The other [s].
+    """
+    whole = whole_window(result)
+    first, last = sorted((whole.clamp(start), whole.clamp(end)))
+    last = whole.clamp(max(last, first + _SHORTEST_ZOOM))
+    return TimeWindow(whole.clamp(min(first, last - _SHORTEST_ZOOM)), last)
+
+
+def neighbouring_speed(speed: float, direction: int) -> float:
+    """The next faster (1) or the next slower (-1) speed that is offered."""
+    speeds = list(SPEEDS.values())
+    place = speeds.index(speed) + direction
+    return speeds[min(max(place, 0), len(speeds) - 1)]
 
 
 def neighbouring_time(result: RunResult, time: float, direction: int) -> float:

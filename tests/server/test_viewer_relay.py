@@ -22,6 +22,7 @@ from tests.server.raw_http import get
 from tests.server.serving import serve
 
 PROTOCOL = f"viser-v{viser.__version__}"
+HEAD = '<meta name="ours" />'
 
 
 def connect(port: int, path: str = "/", protocol: str | None = PROTOCOL, **options):
@@ -129,13 +130,13 @@ def relayed(tmp_path):
     echo = Echo()
     settings = Settings(data_directory=tmp_path)
     app = create_app(settings)
-    add_viewer_routes(app, lambda: echo.port, "/viewer/")
+    app.state.relay = add_viewer_routes(app, lambda: echo.port, "/viewer/", head=HEAD)
     with serve(settings, app) as running:
-        yield echo, running.port
+        yield echo, running
 
 
 def test_messages_of_any_size_pass_both_ways_unchanged(relayed) -> None:
-    echo, port = relayed
+    echo, port = relayed[0], relayed[1].port
 
     async def exchange() -> list[object]:
         upstream = await echo.listen()
@@ -151,7 +152,7 @@ def test_messages_of_any_size_pass_both_ways_unchanged(relayed) -> None:
 
 
 def test_the_reason_why_viser_closes_reaches_the_viewer(relayed) -> None:
-    echo, port = relayed
+    echo, port = relayed[0], relayed[1].port
 
     async def closing() -> tuple[int, str]:
         async with await echo.listen(), connect(port, "/viewer") as viewer:
@@ -165,7 +166,7 @@ def test_the_reason_why_viser_closes_reaches_the_viewer(relayed) -> None:
 
 
 def test_viewers_that_come_and_go_leave_nothing_behind(relayed) -> None:
-    echo, port = relayed
+    echo, port = relayed[0], relayed[1].port
 
     async def churn(rounds: int) -> None:
         for i in range(rounds):
@@ -204,7 +205,7 @@ def num_open_files() -> int:
 
 
 def test_a_viewer_that_does_not_read_holds_up_nobody_else(relayed) -> None:
-    echo, port = relayed
+    echo, port = relayed[0], relayed[1].port
 
     async def exchange() -> bool:
         async with await echo.listen(), connect(port, "/viewer", max_queue=1) as stalled:
@@ -226,8 +227,19 @@ def test_a_viewer_that_does_not_read_holds_up_nobody_else(relayed) -> None:
     assert wait_until(lambda: echo.open == 0)
 
 
+def test_what_is_ours_stands_first_in_the_head_of_the_page_and_changes_nothing_else(
+    relayed,
+) -> None:
+    port = relayed[1].port
+    page = get(port, "/viewer/", [("Host", f"localhost:{port}")]).body
+    shipped = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    assert page.partition(b"<head>")[2].startswith(HEAD.encode())
+    assert page.replace(HEAD.encode(), b"") == shipped.read_bytes()
+
+
 def test_one_viewer_too_many_is_asked_to_try_later(relayed) -> None:
-    echo, port = relayed
+    echo, port, relay = relayed[0], relayed[1].port, relayed[1].app.state.relay
+    assert not relay.is_full
 
     async def crowd() -> tuple[int, bool]:
         async with await echo.listen():
@@ -246,10 +258,11 @@ def test_one_viewer_too_many_is_asked_to_try_later(relayed) -> None:
         return closed.value.rcvd.code, served
 
     assert asyncio.run(crowd()) == (1013, True)
+    assert relay.is_full
 
 
 def test_a_viewer_is_asked_to_try_later_while_viser_is_away(relayed) -> None:
-    _, port = relayed
+    port = relayed[1].port
 
     async def code() -> int:
         async with connect(port, "/viewer") as viewer:
@@ -262,7 +275,7 @@ def test_a_viewer_is_asked_to_try_later_while_viser_is_away(relayed) -> None:
 
 
 def test_the_path_without_its_slash_leads_to_the_page(relayed) -> None:
-    _, port = relayed
+    port = relayed[1].port
     host = ("Host", f"localhost:{port}")
     answer = get(port, "/viewer", [host])
     assert answer.status == 307 and answer.headers["location"] == "/viewer/"

@@ -9,8 +9,19 @@ import pytest
 from core.result import RunResult
 from web.intents.intent import Intent
 from web.intents.picture import FrameHand
-from web.intents.playback import ChooseWindow, Seek, SetSpeed, Step, TogglePlay, Zoom
-from web.play_head import moved
+from web.intents.playback import (
+    ChangeSpeed,
+    ChooseWindow,
+    GoToEdge,
+    JumpToEvent,
+    Seek,
+    SetSpeed,
+    ShowWindow,
+    Step,
+    TogglePlay,
+    Zoom,
+)
+from web.play_head import choice_after, moved
 from web.playback import Playback, TimeWindow, WindowChoice
 
 PLAYING = Playback(time=1.5, window=TimeWindow(1.0, 3.0), speed=0.5, playing=True)
@@ -28,7 +39,15 @@ def test_a_seek_goes_to_the_time_and_rests_there(case_1: RunResult) -> None:
 
 
 @pytest.mark.parametrize(
-    "hostile", [Seek(math.nan), Seek(math.inf), SetSpeed("1e9"), SetSpeed(""), FrameHand()]
+    "hostile",
+    [
+        Seek(math.nan),
+        Seek(math.inf),
+        ShowWindow(math.nan, 1.0),
+        SetSpeed("1e9"),
+        SetSpeed(""),
+        FrameHand(),
+    ],
 )
 def test_what_no_control_can_ask_for_changes_nothing(case_1: RunResult, hostile: Intent) -> None:
     assert moved(PLAYING, hostile, case_1) is PLAYING
@@ -54,6 +73,53 @@ def test_a_closer_look_stays_around_the_play_head_and_plays_slower(case_1: RunRe
     for _ in range(20):
         closer = moved(closer, Zoom(), case_1)
     assert closer.window.length == pytest.approx(1e-3)
+
+
+def test_a_jump_goes_to_the_events_of_the_run_and_takes_the_window_along(
+    case_1: RunResult,
+) -> None:
+    back = moved(PLAYING, JumpToEvent(-1), case_1)
+    last_change = case_1.phase_changes[-1].time
+    assert (back.time, back.playing) == (last_change, False)
+    assert back.window.start <= last_change <= back.window.end
+    assert back.window.length == pytest.approx(PLAYING.window.length)
+    end = moved(PLAYING, JumpToEvent(1), case_1)
+    assert (end.time, end.window) == (7.0, TimeWindow(5.0, 7.0))
+
+
+def test_the_edges_are_those_of_the_window(case_1: RunResult) -> None:
+    assert moved(PLAYING, GoToEdge(-1), case_1).time == 1.0
+    assert moved(PLAYING, GoToEdge(1), case_1).time == 3.0
+
+
+def test_the_speed_goes_up_and_down_as_far_as_there_are_speeds(case_1: RunResult) -> None:
+    assert moved(PLAYING, ChangeSpeed(1), case_1).speed == 1.0
+    assert moved(PLAYING, ChangeSpeed(-1), case_1).speed == 0.25
+    fast = PLAYING
+    for _ in range(20):
+        fast = moved(fast, ChangeSpeed(1), case_1)
+    assert fast.speed == 4.0
+
+
+def test_a_marked_stretch_is_shown_in_any_order_and_never_leaves_the_run(
+    case_1: RunResult,
+) -> None:
+    shown = moved(PLAYING, ShowWindow(2.5, 1.25), case_1)
+    assert shown.window == TimeWindow(1.25, 2.5)
+    assert moved(PLAYING, ShowWindow(-9.0, 99.0), case_1).window == TimeWindow(0.0, 7.0)
+    narrow = moved(PLAYING, ShowWindow(7.0, 7.0), case_1).window
+    assert (narrow.end, narrow.length) == (7.0, pytest.approx(1e-3))
+
+
+def test_another_stretch_than_the_named_ones_is_a_closer_look(case_1: RunResult) -> None:
+    for intent, choice in (
+        (ChooseWindow(WindowChoice.WHOLE), WindowChoice.WHOLE),
+        (ShowWindow(2.0, 2.5), WindowChoice.CLOSER),
+        (JumpToEvent(1), WindowChoice.CLOSER),
+        (Seek(2.0), WindowChoice.SLIP),
+    ):
+        after = moved(PLAYING, intent, case_1)
+        assert choice_after(WindowChoice.SLIP, intent, PLAYING, after) is choice
 
 
 def test_a_closer_look_at_an_end_stays_in_the_run(case_1: RunResult) -> None:

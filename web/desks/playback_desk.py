@@ -7,40 +7,56 @@ from typing import ClassVar
 
 from web.desks.desk import Desk
 from web.intents.intent import Intent
-from web.intents.playback import ChooseWindow, Seek, SetSpeed, Step, TogglePlay, Zoom
-from web.pacing import FRAME_INTERVAL
-from web.play_head import moved
-from web.playback import WindowChoice
+from web.intents.playback import (
+    ChangeSpeed,
+    ChooseWindow,
+    GoToEdge,
+    JumpToEvent,
+    Seek,
+    SetSpeed,
+    ShowWindow,
+    Step,
+    TogglePlay,
+    Zoom,
+)
+from web.pacing import FramePacer
+from web.play_head import choice_after, moved
 from web.view import ViewState
 
 __all__ = ["PlaybackDesk"]
 
 
 class PlaybackDesk(Desk):
-    """Moves the play head: by hand, and with time while it plays."""
+    """Moves the play head: by hand, and with time while it plays.
+
+    Args:
+        pacer: Tells how often to draw.
+    """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
         TogglePlay,
         Seek,
         Step,
+        JumpToEvent,
+        GoToEdge,
         SetSpeed,
+        ChangeSpeed,
         ChooseWindow,
+        ShowWindow,
         Zoom,
     )
 
-    def __init__(self) -> None:
+    def __init__(self, pacer: FramePacer) -> None:
+        self._pacer = pacer
         self._passed: float | None = None
+        self._due = 0.0
 
     def take(self, intent: Intent, view: ViewState) -> ViewState:
         """Moves the play head by hand."""
         if view.shown is None or view.playback is None:
             return view
-        choice = view.choice
-        if isinstance(intent, ChooseWindow):
-            choice = intent.choice
-        elif isinstance(intent, Zoom):
-            choice = WindowChoice.CLOSER
         playback = moved(view.playback, intent, view.shown.result)
+        choice = choice_after(view.choice, intent, view.playback, playback)
         return replace(view, choice=choice, playback=playback)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
@@ -49,10 +65,15 @@ class PlaybackDesk(Desk):
         self._passed = now
         if view.playback is None or not view.playback.playing:
             return view
+        if now >= self._due:
+            interval = self._pacer.interval(now)
+            # A frame that was a little late does not delay the next one.
+            on_time = self._due + interval
+            self._due = on_time if on_time > now else now + interval
         return replace(view, playback=view.playback.advance(elapsed))
 
     def wait(self, now: float, view: ViewState) -> float | None:
         """The next frame, while it plays."""
         if view.playback is None or not view.playback.playing or self._passed is None:
             return None
-        return max(FRAME_INTERVAL - (now - self._passed), 0.0)
+        return max(self._due - now, 0.0)

@@ -7,9 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
+from web.intents.charts import ToggleLine
+from web.intents.compare import EndComparison, SwapRuns
 from web.intents.intent import Intent
 from web.intents.link import OpenLink
-from web.intents.picture import FrameHand
+from web.intents.picture import FrameHand, PageMeasured
 from web.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -22,13 +24,20 @@ from web.intents.playback import (
     TogglePlay,
     Zoom,
 )
+from web.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
+from web.intents.scenario import Redo, RemoveChange, RemoveChanges, Undo
+from web.intents.study import OpenMember
 from web.playback import WindowChoice
+from web.room import Room
 
 __all__ = ["MAX_GESTURES", "Gesture", "PageGestures"]
 
 MAX_GESTURES = 20
+MAX_ID_LENGTH = 100
+MAX_PAGE = 1_000_000
 
 _Direction = Literal[-1, 1]
+_Pixels = Annotated[int, Field(ge=0, le=20_000)]
 
 
 class Gesture(BaseModel):
@@ -127,6 +136,29 @@ class _FrameHand(Gesture):
         return FrameHand()
 
 
+class _MeasurePage(Gesture):
+    kind: Literal["measure-page"]
+    width: _Pixels
+    height: _Pixels
+    scene_width: _Pixels
+    scene_height: _Pixels
+    covered: _Pixels
+    prefers_dark: bool
+
+    def intent(self) -> Intent:
+        room = Room(self.width, self.height, self.scene_width, self.scene_height, self.covered)
+        return PageMeasured(room, self.prefers_dark)
+
+
+class _ToggleLine(Gesture):
+    kind: Literal["toggle-line"]
+    chart: str = Field(max_length=40)
+    line: str = Field(max_length=40)
+
+    def intent(self) -> Intent:
+        return ToggleLine(self.chart, self.line)
+
+
 class _OpenLink(Gesture):
     kind: Literal["open-link"]
     run: str = Field(max_length=200)
@@ -134,6 +166,82 @@ class _OpenLink(Gesture):
 
     def intent(self) -> Intent:
         return OpenLink(self.run, self.time)
+
+
+class _ListRecordings(Gesture):
+    kind: Literal["list-recordings"]
+    page: int = Field(ge=0, le=MAX_PAGE)
+
+    def intent(self) -> Intent:
+        return ListRecordings(self.page)
+
+
+class _ChooseRecording(Gesture):
+    kind: Literal["choose-recording"]
+    run_id: str = Field(max_length=MAX_ID_LENGTH)
+
+    def intent(self) -> Intent:
+        return ChooseRecording(self.run_id)
+
+
+class _OpenRecording(Gesture):
+    kind: Literal["open-recording"]
+    run_id: str = Field(max_length=MAX_ID_LENGTH)
+
+    def intent(self) -> Intent:
+        return OpenRecording(self.run_id)
+
+
+class _OpenMember(Gesture):
+    kind: Literal["open-member"]
+    index: int = Field(ge=0, le=10**9)
+
+    def intent(self) -> Intent:
+        return OpenMember(self.index)
+
+
+class _Undo(Gesture):
+    kind: Literal["undo"]
+
+    def intent(self) -> Intent:
+        return Undo()
+
+
+class _Redo(Gesture):
+    kind: Literal["redo"]
+
+    def intent(self) -> Intent:
+        return Redo()
+
+
+class _RemoveChange(Gesture):
+    kind: Literal["remove-change"]
+    time: float
+    key: str = Field(max_length=MAX_ID_LENGTH)
+
+    def intent(self) -> Intent:
+        return RemoveChange(self.time, self.key)
+
+
+class _SwapRuns(Gesture):
+    kind: Literal["swap-runs"]
+
+    def intent(self) -> Intent:
+        return SwapRuns()
+
+
+class _RemoveChanges(Gesture):
+    kind: Literal["remove-changes"]
+
+    def intent(self) -> Intent:
+        return RemoveChanges()
+
+
+class _EndComparison(Gesture):
+    kind: Literal["end-comparison"]
+
+    def intent(self) -> Intent:
+        return EndComparison()
 
 
 _AnyGesture = Annotated[
@@ -148,7 +256,19 @@ _AnyGesture = Annotated[
     | _ShowWindow
     | _Zoom
     | _FrameHand
-    | _OpenLink,
+    | _MeasurePage
+    | _OpenLink
+    | _ToggleLine
+    | _ListRecordings
+    | _ChooseRecording
+    | _OpenRecording
+    | _Undo
+    | _Redo
+    | _RemoveChange
+    | _RemoveChanges
+    | _SwapRuns
+    | _EndComparison
+    | _OpenMember,
     Field(discriminator="kind"),
 ]
 

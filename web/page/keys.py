@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from viser import Icon, IconName
+
 __all__ = ["KEYS", "KeyCommand", "keys_html", "keys_of"]
 
 
@@ -19,39 +21,42 @@ class KeyCommand:
             upper case, with ``Ctrl+`` (also Cmd) and ``Shift+`` before it.
         text: What it does, in words.
         gesture: What the page posts for it.
-        icon: Its icon in the list of commands, as viser names it.
+        icon: Its icon in the list of commands.
     """
 
     keys: tuple[str, ...]
     text: str
     gesture: Mapping[str, Any]
-    icon: str = "keyboard"
+    icon: IconName
 
 
-def _command(
-    keys: str, text: str, icon: str, kind: str, **fields: str | int
-) -> KeyCommand:
+def _command(keys: str, text: str, icon: IconName, kind: str, **fields: str | int) -> KeyCommand:
     return KeyCommand(tuple(keys.split()), text, {"kind": kind, **fields}, icon)
 
 
 KEYS: tuple[KeyCommand, ...] = (
-    _command("Space P", "Play or pause", "player-play", "toggle-play"),
-    _command("ArrowLeft", "Step back", "player-track-prev", "step", direction=-1),
-    _command("ArrowRight", "Step forward", "player-track-next", "step", direction=1),
+    _command("Space P", "Play or pause", Icon.PLAYER_PLAY, "toggle-play"),
+    _command("ArrowLeft", "Step back", Icon.PLAYER_TRACK_PREV, "step", direction=-1),
+    _command("ArrowRight", "Step forward", Icon.PLAYER_TRACK_NEXT, "step", direction=1),
     _command(
-        "Shift+ArrowLeft [", "Previous event", "player-skip-back", "jump-to-event", direction=-1
+        "Shift+ArrowLeft [", "Previous event", Icon.PLAYER_SKIP_BACK, "jump-to-event", direction=-1
     ),
     _command(
-        "Shift+ArrowRight ]", "Next event", "player-skip-forward", "jump-to-event", direction=1
+        "Shift+ArrowRight ]", "Next event", Icon.PLAYER_SKIP_FORWARD, "jump-to-event", direction=1
     ),
-    _command("Home", "Go to the start", "arrow-bar-to-left", "go-to-edge", direction=-1),
-    _command("End", "Go to the end", "arrow-bar-to-right", "go-to-edge", direction=1),
-    _command("ArrowUp +", "Play faster", "trending-up", "change-speed", direction=1),
-    _command("ArrowDown -", "Play slower", "trending-down", "change-speed", direction=-1),
-    _command("S", "Show the slip", "wave-sine", "choose-window", choice="slip"),
-    _command("W", "Show the whole run", "arrows-horizontal", "choose-window", choice="whole run"),
-    _command("Z", "Look closer at the play head", "zoom-in", "zoom"),
-    _command("F H", "Look at the whole hand from the front", "focus-centered", "frame-hand"),
+    _command("Home", "Go to the start", Icon.ARROW_BAR_TO_LEFT, "go-to-edge", direction=-1),
+    _command("End", "Go to the end", Icon.ARROW_BAR_TO_RIGHT, "go-to-edge", direction=1),
+    _command("ArrowUp +", "Play faster", Icon.TRENDING_UP, "change-speed", direction=1),
+    _command("ArrowDown -", "Play slower", Icon.TRENDING_DOWN, "change-speed", direction=-1),
+    _command("S", "Show the slip", Icon.WAVE_SINE, "choose-window", choice="slip"),
+    _command(
+        "W", "Show the whole run", Icon.ARROWS_HORIZONTAL, "choose-window", choice="whole run"
+    ),
+    _command("Z", "Look closer at the play head", Icon.ZOOM_IN, "zoom"),
+    _command("F H", "Look at the whole hand from the front", Icon.FOCUS_CENTERED, "frame-hand"),
+    _command("Ctrl+Z", "Undo", Icon.ARROW_BACK_UP, "undo"),
+    _command("Ctrl+Shift+Z Ctrl+Y", "Redo", Icon.ARROW_FORWARD_UP, "redo"),
+    _command("X", "Dismiss the ghost: take the pale run away", Icon.GHOST_OFF, "end-comparison"),
 )
 
 _SIGNS = {

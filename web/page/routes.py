@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from server.dependencies import JSON_TYPE, read_values
 from server.errors import InvalidRequestError, invalid_fields
-from server.viewer_relay import MAX_VIEWERS, ViewerRelay
+from server.viewer_relay import ViewerRelay
 from web.page.intents_schema import PageGestures
 from web.page.session_directory import SessionDirectory
 from web.page.static_files import STATIC_PATH, static_file
@@ -26,7 +26,7 @@ def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
 
     Args:
         app: The application; ``app.state.dashboard`` has the sessions once it lives.
-        relay: Knows how many viewers there are.
+        relay: Knows whether there is room for another viewer.
     """
     app.state.viewer_relay = relay
     app.include_router(_router)
@@ -50,7 +50,7 @@ async def show_session(key: str, request: Request, response: Response) -> dict[s
     return {
         "alive": directory.find(key) is not None,
         "server": directory.server_id,
-        "full": relay.num_viewers >= MAX_VIEWERS,
+        "full": relay.is_full,
     }
 
 

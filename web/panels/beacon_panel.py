@@ -25,7 +25,7 @@ class BeaconPanel:
 
     def __init__(self, gui: viser.GuiApi, key: str) -> None:
         self._key = key
-        self._beacon = gui.add_html("")
+        self.beacon = gui.add_html("")
         self._told: tuple[object, ...] = ()
         self._told_at = 0.0
 
@@ -39,11 +39,11 @@ class BeaconPanel:
         if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
             return
         self._told, self._told_at = telling, now
-        self._beacon.content = beacon_html(self._key, view)
+        self.beacon.content = beacon_html(self._key, view)
 
     def remove(self) -> None:
         """Takes it off the page."""
-        self._beacon.remove()
+        self.beacon.remove()
 
 
 def beacon_html(key: str, view: ViewState) -> str:

@@ -1,0 +1,33 @@
+// What the dashboard adds to viser's page. One module per concern:
+//   beacon.js    what the session tells of itself, and the play head as it moves on
+//   post.js      brings what the user does to the session
+//   gestures.js  clicks, inputs, and the hand on the strip below the scene
+//   clock.js     everything that shows where the play head stands
+//   keyboard.js  the keys, and their list
+//   charts.js    values and marks in the charts, and zoom by dragging over them
+//   picture.js   the picture of the scene as a file
+//   room.js      how much room the page has
+//   uploads.js   recordings that the user sends
+//   link.js      the address of the page: a run and a time
+//   banner.js    whether the server is there, and what the page has to say
+import { watchBeacon } from "./beacon.js";
+import { startBanner } from "./banner.js";
+import { startCharts } from "./charts.js";
+import { startClock } from "./clock.js";
+import { startGestures } from "./gestures.js";
+import { startKeyboard } from "./keyboard.js";
+import { startLink } from "./link.js";
+import { startPicture } from "./picture.js";
+import { startRoom } from "./room.js";
+import { startUploads } from "./uploads.js";
+
+startLink();
+startClock();
+startGestures();
+startCharts();
+startPicture();
+startUploads();
+startRoom();
+startKeyboard();
+startBanner();
+watchBeacon();

@@ -1,0 +1,66 @@
+// What the user does with elements that panels have marked:
+//   data-sg-intent='{"kind": …}'   a click, Enter or Space asks for it
+//   data-sg-change='{"kind": …}'   a new value of an input or select asks for it, "$value" replaced
+//   data-sg-track                  a strip over the whole window: press and drag puts the play
+//                                  head there
+import { hold, state } from "./beacon.js";
+import { post } from "./post.js";
+
+/** Begins to listen. */
+export function startGestures() {
+  document.addEventListener("click", onClick);
+  document.addEventListener("keydown", onKey);
+  document.addEventListener("change", onValue);
+  document.addEventListener("pointerdown", onPress);
+}
+
+function onClick(event) {
+  const element = event.target.closest?.("[data-sg-intent]");
+  if (element && !element.disabled) post(JSON.parse(element.dataset.sgIntent));
+}
+
+function onKey(event) {
+  const element = event.target;
+  // Buttons and links make a click of these keys themselves.
+  if (!element.matches?.("[data-sg-intent]:not(button, a)")) return;
+  if (event.key !== "Enter" && event.key !== " ") return;
+  event.preventDefault();
+  post(JSON.parse(element.dataset.sgIntent));
+}
+
+function onValue(event) {
+  const text = event.target.dataset?.sgChange;
+  if (text === undefined) return;
+  const isNumber = event.target.type === "number";
+  const value = isNumber ? event.target.valueAsNumber : event.target.value;
+  if (isNumber && !Number.isFinite(value)) return;
+  const intent = Object.entries(JSON.parse(text)).map(([name, field]) => [
+    name,
+    field === "$value" ? value : field,
+  ]);
+  post(Object.fromEntries(intent));
+}
+
+function onPress(event) {
+  const track = event.target.closest?.("[data-sg-track]");
+  if (!track || event.button !== 0 || event.target.closest("[data-sg-intent]")) return;
+  event.preventDefault();
+  seekTo(track, event);
+  const move = (moved) => seekTo(track, moved);
+  const end = () => {
+    window.removeEventListener("pointermove", move);
+    window.removeEventListener("pointerup", end);
+    window.removeEventListener("pointercancel", end);
+  };
+  window.addEventListener("pointermove", move);
+  window.addEventListener("pointerup", end);
+  window.addEventListener("pointercancel", end);
+}
+
+function seekTo(track, event) {
+  const { left, width } = track.getBoundingClientRect();
+  const share = Math.min(Math.max((event.clientX - left) / Math.max(width, 1), 0), 1);
+  const time = state.start + share * (state.end - state.start);
+  hold(time);
+  post({ kind: "seek", time });
+}

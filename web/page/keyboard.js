@@ -1,0 +1,73 @@
+// The keys of the dashboard. Their table comes with the page (<script id="sg-keys">), so that
+// the list of commands, this script and the help know the same keys.
+import { post } from "./post.js";
+
+const TYPING = "input, textarea, select, [contenteditable]:not([contenteditable=false])";
+// What has a use for arrows itself, or for Space.
+const OWN_ARROWS = "[role=slider], [role=tab], [role=listbox], [role=option], [role=menu]";
+const OWN_SPACE = "button, a[href], summary, [role=button], [role=tab], [data-sg-intent]";
+const ARROWS = /Arrow|Home|End/;
+const HELP_KEY = "?";
+
+const commands = new Map();
+let rows = [];
+
+/** Begins to listen; before viser, whose camera moves by some of the same keys. */
+export function startKeyboard() {
+  rows = JSON.parse(document.getElementById("sg-keys").textContent);
+  for (const row of rows) {
+    for (const key of row.keys) commands.set(key, row.intent);
+  }
+  window.addEventListener("keydown", onKey, { capture: true });
+  document.addEventListener("click", (event) => {
+    if (event.target.closest?.("[data-sg-help]")) showHelp();
+  });
+}
+
+function onKey(event) {
+  const key = nameOf(event);
+  if (event.altKey || isForOthers(event, key)) return;
+  if (key === HELP_KEY) showHelp();
+  else if (commands.has(key)) post(commands.get(key));
+  else return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+}
+
+function nameOf(event) {
+  const isLetter = /^[a-z]$/i.test(event.key);
+  const key = event.key === " " ? "Space" : isLetter ? event.key.toUpperCase() : event.key;
+  const shift = event.shiftKey && (isLetter || event.key.length > 1) ? "Shift+" : "";
+  return `${event.ctrlKey || event.metaKey ? "Ctrl+" : ""}${shift}${key}`;
+}
+
+function isForOthers(event, key) {
+  const target = event.target;
+  if (!(target instanceof Element)) return false;
+  if (target.closest(TYPING) || document.querySelector("[role=dialog], dialog[open]")) return true;
+  if (ARROWS.test(key) && target.closest(OWN_ARROWS)) return true;
+  return key === "Space" && target.closest(OWN_SPACE) !== null;
+}
+
+function showHelp() {
+  const dialog = document.createElement("dialog");
+  dialog.className = "sg-help";
+  dialog.setAttribute("aria-label", "Keys");
+  const title = document.createElement("h2");
+  title.textContent = "Keys";
+  const list = document.createElement("dl");
+  for (const row of [...rows, { shown: HELP_KEY, text: "This list" }]) {
+    const keys = document.createElement("dt");
+    keys.textContent = row.shown;
+    const text = document.createElement("dd");
+    text.textContent = row.text;
+    list.append(keys, text);
+  }
+  const close = document.createElement("button");
+  close.textContent = "Close";
+  close.addEventListener("click", () => dialog.close());
+  dialog.append(title, list, close);
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+}

@@ -1,0 +1,79 @@
+// The address of the page names the run and the time on the screen: /?run=ID&t=2.5. Opened with
+// such an address the page asks its session for that run. It also asks a new session for what
+// the last one showed, when the server was away in between.
+import { onChange, onFrame, state, timeNow } from "./beacon.js";
+import { say } from "./banner.js";
+import { post } from "./post.js";
+
+const SETTLED_MS = 400;
+let wanted = fromAddress();
+let movedAt = 0;
+let atRest = "";
+
+/** Begins to follow the session. */
+export function startLink() {
+  onChange(follow);
+  onFrame(writeAddress);
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest?.("[data-sg-copy-link]");
+    if (button) copy(button);
+  });
+}
+
+function fromAddress() {
+  const query = new URLSearchParams(location.search);
+  if (!query.has("run")) return null;
+  return { run: query.get("run").slice(0, 200), time: (query.get("t") ?? "").slice(0, 40) };
+}
+
+function follow(now, before) {
+  movedAt = performance.now();
+  if (now.session === before.session) return;
+  if (before.session !== "") {
+    wanted = before.run === "" ? null : { run: before.run, time: String(before.time) };
+    if (wanted === null) {
+      say("The server is back. The run on the screen had not been saved, so this is a new one.");
+    }
+  }
+  if (wanted !== null) post({ kind: "open-link", ...wanted });
+  wanted = null;
+}
+
+/** Lets the address follow, once the play head rests: browsers count how often it changes. */
+function writeAddress() {
+  if (state.session === "" || state.playing || performance.now() - movedAt < SETTLED_MS) return;
+  const resting = `${state.run} ${timeNow()}`;
+  if (resting === atRest) return;
+  atRest = resting;
+  history.replaceState(history.state, "", address());
+}
+
+function address() {
+  const query = new URLSearchParams(location.search);
+  query.delete("run");
+  query.delete("t");
+  if (state.run !== "") {
+    query.set("run", state.run);
+    query.set("t", String(Number(timeNow().toFixed(6))));
+  }
+  return query.size === 0 ? location.pathname : `${location.pathname}?${query}`;
+}
+
+async function copy(button) {
+  if (state.run === "") {
+    say("This run is not saved yet; it has a link once it is.");
+    return;
+  }
+  const link = `${location.origin}${location.pathname}?${new URLSearchParams({
+    run: state.run,
+    t: String(Number(timeNow().toFixed(6))),
+  })}`;
+  try {
+    await navigator.clipboard.writeText(link);
+  } catch {
+    say(`The browser does not let the page copy; the link is ${link}`);
+    return;
+  }
+  button.dataset.sgCopied = "";
+  setTimeout(() => delete button.dataset.sgCopied, 1500);
+}
