@@ -29,6 +29,8 @@ __all__ = [
 
 Values = NDArray[np.float64]
 
+# Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad].
+_LEAST_LENGTH = 0.01
 _QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m^2": "Inertia"}
 
 
@@ -62,6 +64,8 @@ class Chart:
         about: A sentence that explains it.
         lines: Its lines.
         bands: Pairs of lines with a band between them: keys of the upper and the lower one.
+        least: Values from -least to +least are shown at least, so that rounding looks like
+            nothing; 0 if any values will do.
     """
 
     key: str
@@ -70,6 +74,7 @@ class Chart:
     about: str
     lines: tuple[Line, ...]
     bands: tuple[tuple[str, str], ...] = ()
+    least: float = 0.0
 
     def values_at(self, spot: Spot) -> list[float]:
         """What each line shows at a place between two rows of the trace."""
@@ -89,6 +94,7 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
             "mm",
             "How far each fingertip has slid along its face. Flat means that it sticks.",
             tuple(_per_finger("slip", names, 1e3 * trace.slip)),
+            least=_LEAST_LENGTH,
         ),
         Chart(
             "slip-velocity",
@@ -96,6 +102,7 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
             "mm/s",
             "How fast each fingertip slides along its face; exactly zero while it sticks.",
             tuple(_per_finger("velocity", names, 1e3 * trace.slip_velocity)),
+            least=_LEAST_LENGTH,
         ),
         Chart(
             "forces",
@@ -130,6 +137,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
                 Line("x", "x", FINGERS[0], errors[:, 0]),
                 Line("y", "y", FINGERS[1], errors[:, 1]),
             ),
+            least=_LEAST_LENGTH,
         ),
         Chart(
             "turn-error",
@@ -137,6 +145,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             "mrad",
             "How far the object is turned away from how it should stand.",
             (Line("theta", "θ", FINGERS[2], errors[:, 2]),),
+            least=_LEAST_LENGTH,
         ),
         Chart(
             "torques",
@@ -216,8 +225,8 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
 
 CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
     "Contact": contact_charts,
-    "Tracking": tracking_charts,
-    "Estimates": estimate_charts,
+    "Motion": tracking_charts,
+    "Beliefs": estimate_charts,
     "Energy": energy_charts,
 }
 """The charts of a run by the tab that they stand under."""

@@ -21,6 +21,7 @@ from recordings.palette import (
 __all__ = [
     "BELIEVED_CONE",
     "CONE",
+    "CONE_INSIDE",
     "FINGERS",
     "GHOST",
     "GROUND",
@@ -36,11 +37,14 @@ __all__ = [
     "Rgb",
     "css",
     "glow",
+    "legible",
     "tone",
 ]
 
 LENS: Rgb = (247, 248, 250)
 BELIEVED_CONE: Rgb = (150, 156, 168)
+CONE_INSIDE: Rgb = (198, 207, 220)
+_WHITE_ON_DARK = 0.35
 _TONES: dict[str, Rgb] = {"good": (0, 120, 85), "warning": (178, 116, 0), "bad": (190, 40, 40)}
 
 
@@ -61,6 +65,13 @@ def css(colour: Rgb, opacity: float = 1.0) -> str:
     """The colour as CSS, with an opacity from 0 to 1."""
     red, green, blue = colour
     return f"rgba({red},{green},{blue},{opacity:g})"
+
+
+def legible(colour: Rgb, *, dark: bool) -> Rgb:
+    """The colour for thin lines on a page: on a dark one it needs a share of white."""
+    share = _WHITE_ON_DARK if dark else 0.0
+    red, green, blue = (round(channel + share * (255 - channel)) for channel in colour)
+    return (red, green, blue)
 
 
 def tone(name: str) -> str:

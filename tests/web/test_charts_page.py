@@ -1,0 +1,100 @@
+"""Charts and exports in a real Chromium."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Page
+
+from tests.web.driving import SLIP_CHART, pause_at, wait_until
+
+pytestmark = pytest.mark.browser
+
+CHARTS = "Object.values(window.__viserTestpoints.uplots).map(plot => plot.chart)"
+
+
+def shown_times(page: Page) -> tuple[float, float]:
+    """Where the first chart begins and ends [s]."""
+    start, end = page.evaluate(f"[{SLIP_CHART}.data[0][0], {SLIP_CHART}.data[0].at(-1)]")
+    return start, end
+
+
+def legend(page: Page, chart: str) -> list[str]:
+    """What the legend of a chart reads at the play head."""
+    return page.locator(f"[data-sg-chart={chart}] [data-sg-value]").all_inner_texts()
+
+
+def drag_over(page: Page, chart: int, start: float, end: float) -> None:
+    """Drags over a chart, from one share of its width to another."""
+    box = page.locator(".u-over").nth(chart).bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + start * box["width"], box["y"] + 0.5 * box["height"])
+    page.mouse.down()
+    page.mouse.move(box["x"] + end * box["width"], box["y"] + 0.5 * box["height"], steps=5)
+    page.mouse.up()
+
+
+def test_charts_zoom_together_read_the_play_head_and_hide_lines(
+    open_dashboard: Callable[[], Page],
+) -> None:
+    page = open_dashboard()
+    pause_at(page, 0.05)
+    wait_until(lambda: legend(page, "slip") != ["", ""], "the legend stays empty")
+    slip = float(legend(page, "slip")[0])
+    assert 10.0 < slip < 20.0
+    start, end = shown_times(page)
+
+    drag_over(page, 1, 0.25, 0.75)
+    wait_until(lambda: shown_times(page) != (start, end), "a drag does not zoom")
+    quarter = 0.25 * (end - start)
+    assert shown_times(page) == pytest.approx((start + quarter, end - quarter), abs=2e-3)
+    assert page.evaluate(f"new Set({CHARTS}.map(chart => chart.data[0][0])).size") == 1
+
+    before = shown_times(page)
+    drag_over(page, 0, 0.5, 0.5)
+    middle = 0.5 * (before[0] + before[1])
+    wait_until(lambda: legend(page, "slip")[0] != f"{slip:.4g}", "a click does not seek")
+    time = float(page.locator("[data-sg-time]").input_value())
+    assert time == pytest.approx(middle, abs=2e-3)
+
+    page.locator("[data-sg-chart=slip] .sg-line").nth(1).click()
+    wait_until(
+        lambda: page.evaluate(f"Math.min(...{CHARTS}.map(chart => chart.series.length))") == 3,
+        "a line cannot be hidden",
+    )
+    page.get_by_text("Slip: right hidden.").wait_for()
+
+    page.locator(".u-over").first.dblclick()
+    wait_until(lambda: shown_times(page) == (0.0, 7.0), "a double click does not show the run")
+
+
+def test_picture_charts_and_replay_arrive_as_files(
+    open_dashboard: Callable[[], Page], tmp_path: Path
+) -> None:
+    page = open_dashboard()
+    pause_at(page, 0.05)
+    page.get_by_text("Export", exact=True).click()
+    contents: dict[str, bytes] = {}
+    for label in ("View (PNG)", "Charts (SVG)", "Replay (HTML)"):
+        with page.expect_download() as download:
+            page.get_by_role("button", name=label).click()
+        path = tmp_path / download.value.suggested_filename
+        download.value.save_as(path)
+        contents[path.name] = path.read_bytes()
+    assert list(contents) == [
+        "slipgrasp-paper-case-2-50ms.png",
+        "slipgrasp-paper-case-2-charts.svg",
+        "slipgrasp-paper-case-2-replay.html",
+    ]
+    picture, drawing, replay = contents.values()
+    pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"))
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
+    assert ElementTree.fromstring(drawing).tag.endswith("svg")
+    assert b"<title>The paper&#x27;s case II" in replay
+    page.get_by_text("is in your downloads").wait_for()

@@ -1,0 +1,181 @@
+"""The charts on the page: what is sent, and what is said about them."""
+
+from __future__ import annotations
+
+import html
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.simulator import simulate
+from server.viewer_server import ViewerServer
+from tests.web.listening_gui import ListeningClient
+from web.charts import charts_of
+from web.desks.charts_desk import ChartsDesk
+from web.draft import Draft
+from web.intents.charts import ToggleLine
+from web.panels.charts_panel import ChartsPanel, is_reading_due
+from web.playback import Playback, TimeWindow, WindowChoice, slip_window, whole_window
+from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+
+
+def view_of(result: RunResult, window: TimeWindow | None = None) -> ViewState:
+    return ViewState(
+        draft=Draft.from_preset("paper-case-2"),
+        status=RunStatus(RunStage.PREVIEW),
+        choice=WindowChoice.SLIP,
+        shown=Shown(1, result, 0.01),
+        playback=Playback(
+            time=0.05, window=window or slip_window(result), speed=1.0, playing=False
+        ),
+    )
+
+
+def at(view: ViewState, time: float) -> ViewState:
+    assert view.playback is not None
+    return replace(view, playback=view.playback.seek(time))
+
+
+class Page:
+    """The charts on a real viewer server, read back as they are sent."""
+
+    def __init__(self, server: ViewerServer) -> None:
+        self.client = ListeningClient(server)
+        self.panel = ChartsPanel(self.client.handle, 150)
+
+    def readings(self) -> dict[str, list[str]]:
+        """The values in the legends, by chart."""
+        values: dict[str, list[str]] = {}
+        for text in self.client.texts:
+            if "data-sg-readings" in text:
+                values |= json.loads(html.unescape(text.split("'")[1]))["values"]
+        return values
+
+    def notes(self) -> str:
+        texts = self.client.texts
+        return " ".join(t for t in texts if "data-sg-" not in t)
+
+    def head(self, key: str) -> str:
+        return next(text for text in self.client.texts if f"data-sg-chart='{key}'" in text)
+
+    def columns(self, index: int) -> list[bytes]:
+        return [np.asarray(column).tobytes() for column in self.client.plots[index].data]
+
+
+@pytest.fixture
+def page(viewer_server: ViewerServer) -> Page:
+    return Page(viewer_server)
+
+
+def test_every_chart_of_a_run_is_on_the_page(page: Page, case_2: RunResult) -> None:
+    page.panel.update(view_of(case_2))
+    charts = [chart for charts in charts_of(case_2).values() for chart in charts]
+    assert len(page.client.plots) == len(charts) == 12
+    for chart in charts:
+        assert html.escape(chart.about) in page.head(chart.key)
+        assert page.head(chart.key).count("data-sg-value") == len(chart.lines)
+    for plot in page.client.plots:
+        assert len(plot.data) == len(plot.series)
+
+
+def test_the_legends_read_the_play_head(page: Page, case_2: RunResult) -> None:
+    view = at(view_of(case_2), 0.0501)
+    page.panel.update(view)
+    slip = 1e3 * np.interp(0.0501, case_2.trace.times, case_2.trace.slip[:, 0])
+    assert page.readings()["slip"][0] == f"{slip:.4g}"
+
+
+def test_moving_the_play_head_sends_no_lines_again(page: Page, case_2: RunResult) -> None:
+    view = view_of(case_2)
+    page.panel.update(view)
+    before = [plot.data for plot in page.client.plots]
+    heads = [text for text in page.client.texts if "data-sg-chart" in text]
+    page.panel.update(at(view, 0.09))
+    assert all(plot.data is data for plot, data in zip(page.client.plots, before, strict=True))
+    assert [text for text in page.client.texts if "data-sg-chart" in text] == heads
+    assert float(page.readings()["slip"][0]) > 30.0
+
+
+def test_the_margin_is_a_band_between_the_limit_and_the_force(
+    page: Page, case_2: RunResult
+) -> None:
+    page.panel.update(view_of(case_2))
+    forces = page.client.plots[2]
+    assert forces.bands is not None
+    labels = [series.get("label") for series in forces.series]
+    assert [[labels[int(i)] for i in band["series"]] for band in forces.bands] == [
+        ["left μFₙ", "left |Fₓ|"],
+        ["right μFₙ", "right |Fₓ|"],
+    ]
+
+
+def test_a_line_is_hidden_and_said_to_be_hidden_and_comes_back(
+    page: Page, case_2: RunResult
+) -> None:
+    shown = view_of(case_2)
+    page.panel.update(shown)
+    before, notes = page.columns(2), page.notes()
+    hidden = ChartsDesk().take(ToggleLine("forces", "limit-0"), shown)
+    page.panel.update(hidden)
+    forces = page.client.plots[2]
+    assert "left μFₙ" not in [series.get("label") for series in forces.series]
+    assert len(forces.data) == len(forces.series)
+    assert forces.bands is not None
+    assert len(forces.bands) == 1
+    assert "left μFₙ hidden." in page.notes()
+    assert page.head("forces").count("aria-pressed='false'") == 1
+    page.panel.update(ChartsDesk().take(ToggleLine("forces", "limit-0"), hidden))
+    assert page.columns(2) == before
+    assert page.notes() == notes
+
+
+@pytest.mark.parametrize("line", ["limit-7", "", "<script>"])
+def test_a_line_that_no_chart_has_cannot_be_hidden(case_2: RunResult, line: str) -> None:
+    view = view_of(case_2)
+    assert ChartsDesk().take(ToggleLine("forces", line), view) is view
+
+
+def test_a_ghost_is_pale_in_every_chart_and_named(page: Page, case_2: RunResult) -> None:
+    view = view_of(case_2)
+    page.panel.update(view)
+    heavier = simulate(with_values(case_2.scenario, {"object.mass": 1.3}))
+    ghosted = replace(view, ghost=Ghost(Shown(2, heavier, 0.01), "run before <it>"))
+    page.panel.update(ghosted)
+    slip = page.client.plots[0]
+    strokes = [str(series.get("stroke")) for series in slip.series[2:]]
+    assert len(strokes) == 4
+    assert strokes[2] == strokes[0].replace(",1)", ",0.4)")
+    assert np.nanmax(np.abs(slip.data[4] - slip.data[2])) > 1.0
+    assert "Pale: run before &lt;it&gt;." in page.notes()
+    page.panel.update(view)
+    assert [len(plot.series) for plot in page.client.plots][:2] == [4, 4]
+    assert "Pale" not in page.notes()
+
+
+def test_it_is_said_where_not_every_sample_is_drawn(page: Page, case_2: RunResult) -> None:
+    scenario = with_values(load_scenario("paper-case-2"), {"simulation.output_rate": 1000.0})
+    fine = simulate(scenario)
+    page.panel.update(view_of(fine, whole_window(fine)))
+    assert f"of {len(fine.trace)} samples: every extreme and every event." in page.notes()
+    page.panel.update(view_of(fine))
+    assert "samples" not in page.notes()
+
+
+def test_a_run_with_fewer_charts_leaves_no_empty_ones(page: Page, case_2: RunResult) -> None:
+    page.panel.update(view_of(case_2))
+    scenario = with_values(case_2.scenario, {"simulation.duration": 0.2, "estimates": []})
+    page.panel.update(view_of(simulate(scenario)))
+    assert len(page.client.plots) == 9
+    page.panel.update(view_of(case_2))
+    assert len(page.client.plots) == 12
+
+
+def test_readings_follow_a_moving_play_head_ten_times_a_second() -> None:
+    window = TimeWindow(0.0, 0.3)
+    assert is_reading_due(0.1, 0.2, window, 0.1)
+    assert not is_reading_due(0.1, 0.2, window, 0.09)
+    assert not is_reading_due(0.1, 0.1005, window, 5.0)

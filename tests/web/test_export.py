@@ -1,0 +1,224 @@
+"""What a user takes away: files of the view, made one at a time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from queue import SimpleQueue
+from xml.etree import ElementTree
+
+import pytest
+
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.simulator import simulate
+from server.viewer_server import ViewerServer
+from tests.web.listening_gui import ListeningClient
+from tests.web.test_charts_panel import view_of
+from web.charts_figure import ChartsHeading, charts_svg, draw_charts_figure
+from web.charts_view import ChartsView
+from web.desks.export_desk import ExportDesk
+from web.drawn_charts import ChartedRun, DrawnChart, drawn_charts
+from web.export_worker import ExportWorker
+from web.exporting import ExportFile, Exporting, file_name
+from web.intents.export import (
+    CancelExport,
+    ExportCharts,
+    ExportFailed,
+    ExportFinished,
+    ExportMoved,
+    ExportPicture,
+    ExportReplay,
+)
+from web.intents.intent import Intent
+from web.panels.export_panel import ExportPanel
+from web.playback import slip_window
+from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def short() -> RunResult:
+    return simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.1}))
+
+
+class Office:
+    """A desk, the view that it has made, and the files that it has delivered."""
+
+    def __init__(self, view: ViewState) -> None:
+        self.answers: SimpleQueue[Intent] = SimpleQueue()
+        self.delivered: list[ExportFile] = []
+        self.desk = ExportDesk(self.answers.put, self.delivered.append)
+        self.view = view
+
+    def take(self, intent: Intent) -> Exporting:
+        self.view = self.desk.take(intent, self.view)
+        return self.view.exporting
+
+    def finish(self) -> list[float]:
+        """Takes answers until nothing is made any more; gives the shares that were told."""
+        shares: list[float] = []
+        while self.view.exporting.busy_with:
+            answer = self.answers.get(timeout=60.0)
+            shares += [answer.share] if isinstance(answer, ExportMoved) else []
+            self.take(answer)
+        return shares
+
+
+@pytest.fixture
+def office(short: RunResult) -> Iterator[Office]:
+    office = Office(view_of(short))
+    yield office
+    for worker in office.desk.workers:
+        worker.close()
+        worker.join(30.0)
+    assert "export" not in {thread.name for thread in threading.enumerate()}
+
+
+def charts_of_view(view: ViewState, hidden: ChartsView) -> list[DrawnChart]:
+    assert view.shown is not None
+    assert view.playback is not None
+    ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None
+    run = ChartedRun.of(view.shown.result)
+    pages = drawn_charts(run, ghost, view.playback.window, hidden)
+    return [chart for charts in pages.values() for chart in charts]
+
+
+def test_the_drawing_shows_the_same_lines_as_the_page(case_2: RunResult) -> None:
+    view = replace(view_of(case_2), ghost=Ghost(Shown(2, case_2, 0.0), "the run before"))
+    hidden = ChartsView(frozenset({("forces", "limit-0")}))
+    charts = charts_of_view(view, hidden)
+    heading = ChartsHeading("title", "the run before", 0.05, (0.02,))
+    figure = draw_charts_figure(charts, heading)
+    axes = {a.get_label(): a for a in figure.axes}
+    marks = 2
+    for chart in charts:
+        drawn = axes[chart.chart.key]
+        assert len(drawn.lines) == 2 * len(chart.own.chart.lines) + marks
+        window = slip_window(case_2)
+        assert drawn.get_xlim() == (window.start, window.end)
+        columns = chart.columns()
+        assert drawn.lines[0].get_ydata() == pytest.approx(columns[2], nan_ok=True)
+    words = [text.get_text() for text in figure.texts]
+    assert "Pale: the run before." in words
+    assert any("left μ$F_n$ hidden" in text for text in words)
+
+
+def test_a_title_is_text_and_never_mathematics_or_markup(short: RunResult) -> None:
+    title = "$\\frac{1}{0}$ </svg><script>"
+    svg = charts_svg(
+        charts_of_view(view_of(short), ChartsView()), ChartsHeading(title, "", 0.05, ())
+    )
+    root = ElementTree.fromstring(svg)
+    assert root.tag == f"{SVG}svg"
+    assert root.find(f".//{SVG}script") is None
+
+
+def test_the_charts_arrive_as_one_drawing(office: Office) -> None:
+    assert office.take(ExportCharts()).busy_with == "Drawing the charts"
+    office.finish()
+    (file,) = office.delivered
+    assert file.name == "slipgrasp-paper-case-2-charts.svg"
+    assert ElementTree.fromstring(file.content).tag == f"{SVG}svg"
+    exporting = office.view.exporting
+    assert file.name in exporting.message
+    assert not exporting.is_failure
+
+
+def test_a_replay_tells_how_far_it_is_and_arrives(office: Office) -> None:
+    office.take(ExportReplay())
+    shares = office.finish()
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    (file,) = office.delivered
+    assert file.name == "slipgrasp-paper-case-2-replay.html"
+    assert file.content.lstrip().lower().startswith(b"<!doctype html")
+
+
+def test_only_one_file_is_made_at_a_time(office: Office) -> None:
+    office.take(ExportReplay())
+    assert office.take(ExportCharts()).number == 1
+    assert office.take(ExportPicture()).pictures == 0
+    office.finish()
+    assert [file.name for file in office.delivered] == ["slipgrasp-paper-case-2-replay.html"]
+
+
+def test_a_cancelled_export_ends_and_the_next_one_works(office: Office) -> None:
+    office.take(ExportReplay())
+    office.take(CancelExport())
+    office.finish()
+    assert office.delivered == []
+    assert office.view.exporting.message == "Cancelled; no file was made."
+    office.take(ExportCharts())
+    office.finish()
+    assert len(office.delivered) == 1
+
+
+def test_an_answer_to_an_older_export_is_void(office: Office) -> None:
+    office.take(ExportPicture())
+    late = ExportFinished(0, ExportFile("late", b""))
+    assert office.take(late) == office.take(ExportMoved(0, 0.5))
+    assert office.delivered == []
+
+
+def test_the_page_is_asked_for_each_picture(office: Office) -> None:
+    assert office.take(ExportPicture()).picture_name == "slipgrasp-paper-case-2-50ms.png"
+    assert office.take(ExportPicture()).pictures == 2
+
+
+def fail(error: Exception) -> Callable[[object], ExportFile]:
+    def make(_: object) -> ExportFile:
+        raise error
+
+    return make
+
+
+def test_what_goes_wrong_is_told_in_words() -> None:
+    answers: SimpleQueue[Intent] = SimpleQueue()
+    worker = ExportWorker(answers.put)
+    worker.start(7, fail(OSError(24, "Too many open files")))
+    answer = answers.get(timeout=30.0)
+    assert answer == ExportFailed(7, "The file could not be made: Too many open files.")
+    worker.join(30.0)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_error_of_ours_does_not_leave_the_user_waiting() -> None:
+    answers: SimpleQueue[Intent] = SimpleQueue()
+    worker = ExportWorker(answers.put)
+    worker.start(8, fail(ZeroDivisionError("ours")))
+    answer = answers.get(timeout=30.0)
+    assert isinstance(answer, ExportFailed)
+    assert "internal error" in answer.message
+    worker.join(30.0)
+
+
+@pytest.mark.parametrize(
+    ("origin", "name"),
+    [
+        ("paper-case-2", "slipgrasp-paper-case-2-charts.svg"),
+        ("recording ../../etc/passwd", "slipgrasp-recording-..-..-etc-passwd-charts.svg"),
+        ("x" * 500, f"slipgrasp-{'x' * 60}-charts.svg"),
+        ("é\n</b>", "slipgrasp-b-charts.svg"),
+        ("", "slipgrasp-charts.svg"),
+    ],
+)
+def test_a_file_has_a_name_that_every_disk_takes(origin: str, name: str) -> None:
+    assert file_name(origin, "charts", "svg") == name
+
+
+def test_files_of_the_server_are_offered_once_the_run_is_kept(
+    viewer_server: ViewerServer, short: RunResult
+) -> None:
+    client = ListeningClient(viewer_server)
+    panel = ExportPanel(client.gui, [].append)
+    view = view_of(short)
+    panel.update(view)
+    assert not any("href" in text for text in client.texts)
+    panel.update(replace(view, status=RunStatus(RunStage.SAVED, run_id="abc")))
+    assert any("/api/v1/runs/abc/recording" in text for text in client.texts)
+    failed = Exporting(message="<b>broken</b>", is_failure=True)
+    panel.update(replace(view, exporting=failed))
+    assert any("&lt;b&gt;broken" in text for text in client.texts)

@@ -1,0 +1,127 @@
+"""One chart on the page: a head with a legend, and the lines below it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import viser
+from viser import uplot
+
+from web.chart_html import head_html
+from web.charts import Chart, Line
+from web.colours import SHADE, css, legible
+from web.drawn_charts import DrawnChart
+
+__all__ = ["Plot"]
+
+# Room around the lines [px].
+_TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 46
+_LABEL = 14
+_PALE, _BAND = 0.4, 0.12
+_PAD = 0.1
+_NO_POINTS = uplot.Series_Points(show=False)
+
+
+class Plot:
+    """A chart of a run, and pale that of its ghost.
+
+    Args:
+        gui: Where it goes.
+        height: Its height [px].
+        drawn: What it shows first.
+        dark: Whether the page is dark.
+    """
+
+    def __init__(self, gui: viser.GuiApi, height: int, drawn: DrawnChart, *, dark: bool) -> None:
+        self._head = gui.add_html(head_html(drawn.chart, drawn.hidden, dark=dark))
+        self._drawn: DrawnChart | None = drawn
+        self._look = _look(drawn, dark)
+        self._lines = gui.add_uplot(
+            drawn.columns(),
+            _series(drawn, dark),
+            axes=_axes(drawn.chart),
+            bands=_bands(drawn.own.chart),
+            scales=_scales(drawn.chart),
+            legend=uplot.Legend(show=False),
+            # The page's own script zooms all charts at once.
+            cursor=uplot.Cursor(
+                sync=uplot.Cursor_Sync(key="time"), drag=uplot.Cursor_Drag(x=False, y=False)
+            ),
+            height=height,
+            padding=(_TOP, _RIGHT, 0, 0),
+        )
+
+    def draw(self, drawn: DrawnChart | None, *, dark: bool) -> None:
+        """Draws a chart of another run or window, or other lines of it; without one it hides."""
+        self._head.visible = self._lines.visible = drawn is not None
+        if drawn is None or drawn is self._drawn:
+            return
+        self._drawn = drawn
+        self._head.content = head_html(drawn.chart, drawn.hidden, dark=dark)
+        look = _look(drawn, dark)
+        if look != self._look:
+            self._look = look
+            self._lines.series = _series(drawn, dark)
+            self._lines.scales = _scales(drawn.chart)
+            self._lines.bands = _bands(drawn.own.chart)
+            self._lines.axes = _axes(drawn.chart)
+        self._lines.data = drawn.columns()
+
+
+def _look(drawn: DrawnChart, dark: bool) -> object:
+    """What makes the page lay a plot out anew."""
+    ghost = drawn.ghost.chart.lines if drawn.ghost else ()
+    lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]
+    pale = [line.colour for line in ghost]
+    return (drawn.chart.unit, drawn.chart.least, drawn.own.chart.bands, lines, pale, dark)
+
+
+def _scales(chart: Chart) -> dict[str, uplot.Scale]:
+    y = uplot.Scale(auto=True)
+    if chart.least > 0.0:
+        # At least from -least to +least, and some room beyond what lies outside.
+        room = {"pad": _PAD, "mode": 1}
+        limits = {"min": {"soft": -chart.least, **room}, "max": {"soft": chart.least, **room}}
+        y = uplot.Scale(range=limits)
+    return {"x": uplot.Scale(time=False), "y": y, "share": uplot.Scale(range=(0.0, 1.0))}
+
+
+def _axes(chart: Chart) -> tuple[uplot.Axis, ...]:
+    unit = "" if chart.unit == "1" else chart.unit
+    return (
+        uplot.Axis(size=_BELOW, gap=2, label="time [s]", labelSize=_LABEL, labelGap=-2),
+        uplot.Axis(size=_LEFT, space=22, label=unit, labelSize=_LABEL + 2),
+    )
+
+
+def _series(drawn: DrawnChart, dark: bool) -> tuple[uplot.Series, ...]:
+    own = _lines(drawn.own.chart.lines, 1.0, dark)
+    pale = _lines(drawn.ghost.chart.lines if drawn.ghost else (), _PALE, dark)
+    slipping = uplot.Series(
+        label="slipping", scale="share", width=0, fill=css(SHADE, 0.13), points=_NO_POINTS
+    )
+    return (uplot.Series(label="time [s]"), slipping, *own, *pale)
+
+
+def _lines(lines: Sequence[Line], opacity: float, dark: bool) -> Iterator[uplot.Series]:
+    """Lines over each other; the lower ones are broader, to show where all agree."""
+    for i, line in enumerate(lines):
+        below = 1.0 - i / len(lines)
+        yield uplot.Series(
+            label=line.label,
+            stroke=css(legible(line.colour, dark=dark), opacity),
+            width=1.0 + below if line.dashed else 1.5 + 1.5 * below,
+            dash=(5, 4) if line.dashed else (),
+            points=_NO_POINTS,
+            pxAlign=0,
+        )
+
+
+def _bands(chart: Chart) -> tuple[uplot.Band, ...]:
+    """Bands between the columns of lines; time and slipping come before those."""
+    columns = {line.key: 2 + i for i, line in enumerate(chart.lines)}
+    colours = {line.key: line.colour for line in chart.lines}
+    return tuple(
+        uplot.Band(series=(columns[upper], columns[lower]), fill=css(colours[lower], _BAND), dir=-1)
+        for upper, lower in chart.bands
+    )

@@ -1,0 +1,180 @@
+"""All charts of a run as they stand, as one drawing; importing this imports matplotlib."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from recordings.figures.files import save_figure
+from recordings.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
+from recordings.palette import MARK, SHADE, Rgb
+from web.charts import Line
+from web.drawn_charts import DrawnChart, remarks_on
+
+__all__ = ["ChartsHeading", "charts_svg", "draw_charts_figure"]
+
+# Sizes on the page [mm].
+_MARGIN = 2.0
+_HEADING = 7.0
+_REMARK = 4.0
+_COLUMNS = 2
+_COLUMN = PAGE_WIDTH / _COLUMNS
+_LABELS = 15.0
+_RIGHT = 3.0
+_TITLE = 5.0
+_LEGEND_LINE = 4.2
+_PER_LEGEND_LINE = 4
+_PLOT = 34.0
+_TICKS = 10.5
+
+# Smaller numbers on an axis are written with exponents.
+_PLAIN = 1e-3
+_PALE, _BAND, _SLIPPING = 0.4, 0.12, 0.13
+
+
+@dataclass(frozen=True, slots=True)
+class ChartsHeading:
+    """What the drawing says above the charts, and marks in each of them.
+
+    Attributes:
+        title: What the run is.
+        ghost: What the pale run is; empty if there is none.
+        time: Where the play head stands [s].
+        changes: When parameters change [s].
+    """
+
+    title: str
+    ghost: str
+    time: float
+    changes: tuple[float, ...]
+
+
+def charts_svg(charts: Sequence[DrawnChart], heading: ChartsHeading) -> bytes:
+    """The charts as an SVG file."""
+    stream = io.BytesIO()
+    save_figure(draw_charts_figure(charts, heading), stream, "svg")
+    return stream.getvalue()
+
+
+def draw_charts_figure(charts: Sequence[DrawnChart], heading: ChartsHeading) -> Figure:
+    """Draws charts in two columns, with the same lines as on the page.
+
+    Args:
+        charts: The charts.
+        heading: What stands above them.
+
+    Returns:
+        The figure; each of its axes is labelled with the key of its chart.
+    """
+    remarks = [f"Play head at {heading.time:.6g} s.", *remarks_on(charts)]
+    if heading.ghost:
+        remarks.insert(0, f"Pale: {heading.ghost}.")
+    rows = [charts[i : i + _COLUMNS] for i in range(0, len(charts), _COLUMNS)]
+    tops = np.cumsum([_MARGIN + _HEADING, *(_row_height(row) for row in rows)])
+    height = float(tops[-1]) + len(remarks) * _REMARK + _MARGIN
+    with paper_style():
+        figure = new_figure(height)
+        _write(figure, heading.title, 2.0, _MARGIN + 0.5 * _HEADING, height, size=10.0)
+        for row, top in zip(rows, tops, strict=False):
+            for column, chart in enumerate(row):
+                _draw_chart(figure, chart, heading, column * _COLUMN, float(top), _legend(row))
+        for k, remark in enumerate(remarks):
+            _write(figure, remark, 2.0, float(tops[-1]) + (k + 0.5) * _REMARK, height, size=7.0)
+    return figure
+
+
+def _row_height(row: Sequence[DrawnChart]) -> float:
+    return _TITLE + _legend(row) + _PLOT + _TICKS
+
+
+def _legend(row: Sequence[DrawnChart]) -> float:
+    """Height of the highest legend of a row [mm]."""
+    most = max(len(chart.own.chart.lines) for chart in row)
+    return _LEGEND_LINE * -(-most // _PER_LEGEND_LINE)
+
+
+def _write(
+    figure: Figure, text: str, left: float, top: float, height: float, *, size: float
+) -> None:
+    place = (left / PAGE_WIDTH, 1.0 - top / height)
+    figure.text(*place, _printed(text), va="center", fontsize=size)
+
+
+def _printed(text: str) -> str:
+    """The text with the subscripts that the fonts of the figures do not have set as formulas."""
+    return text.replace("$", r"\$").replace("Fₓ", "$F_x$").replace("Fₙ", "$F_n$")
+
+
+def _draw_chart(
+    figure: Figure, drawn: DrawnChart, heading: ChartsHeading, left: float, top: float, room: float
+) -> None:
+    head = add_axes(figure, left, top, _COLUMN, _TITLE)
+    head.set_axis_off()
+    head.text(2.0 / _COLUMN, 0.5, _printed(drawn.chart.title), va="center", fontsize=9.5)
+    width = _COLUMN - _LABELS - _RIGHT
+    axes = add_axes(figure, left + _LABELS, top + _TITLE + room, width, _PLOT)
+    axes.set_label(drawn.chart.key)
+    _draw_lines(axes, drawn)
+    for change in heading.changes:
+        axes.axvline(change, color=paint(MARK), linewidth=0.5, linestyle=(0, (3.0, 2.0)))
+    axes.axvline(heading.time, color=paint(MARK), linewidth=0.7)
+    axes.set_xlim(drawn.own.window.start, drawn.own.window.end)
+    axes.xaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
+    low, high = axes.get_ylim()
+    if drawn.chart.least > 0.0:
+        low, high = min(low, -drawn.chart.least), max(high, drawn.chart.least)
+        axes.set_ylim(low, high)
+    if max(abs(low), abs(high)) < _PLAIN:
+        axes.yaxis.set_major_formatter("{x:.3g}")
+    axes.set_xlabel("$t$ [s]", labelpad=1.5)
+    axes.set_ylabel("" if drawn.chart.unit == "1" else f"[{drawn.chart.unit}]")
+    axes.tick_params(top=True, right=True)
+    if drawn.own.chart.lines:
+        _draw_legend(figure, drawn.own.chart.lines, left, top + _TITLE, room)
+
+
+def _draw_lines(axes: Axes, drawn: DrawnChart) -> None:
+    times, slipping, *columns = drawn.columns()
+    across = axes.get_xaxis_transform()
+    axes.fill_between(times, 0.0, slipping, transform=across, **_area(SHADE, _SLIPPING))
+    own = drawn.own.chart
+    drawn_lines: dict[str, NDArray[np.float64]] = {}
+    for line, column in zip(own.lines, columns, strict=False):
+        axes.plot(times, column, **_style(line))
+        drawn_lines[line.key] = column
+    colours = {line.key: line.colour for line in own.lines}
+    for upper, lower in own.bands:
+        area = _area(colours[lower], _BAND)
+        axes.fill_between(times, drawn_lines[lower], drawn_lines[upper], **area)
+    ghost = drawn.ghost.chart.lines if drawn.ghost else ()
+    for line, column in zip(ghost, columns[len(own.lines) :], strict=True):
+        axes.plot(times, column, alpha=_PALE, **_style(line))
+
+
+def _area(colour: Rgb, opacity: float) -> dict[str, Any]:
+    return {"color": paint(colour), "alpha": opacity, "linewidth": 0.0}
+
+
+def _style(line: Line) -> dict[str, Any]:
+    colour = paint(line.colour)
+    if line.dashed:
+        return {"color": colour, "linewidth": 0.8, "linestyle": (0, (4.0, 2.0))}
+    return {"color": colour, "linewidth": 1.1}
+
+
+def _draw_legend(
+    figure: Figure, lines: Sequence[Line], left: float, top: float, room: float
+) -> None:
+    box = add_axes(figure, left + _LABELS, top, _COLUMN - _LABELS - _RIGHT, room)
+    box.set_axis_off()
+    handles = [Line2D([], [], label=_printed(line.label), **_style(line)) for line in lines]
+    box.legend(handles=handles, loc="center left", ncols=_PER_LEGEND_LINE, columnspacing=0.9)

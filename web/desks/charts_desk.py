@@ -1,0 +1,34 @@
+"""The desk of the charts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from web.charts import charts_of
+from web.desks.desk import Desk
+from web.intents.charts import ToggleLine
+from web.intents.intent import Intent
+from web.view import ViewState
+
+__all__ = ["ChartsDesk"]
+
+
+class ChartsDesk(Desk):
+    """Hides lines of the charts, and brings them back."""
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (ToggleLine,)
+
+    def take(self, intent: Intent, view: ViewState) -> ViewState:
+        """Hides a line, or brings it back; one that no chart of the run has is nothing."""
+        if not isinstance(intent, ToggleLine) or view.shown is None:
+            return view
+        known = {
+            (chart.key, line.key)
+            for charts in charts_of(view.shown.result).values()
+            for chart in charts
+            for line in chart.lines
+        }
+        if (intent.chart, intent.line) not in known:
+            return view
+        return replace(view, charts=view.charts.toggled(intent.chart, intent.line))

@@ -1,0 +1,115 @@
+"""The charts of a run as they are drawn: window, hidden lines, and another run pale beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.result import RunResult
+from core.trace import Trace
+from web.chart_columns import Drawing, event_rows, rows_inside
+from web.charts import Chart, charts_of
+from web.charts_view import ChartsView
+from web.playback import TimeWindow
+
+__all__ = ["ChartedRun", "DrawnChart", "drawn_charts", "remarks_on"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChartedRun:
+    """A run with its charts by tab."""
+
+    trace: Trace
+    tabs: Mapping[str, tuple[Chart, ...]]
+
+    @classmethod
+    def of(cls, result: RunResult) -> ChartedRun:
+        """The run with all its charts."""
+        return cls(result.trace, charts_of(result))
+
+    def find(self, key: str) -> Chart | None:
+        """The chart with a key; None if this run has none."""
+        charts = (chart for tab in self.tabs.values() for chart in tab)
+        return next((chart for chart in charts if chart.key == key), None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnChart:
+    """One chart as it is drawn.
+
+    Attributes:
+        chart: The chart with all its lines.
+        hidden: Keys of the lines that are not drawn.
+        own: The lines that are drawn.
+        ghost: The same lines of another run.
+    """
+
+    chart: Chart
+    hidden: frozenset[str]
+    own: Drawing
+    ghost: Drawing | None = None
+
+    def columns(self) -> tuple[NDArray[np.float64], ...]:
+        """Time, slipping (0 or 1), the lines, and those of the ghost."""
+        return self.own.columns(self.ghost)
+
+
+def drawn_charts(
+    run: ChartedRun, ghost: ChartedRun | None, window: TimeWindow, charts_view: ChartsView
+) -> dict[str, list[DrawnChart]]:
+    """Every chart of a run as it is drawn, by tab.
+
+    Args:
+        run: The run.
+        ghost: Another run, of which the charts that both have are drawn.
+        window: The stretch of time.
+        charts_view: Which lines are hidden.
+    """
+
+    def draw(chart: Chart) -> DrawnChart:
+        hidden = charts_view.hidden_in(chart.key)
+        own = Drawing.of(run.trace, _without(chart, hidden), window)
+        other = ghost.find(chart.key) if ghost else None
+        if ghost is None or other is None:
+            return DrawnChart(chart, hidden, own)
+        pale = Drawing.of(ghost.trace, _without(other, hidden), window, is_ghost=True)
+        return DrawnChart(chart, hidden, own, pale)
+
+    return {tab: [draw(chart) for chart in charts] for tab, charts in run.tabs.items()}
+
+
+def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
+    """What some charts leave out, a sentence each; nothing is dropped silently."""
+    coarse = [chart for chart in charts if not _is_whole(chart.own)]
+    if coarse:
+        own = min((chart.own for chart in coarse), key=lambda drawing: len(drawing.rows))
+        inside = _rows_of_window(own)
+        events = np.intersect1d(event_rows(own.trace), inside)
+        kept = " and every event" if np.isin(events, own.rows).all() else ""
+        yield (
+            f"Charts show at least {len(own.rows)} of {len(inside)} samples: every extreme{kept}."
+        )
+    for chart in charts:
+        labels = [line.label for line in chart.chart.lines if line.key in chart.hidden]
+        if labels:
+            yield f"{chart.chart.title}: {', '.join(labels)} hidden."
+
+
+def _is_whole(drawing: Drawing) -> bool:
+    return bool(np.isin(_rows_of_window(drawing), drawing.rows).all())
+
+
+def _rows_of_window(drawing: Drawing) -> NDArray[np.intp]:
+    return np.flatnonzero(rows_inside(drawing.trace.times, drawing.window))
+
+
+def _without(chart: Chart, hidden: frozenset[str]) -> Chart:
+    """The chart without some of its lines."""
+    if not hidden:
+        return chart
+    lines = tuple(line for line in chart.lines if line.key not in hidden)
+    bands = tuple(band for band in chart.bands if hidden.isdisjoint(band))
+    return replace(chart, lines=lines, bands=bands)

@@ -1,0 +1,112 @@
+"""What a user can take away, all in one place."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+
+from server.schemas import API_PATH
+from web.colours import tone
+from web.exporting import Exporting
+from web.intents.export import CancelExport, ExportCharts, ExportPicture, ExportReplay
+from web.intents.intent import Intent, Send
+from web.panels.beacon_panel import linked_run
+from web.view import ViewState
+
+__all__ = ["ExportPanel", "export_html", "picture_html"]
+
+_BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
+    (
+        "View (PNG)",
+        viser.Icon.PHOTO,
+        "Saves the scene as it stands, from where you look at it, as a picture.",
+        ExportPicture,
+    ),
+    (
+        "Charts (SVG)",
+        viser.Icon.CHART_LINE,
+        "Saves all charts as they stand: this stretch of time, these lines, the pale run too.",
+        ExportCharts,
+    ),
+    (
+        "Replay (HTML)",
+        viser.Icon.MOVIE,
+        "Saves a page that plays the scene of this run in any browser, without a network.",
+        ExportReplay,
+    ),
+)
+
+
+class ExportPanel:
+    """Offers the files of the run that is shown.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._folder = gui.add_folder("Export", expand_by_default=False)
+        with self._folder:
+            self._buttons = []
+            for label, icon, hint, intent in _BUTTONS:
+                button = gui.add_button(label, icon=icon, hint=hint, disabled=True)
+                button.on_click(lambda _, intent=intent: send(intent()))
+                self._buttons.append(button)
+            self._bar = gui.add_progress_bar(0.0, visible=False)
+            self._cancel = gui.add_button(
+                "Cancel", icon=viser.Icon.X, hint="Stops making the file.", visible=False
+            )
+            self._cancel.on_click(lambda _: send(CancelExport()))
+            self._words = gui.add_html("")
+            self._picture = gui.add_html(picture_html(Exporting()))
+        self._drawn: tuple[bool, str, Exporting] | None = None
+
+    def update(self, view: ViewState) -> None:
+        """Shows what can be taken away, and how far a file has come."""
+        drawing = (view.shown is not None, linked_run(view), view.exporting)
+        if drawing == self._drawn:
+            return
+        self._drawn = drawing
+        is_shown, run_id, exporting = drawing
+        is_busy = bool(exporting.busy_with)
+        for button in self._buttons:
+            button.disabled = is_busy or not is_shown
+        self._bar.visible = self._cancel.visible = is_busy
+        self._bar.value = 100.0 * exporting.share
+        self._words.content = export_html(exporting, run_id)
+        self._picture.content = picture_html(exporting)
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        self._folder.remove()
+
+
+def export_html(exporting: Exporting, run_id: str) -> str:
+    """What is being made, what became of it, and the files that the server keeps.
+
+    Args:
+        exporting: How far the export has come.
+        run_id: Where the run is kept; empty if it is not.
+    """
+    words = f"{exporting.busy_with} …" if exporting.busy_with else exporting.message
+    colour = f"color:{tone('bad')}" if exporting.is_failure else ""
+    lines = [f"<div role='status' style='{colour}'>{escape(words)}</div>"] if words else []
+    if run_id:
+        run = f"{API_PATH}/runs/{escape(run_id)}"
+        lines.append(
+            f"<div>As it is kept: <a href='{run}/recording' download>recording (MCAP)</a>, "
+            f"<a href='{run}/signals.csv' download>signals (CSV)</a></div>"
+        )
+    else:
+        lines.append("<div>Recording (MCAP) and signals (CSV): once the run is saved.</div>")
+    return f"<div style='padding:0.3em 1em;font-size:0.85em;line-height:1.4'>{''.join(lines)}</div>"
+
+
+def picture_html(exporting: Exporting) -> str:
+    """Asks the page's script for a picture of the scene; nothing that is seen."""
+    return (
+        f"<i hidden data-sg-picture='{exporting.pictures}'"
+        f" data-sg-name='{escape(exporting.picture_name)}'></i>"
+    )
