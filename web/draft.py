@@ -86,6 +86,11 @@ class Draft:
         """Whether it is no longer as it came."""
         return bool(self.edits) or self.changes != tuple(_timed_edits(self.base))
 
+    @property
+    def touched(self) -> frozenset[str]:
+        """The parameters that were set, for the whole run or from some time on."""
+        return frozenset((*self.edits, *(change.key for change in self.changes)))
+
     def reset(self) -> Draft:
         """The draft as it came."""
         return Draft.starting_from(self.origin, self.base)
@@ -149,15 +154,6 @@ class Draft:
             ScenarioError: With every value that is not allowed, and its limit.
         """
         return with_values(_steady(self.base), {**self.edits, **dict(self._change_entries())})
-
-    def scenario_at(self, time: float) -> Scenario:
-        """The scenario with the values that hold at some time [s], and no changes.
-
-        Raises:
-            ScenarioError: With every value that is not allowed, and its limit.
-        """
-        happened = {c.key: c.value for c in self.changes if c.time <= time}
-        return with_values(_steady(self.base), {**self.edits, **happened})
 
     def key_of(self, error: FieldError) -> str:
         """The parameter that an error in the draft is about: a change stands for what it sets."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from core.exceptions import FieldError
@@ -27,8 +27,8 @@ class Gesture:
 
     Attributes:
         key: The parameter.
-        time: From when on it acts [s]; where the play head stood when it began.
-        moved_at: When its last value came, on the viewer's clock [s].
+        time: From when on it acts [s]: where the play head stood when it began.
+        moved_at: When its last value came, on the monotonic clock [s].
     """
 
     key: str
@@ -48,38 +48,39 @@ class Editing:
         reach: What a knob acts on.
         history: What was asked for before.
         gesture: The knob moved last, if nothing else happened since.
+        ghost_due: Whether the run on the screen is to stay as a pale one when the next comes.
         file_errors: What is wrong with the scenario file that was loaded last.
     """
 
     reach: Reach = Reach.PLAY_HEAD
-    history: History = History()
+    history: History = field(default_factory=History)
     gesture: Gesture | None = None
+    ghost_due: bool = False
     file_errors: tuple[FieldError, ...] = ()
 
     def begin(self, present: Draft) -> Editing:
-        """After something else than a knob made another draft of the present one."""
-        return Editing(self.reach, self.history.with_past(present))
+        """Once something new follows the present draft."""
+        return Editing(self.reach, self.history.with_past(present), ghost_due=True)
 
-    def move(self, draft: Draft, key: str, play_head: float, now: float) -> Editing:
-        """After a knob was moved.
+    def move(self, present: Draft, key: str, play_head: float, now: float) -> Editing:
+        """Once a knob was moved.
 
         Args:
-            draft: What was asked for until then.
+            present: What was asked for until then.
             key: The parameter of the knob.
             play_head: Where the play head stands [s].
-            now: The viewer's clock [s].
+            now: The monotonic clock [s].
         """
         if self.gesture is not None and self.gesture.goes_on(key, now):
             return replace(self, gesture=replace(self.gesture, moved_at=now))
-        time = change_time(play_head) if self.reach is Reach.PLAY_HEAD else 0.0
-        return replace(self.begin(draft), gesture=Gesture(key, time, now))
+        return replace(self.begin(present), gesture=Gesture(key, change_time(play_head), now))
 
     def holds(self, key: str, now: float) -> bool:
         """Whether the user has a knob in hand: the program must not move it then."""
         return self.gesture is not None and self.gesture.goes_on(key, now)
 
     def apply(self, draft: Draft, value: Value) -> Draft:
-        """The draft after the knob of the present gesture took a value."""
+        """The draft once the knob in hand took a value."""
         assert self.gesture is not None
         if self.reach is Reach.WHOLE_RUN:
             return draft.edited(self.gesture.key, value)

@@ -1,94 +1,26 @@
-"""Runs, parameters and numbers in words."""
+"""Parameters, numbers and errors in words."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
 
-from core.result import RunResult
-from core.types import Outcome
+from core.exceptions import FieldError
 
 __all__ = [
-    "Verdict",
-    "describe_outcome",
+    "error_words",
+    "joined",
     "key_words",
     "milliseconds",
+    "sentence",
+    "unit_after",
     "unit_words",
 ]
 
-Tone = Literal["good", "warning", "bad"]
-
-_HEADLINES = {
-    Outcome.SEPARATED: "Dropped: a contact came apart",
-    Outcome.LEFT_FACE: "Lost: a fingertip slid off its face",
-    Outcome.SINGULAR: "Ended: a finger ran out of reach",
-    Outcome.CHATTERING: "Never settles: stick and slip alternate without end",
-    Outcome.INCONSISTENT: "Ended: no phase of the contacts is consistent",
-    Outcome.DIVERGED: "Ended: the numbers ran away",
-    Outcome.LIMIT: "Cut short: the run reached a limit",
-    Outcome.STOPPED: "Stopped",
-    Outcome.FAILED: "Failed",
-    Outcome.RECOVERED: "Recovered from an unfinished recording",
-}
-
+_PLACE_OF_CHANGE = re.compile(r"changes\.\d+\.(?P<what>value: |time)")
+_WITH_COORDINATES = ("base", "start", "acceleration")
+_COORDINATES = ("x", "y", "theta")
 _SUPERSCRIPTS = str.maketrans({"2": "²", "3": "³"})
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """How a run went: a tone, a headline, and a few sentences."""
-
-    tone: Tone
-    headline: str
-    sentences: tuple[str, ...]
-
-
-def describe_outcome(result: RunResult) -> Verdict:
-    """Says in words how a run ended, what slipped, and what to try."""
-    slips = _describe_slips(result)
-    if result.outcome is not Outcome.COMPLETED:
-        return Verdict("bad", _HEADLINES[result.outcome], (*_describe_reason(result), slips))
-    if result.metrics.held:
-        return Verdict("good", "Held", (slips,))
-    if result.metrics.slipping_at_end:
-        return Verdict("warning", "Not held: still slipping at the end", (slips,))
-    return Verdict("warning", "Not settled: it slipped in the last half second", (slips,))
-
-
-def _describe_reason(result: RunResult) -> tuple[str, ...]:
-    reason = result.reason
-    if reason is None:
-        return ()
-    return tuple(_sentence(text) for text in (reason.message, reason.hint) if text)
-
-
-def _describe_slips(result: RunResult) -> str:
-    """Who slipped how far, and until when."""
-    names = result.scenario.finger_names
-    paths = result.metrics.slip_path
-    slipped = [i for i, path in enumerate(paths) if path > 0.0]
-    if not slipped:
-        return "No fingertip slipped."
-    lengths = _join([f"{1e3 * paths[i]:.3g} mm {names[i]}" for i in slipped])
-    who = _fingertips([names[i] for i in slipped], len(names))
-    return f"{who} slipped, {lengths}{_describe_end_of_slip(result)}."
-
-
-def _fingertips(names: Sequence[str], total: int) -> str:
-    """Some of the fingertips, as the subject of a sentence."""
-    if len(names) == 1:
-        return f"The {names[0]} fingertip"
-    if len(names) == total:
-        return "Both fingertips" if total == 2 else "All fingertips"
-    return f"The {_join(names)} fingertips"
-
-
-def _describe_end_of_slip(result: RunResult) -> str:
-    last = result.metrics.last_slip_time
-    if last is None or result.metrics.slipping_at_end:
-        return ""
-    return f", and stopped at t = {milliseconds(last)}"
 
 
 def key_words(key: str, names: Sequence[str]) -> str:
@@ -106,6 +38,8 @@ def key_words(key: str, names: Sequence[str]) -> str:
             words += [] if part == "fingers" else [_singular(part) if following_is_index else part]
         elif parts[i - 1] == "fingers":
             words.append(names[int(part)])
+        elif parts[i - 1] in _WITH_COORDINATES:
+            words.append(_COORDINATES[int(part)])
         else:
             words.append(str(int(part) + 1))
     return " ".join(words).replace("_", " ")
@@ -113,7 +47,29 @@ def key_words(key: str, names: Sequence[str]) -> str:
 
 def unit_words(unit: str) -> str:
     """A unit for a label, such as `` [kg m²]``; nothing for pure numbers."""
-    return "" if unit in ("", "1") else f" [{unit.replace('^', '').translate(_SUPERSCRIPTS)}]"
+    return f" [{_raised(unit)}]" if _is_unit(unit) else ""
+
+
+def unit_after(unit: str) -> str:
+    """A unit to stand after a number, such as `` kg m²``; nothing for pure numbers."""
+    return f" {_raised(unit)}" if _is_unit(unit) else ""
+
+
+def error_words(error: FieldError) -> str:
+    """What is wrong with a value that the user set, wherever in the scenario it ended up."""
+    place = _PLACE_OF_CHANGE.match(error.message)
+    if place is None:
+        return error.message
+    rest = error.message[place.end() :]
+    return rest if place["what"] == "value: " else f"the time of the change{rest}"
+
+
+def _is_unit(unit: str) -> bool:
+    return unit not in ("", "1")
+
+
+def _raised(unit: str) -> str:
+    return unit.replace("^", "").translate(_SUPERSCRIPTS)
 
 
 def milliseconds(time: float) -> str:
@@ -121,7 +77,7 @@ def milliseconds(time: float) -> str:
     return f"{1e3 * time:.0f} ms" if time < 1.0 else f"{time:.2f} s"
 
 
-def _join(words: Sequence[str]) -> str:
+def joined(words: Sequence[str]) -> str:
     """Words as a list in a sentence: ``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
@@ -130,5 +86,6 @@ def _singular(word: str) -> str:
     return word.removesuffix("es") if word.endswith("sses") else word.removesuffix("s")
 
 
-def _sentence(text: str) -> str:
+def sentence(text: str) -> str:
+    """The text as a sentence: a capital letter in front and a full stop behind."""
     return text[:1].upper() + text[1:].rstrip(".") + "."

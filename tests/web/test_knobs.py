@@ -7,62 +7,84 @@ from dataclasses import replace
 import pytest
 import viser
 
+from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, parameter_definitions, with_values
+from core.scenario import Scenario
 from server.viewer_server import ViewerServer
+from web.draft import Draft
+from web.editing import Gesture
 from web.intents.intent import Intent
-from web.panels.parameter_inputs import add_knob, as_text, is_offered, parse_numbers, slider_range
-from web.panels.scenario_panel import ScenarioPanel, group_knobs, knob_label
-from web.playback import WindowChoice
-from web.view import Draft, RunStage, RunStatus, ViewState
+from web.panels.knobs_panel import KnobsPanel
+from web.panels.parameter_inputs import as_text, parse_text, slider_range
+from web.parameter_groups import Entry, group_parameters, knob_label, value_words
+from web.playback import Playback, TimeWindow, WindowChoice
+from web.view import RunStage, RunStatus, ViewState
 
-WANTED = {
+NAMES = ("left", "right")
+GAIN, MASS = "controller.position_gain", "object.mass"
+OPEN = {
     "object.mass",
     "object.inertia",
-    "fingers.0.link_masses.0",
     "fingers.0.link_masses.1",
-    "fingers.1.link_masses.0",
-    "fingers.1.link_masses.1",
-    "fingers.0.friction",
     "fingers.1.friction",
     "estimates.0.initial",
-    "estimates.1.initial",
-    "estimates.2.initial",
     "estimates.3.initial",
     "controller.kind",
+    "controller.control_period",
     "controller.position_gain",
     "controller.velocity_gain",
     "controller.adaptation_gain",
     "controller.lyapunov_weight",
     "controller.grip_safety",
-    "controller.control_period",
     "controller.grasp_force",
 }
 
 
-def view_of(draft: Draft) -> ViewState:
-    return ViewState(draft, RunStatus(RunStage.SIMULATING), WindowChoice.SLIP)
+def view_of(draft: Draft, time: float = 0.0) -> ViewState:
+    playback = Playback(time=time, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False)
+    return ViewState(draft, RunStatus(RunStage.SIMULATING), WindowChoice.SLIP, playback=playback)
 
 
-def test_every_parameter_that_the_dashboard_promises_has_a_knob() -> None:
-    groups = group_knobs(parameter_definitions(load_scenario("paper-case-2")), ("left", "right"))
-    keys = {parameter.key for parameters in groups.values() for parameter in parameters}
-    assert keys >= WANTED
-    assert list(groups) == [
+def refused(draft: Draft) -> ViewState:
+    with pytest.raises(ScenarioError) as caught:
+        draft.scenario()
+    return replace(view_of(draft), status=RunStatus.refused(caught.value))
+
+
+def keys(entries: tuple[Entry, ...]) -> set[str]:
+    return {entry.parameter.key for entry in entries}
+
+
+def panel_of(server: ViewerServer, scenario: Scenario) -> tuple[KnobsPanel, list[Intent]]:
+    sent: list[Intent] = []
+    return KnobsPanel(server.gui, scenario, sent.append), sent
+
+
+@pytest.mark.parametrize("preset", ["paper-case-1", "paper-case-2"])
+def test_every_parameter_has_a_place_and_the_main_ones_are_open(preset: str) -> None:
+    definitions = parameter_definitions(load_scenario(preset))
+    groups = group_parameters(definitions, NAMES)
+    opened = set().union(*(keys(group.entries) for group in groups if group.is_open))
+    assert set().union(*(keys(group.entries) for group in groups)) == set(definitions)
+    assert opened >= OPEN
+    assert [group.title for group in groups if group.is_open] == [
         "Object",
         "Left finger",
         "Right finger",
         "What the controller believes at first",
         "Controller",
     ]
+    labels = [(group.title, entry.label) for group in groups for entry in group.entries]
+    assert len(set(labels)) == len(labels)
 
 
 @pytest.mark.parametrize("preset", ["paper-case-1", "paper-case-2"])
 def test_every_slider_holds_its_value_inside_its_bounds(preset: str) -> None:
     definitions = parameter_definitions(load_scenario(preset))
-    for parameter in filter(is_offered, definitions.values()):
-        if not isinstance(parameter.value, float):
+    for parameter in definitions.values():
+        if not parameter.changeable or not isinstance(parameter.value, float):
             continue
-        low, high, step = slider_range(parameter, definitions)
+        low, high, step = slider_range(parameter, definitions, parameter.value)
         assert low <= parameter.value <= high
         assert 0.0 < step < high - low
         assert parameter.minimum is None or low >= parameter.minimum
@@ -71,70 +93,167 @@ def test_every_slider_holds_its_value_inside_its_bounds(preset: str) -> None:
 
 def test_an_estimate_moves_in_the_typical_range_of_what_it_estimates() -> None:
     definitions = parameter_definitions(load_scenario("paper-case-2"))
-    mass = slider_range(definitions["estimates.2.initial"], definitions)
-    friction = slider_range(definitions["estimates.0.initial"], definitions)
+    mass = slider_range(definitions["estimates.2.initial"], definitions, 0.5)
+    friction = slider_range(definitions["estimates.0.initial"], definitions, 0.3)
     assert (mass.low, mass.high) == definitions["object.mass"].typical
     assert (friction.low, friction.high) == (0.05, 1.2)
 
 
-def test_a_value_beyond_the_typical_range_widens_the_slider() -> None:
+def test_a_value_beyond_the_typical_range_widens_the_slider_and_keeps_its_steps() -> None:
     definitions = parameter_definitions(load_scenario("paper-case-1"))
-    heavy = replace(definitions["object.mass"], value=40.0)
-    assert slider_range(heavy, definitions).high == 40.0
+    usual = slider_range(definitions[MASS], definitions, 1.0)
+    heavy = slider_range(definitions[MASS], definitions, 40.0)
+    assert (usual.high, heavy.high, heavy.low) == (3.0, 40.0, usual.low)
+    assert heavy.step == usual.step
 
 
 def test_labels_say_what_and_in_which_unit() -> None:
-    names = ("left", "right")
     definitions = parameter_definitions(load_scenario("paper-case-2"))
-    labels = {key: knob_label(definitions[key], definitions, names) for key in WANTED}
-    assert labels["object.inertia"] == "inertia [kg m²]"
-    assert labels["fingers.1.link_masses.1"] == "link mass 2 [kg]"
-    assert labels["estimates.1.initial"] == "right friction"
-    assert labels["controller.control_period"] == "control period [s]"
+
+    def label(key: str) -> str:
+        return knob_label(definitions[key], definitions, NAMES)
+
+    assert label("object.inertia") == "inertia [kg m²]"
+    assert label("fingers.1.link_masses.1") == "link mass 2 [kg]"
+    assert label("fingers.1.base.1") == "base y [m]"
+    assert label("estimates.1.initial") == "right friction"
+    assert label("estimates.2.minimum") == "object mass, minimum [kg]"
+    assert label("controller.control_period") == "control period [s]"
+    assert label("title") == "title"
 
 
-def test_a_knob_that_the_program_sets_sends_nothing(viewer_server: ViewerServer) -> None:
-    sent: list[Intent] = []
-    definitions = parameter_definitions(load_scenario("paper-case-1"))
-    knob = add_knob(viewer_server.gui, "mass", definitions["object.mass"], definitions, sent.append)
-    assert isinstance(knob, viser.GuiSliderHandle)
-    knob.value = 2.0
-    assert knob.value == 2.0
+def test_a_value_in_words_has_its_unit() -> None:
+    scenario = load_scenario("paper-case-2")
+    assert value_words(scenario, "object.mass", "1.4") == "object mass 1.4 kg"
+    assert value_words(scenario, "fingers.1.friction", "0.3") == "right friction 0.3"
+
+
+def test_numbers_are_written_and_read_to_the_last_digit() -> None:
+    for value in (1.2345, 1 / 12, 1e-10, 5.0, (100.0, 0.1, 1 / 3)):
+        assert parse_text(as_text(value)) == (list(value) if isinstance(value, tuple) else value)
+    assert as_text(5.0) == "5"
+    assert parse_text("100, many") == "100, many"
+    assert (parse_text(" "), as_text(None)) == (None, "")
+
+
+def test_a_field_beside_a_slider_takes_more_digits_than_the_slider_has_steps(
+    viewer_server: ViewerServer,
+) -> None:
+    panel, sent = panel_of(viewer_server, load_scenario("paper-case-1"))
+    slider = panel.knob(MASS).input
+    assert isinstance(slider, viser.GuiSliderHandle)
+    assert (slider.step, slider.precision) == (0.01, 12)
+    assert panel.knob(MASS).read(1.2345) == 1.2345
+    assert panel.knob(MASS).read(40.0) == 40.0
+    assert slider.max == 40.0
+    panel.remove()
     assert sent == []
 
 
-def test_a_gain_per_coordinate_gets_a_text_field(viewer_server: ViewerServer) -> None:
-    scenario = with_values(
-        load_scenario("paper-case-1"), {"controller.position_gain": [100.0, 90.0, 80.0]}
-    )
-    definitions = parameter_definitions(scenario)
-    gain = definitions["controller.position_gain"]
-    knob = add_knob(viewer_server.gui, "K_p", gain, definitions, lambda _: None)
-    assert isinstance(knob, viser.GuiTextHandle)
-    assert knob.value == "100, 90, 80"
-    assert parse_numbers(knob.value) == [100.0, 90.0, 80.0]
-    assert parse_numbers("100, many") == "100, many"
-    assert as_text((1.0, 2.5)) == "1, 2.5"
-
-
-def test_the_panel_follows_a_reset_and_another_preset(viewer_server: ViewerServer) -> None:
-    sent: list[Intent] = []
+def test_a_gain_is_one_number_on_a_slider_or_a_list_in_a_field(
+    viewer_server: ViewerServer,
+) -> None:
     draft = Draft.from_preset("paper-case-1")
-    panel = ScenarioPanel(viewer_server.gui, draft, sent.append)
-    panel.update(view_of(draft.edited("object.mass", 1.7)))
-    mass = panel.knob("object.mass")
-    assert mass.value == 1.7
+    panel, _ = panel_of(viewer_server, draft.base)
+    slider, field = panel.knob(GAIN, 0), panel.knob(GAIN, 1)
+    assert isinstance(slider.input, viser.GuiSliderHandle)
+    assert (slider.input.visible, field.value) == (True, "100")
+    panel.update(view_of(draft.edited(GAIN, [100.0, 90.0, 80.0])))
+    assert (slider.input.visible, field.value) == (False, "100, 90, 80")
+    assert field.read("100, 90, 80") == [100.0, 90.0, 80.0]
     panel.update(view_of(draft))
-    assert mass.value == 1.0
+    assert (slider.input.visible, slider.value, field.value) == (True, 100.0, "100")
+    panel.remove()
+
+
+def test_a_field_keeps_the_way_a_user_writes_a_number(viewer_server: ViewerServer) -> None:
+    panel, _ = panel_of(viewer_server, load_scenario("paper-case-2"))
+    field = panel.knob("estimates.0.minimum")
+    assert field.value == ""
+    assert isinstance(field.input, viser.GuiTextHandle)
+    field.input.value = "0.10"
+    field.show(0.1)
+    assert field.value == "0.10"
+    field.show(0.2)
+    assert field.value == "0.2"
+    field.show(None)
+    assert field.value == ""
+    panel.remove()
+
+
+def test_a_knob_that_the_program_sets_sends_nothing(viewer_server: ViewerServer) -> None:
+    draft = Draft.from_preset("paper-case-1")
+    panel, sent = panel_of(viewer_server, draft.base)
+    panel.update(view_of(draft.edited(MASS, 1.7)))
+    assert panel.knob(MASS).value == 1.7
+    panel.update(view_of(draft))
+    assert panel.knob(MASS).value == 1.0
     panel.update(view_of(Draft.from_preset("paper-case-2")))
     assert panel.knob("estimates.0.initial").value == 1.2
     assert sent == []
     panel.remove()
 
 
-def test_a_value_that_is_not_allowed_leaves_the_knobs_alone(viewer_server: ViewerServer) -> None:
+def test_a_knob_shows_the_value_that_holds_at_the_play_head(viewer_server: ViewerServer) -> None:
+    draft = Draft.from_preset("paper-case-1").edited_from(1.0, MASS, 1.7)
+    panel, _ = panel_of(viewer_server, draft.base)
+    for time, value in ((0.5, 1.0), (1.0, 1.7), (2.0, 1.7), (0.0, 1.0)):
+        panel.update(view_of(draft, time))
+        assert panel.knob(MASS).value == value
+    panel.remove()
+
+
+def test_the_knob_in_the_users_hand_is_left_alone(
+    viewer_server: ViewerServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     draft = Draft.from_preset("paper-case-1")
-    panel = ScenarioPanel(viewer_server.gui, draft, lambda _: None)
-    panel.update(view_of(draft.edited("object.mass", 1.7)))
-    panel.update(view_of(draft.edited("object.mass", 1.7).edited("object.inertia", -1.0)))
-    assert panel.knob("object.mass").value == 1.7
+    panel, _ = panel_of(viewer_server, draft.base)
+    moved = view_of(draft.edited(MASS, 1.7).edited("object.inertia", 0.02))
+    gesture = Gesture(MASS, 0.0, 100.0)
+    moved = replace(moved, editing=replace(moved.editing, gesture=gesture))
+    for now, shown in ((100.5, 1.0), (105.0, 1.7)):
+        monkeypatch.setattr("web.panels.knobs_panel.time.monotonic", lambda now=now: now)
+        panel.update(moved)
+        assert panel.knob(MASS).value == shown
+        assert panel.knob("object.inertia").value == 0.02
+    panel.remove()
+
+
+def test_what_is_wrong_stands_below_the_field_until_it_is_right(
+    viewer_server: ViewerServer,
+) -> None:
+    draft = Draft.from_preset("paper-case-1")
+    panel, _ = panel_of(viewer_server, draft.base)
+    panel.update(view_of(draft.edited(MASS, 1.7)))
+    panel.update(refused(draft.edited(MASS, 1.7).edited("object.inertia", -1.0)))
+    assert panel.knob(MASS).value == 1.7
+    assert len(panel.errors) == 1
+    assert "object.inertia is -1.0" in panel.errors[0]
+    panel.update(view_of(draft.edited(MASS, 1.7)))
+    assert panel.errors == ()
+    panel.remove()
+
+
+def test_an_error_at_a_timed_change_stands_below_its_knob(viewer_server: ViewerServer) -> None:
+    draft = Draft.from_preset("paper-case-1").edited_from(1.0, MASS, -1.0)
+    panel, _ = panel_of(viewer_server, draft.base)
+    panel.update(refused(draft))
+    assert "0.001 … 1000 kg" in panel.errors[0]
+    panel.remove()
+
+
+def test_errors_are_escaped(viewer_server: ViewerServer) -> None:
+    draft = Draft.from_preset("paper-case-1")
+    panel, _ = panel_of(viewer_server, draft.base)
+    error = FieldError(field="title", value=None, limit=None, message="<img src=x>")
+    panel.update(replace(view_of(draft), status=RunStatus.refused(ScenarioError([error]))))
+    assert "&lt;img" in panel.errors[0]
+    panel.remove()
+
+
+def test_a_scenario_with_lists_has_all_its_knobs(viewer_server: ViewerServer) -> None:
+    scenario = with_values(load_scenario("paper-case-1"), {GAIN: [100.0, 90.0, 80.0]})
+    panel, _ = panel_of(viewer_server, scenario)
+    panel.update(view_of(Draft.starting_from("recording", scenario)))
+    assert panel.knob(GAIN, 1).value == "100, 90, 80"
+    panel.remove()

@@ -7,12 +7,14 @@ from dataclasses import replace
 import pytest
 
 from core.exceptions import FieldError, ScenarioError
-from core.loading import load_scenario
+from core.loading import load_scenario, with_values
 from core.result import RunResult
-from core.types import Outcome, Reason
+from core.simulator import simulate
+from core.types import Outcome, Reason, RunWarning
 from web.panels.outcome_panel import outcome_html
+from web.verdict import describe_outcome
 from web.view import RunStage, RunStatus, Shown
-from web.words import describe_outcome, key_words, unit_words
+from web.words import error_words, key_words, unit_words
 
 DROPPED = Reason(
     code="contact_separation",
@@ -25,44 +27,87 @@ DROPPED = Reason(
 )
 
 
-def test_a_held_run_says_how_far_each_fingertip_slipped_and_when_it_stopped(
-    case_1: RunResult,
-) -> None:
+def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult) -> None:
     verdict = describe_outcome(case_1)
     assert (verdict.tone, verdict.headline) == ("good", "Held")
     assert verdict.sentences == (
         "Both fingertips slipped, 2.59 mm left and 2.14 mm right, and stopped at t = 87 ms.",
+        "At the end it squeezes with 23.7 N; 19.8 N would just hold the object still.",
     )
+    assert verdict.suggestion.startswith("Raise the grip safety above 1")
+
+
+def test_slip_by_a_wrong_belief_in_friction_is_explained(case_2: RunResult) -> None:
+    verdict = describe_outcome(case_2)
+    assert "friction 1.2 where there is 0.25" in " ".join(verdict.sentences)
+    assert "believe in friction below 0.25" in verdict.suggestion
+
+
+@pytest.mark.parametrize(
+    ("preset", "values"),
+    [
+        ("paper-case-1", {"controller.grip_safety": 1.3}),
+        ("paper-case-2", {"estimates.0.initial": 0.2, "estimates.1.initial": 0.2}),
+    ],
+)
+def test_what_is_suggested_helps(
+    preset: str, values: dict[str, float], case_1: RunResult, case_2: RunResult
+) -> None:
+    before = {"paper-case-1": case_1, "paper-case-2": case_2}[preset]
+    after = simulate(with_values(before.scenario, values))
+    assert sum(after.metrics.slip_path) < 0.5 * sum(before.metrics.slip_path)
 
 
 def test_a_dropped_object_comes_with_reason_and_way_out(case_1: RunResult) -> None:
     verdict = describe_outcome(replace(case_1, outcome=Outcome.SEPARATED, reason=DROPPED))
     assert verdict.tone == "bad"
     assert verdict.headline.startswith("Dropped")
-    assert verdict.sentences[:2] == (
-        "The left contact came apart at 0.12 s.",
-        "Raise controller.grip_safety.",
-    )
+    assert verdict.sentences[0] == "The left contact came apart at 0.12 s."
+    assert verdict.suggestion == "Raise controller.grip_safety."
 
 
 def test_a_run_that_slips_at_its_end_is_not_called_held(case_1: RunResult) -> None:
     metrics = replace(case_1.metrics, held=False, slipping_at_end=True)
     verdict = describe_outcome(replace(case_1, metrics=metrics))
     assert verdict.tone == "warning"
-    assert "stopped" not in verdict.sentences[-1]
+    assert "stopped" not in verdict.sentences[0]
 
 
-def test_a_run_without_slip_says_so(case_1: RunResult) -> None:
-    metrics = replace(case_1.metrics, slip_path=(0.0, 0.0), last_slip_time=None)
-    assert describe_outcome(replace(case_1, metrics=metrics)).sentences == (
-        "No fingertip slipped.",
+def test_a_run_without_slip_says_how_near_it_came_to_slip(case_1: RunResult) -> None:
+    result = simulate(with_values(case_1.scenario, {"controller.grip_safety": 1.3}))
+    verdict = describe_outcome(result)
+    trace, margin = result.trace, result.metrics.minimum_friction_margin[0]
+    assert verdict.sentences[0].startswith(
+        "No fingertip slipped; the least margin was 0.29 N, left"
     )
+    assert margin == pytest.approx(trace.friction_margin[1:, 0].min(), rel=1e-3)
 
 
 def test_one_slipping_fingertip_is_named(case_1: RunResult) -> None:
     metrics = replace(case_1.metrics, slip_path=(0.0, 0.002))
     sentence = describe_outcome(replace(case_1, metrics=metrics)).sentences[0]
     assert sentence.startswith("The right fingertip slipped, 2 mm right")
+
+
+def test_warnings_of_a_run_are_on_its_card(case_1: RunResult) -> None:
+    warning = RunWarning(code="x", message="a <b> happened", count=2, first_time=0.05)
+    card = outcome_html(
+        RunStatus(RunStage.PREVIEW), Shown(1, replace(case_1, warnings=(warning,)), 0.02)
+    )
+    assert "a &lt;b&gt; happened (2 times, first at t = 50 ms)" in card
+
+
+def test_an_error_of_a_timed_change_is_told_like_that_of_a_value() -> None:
+    def told(message: str) -> str:
+        return error_words(FieldError(field="", value=None, limit=None, message=message))
+
+    assert told("changes.0.value: object.mass is -1.0: too small") == (
+        "object.mass is -1.0: too small"
+    )
+    assert told("changes.12.time is 9 s, not before the end") == (
+        "the time of the change is 9 s, not before the end"
+    )
+    assert told("object.mass is -1.0") == "object.mass is -1.0"
 
 
 @pytest.mark.parametrize("outcome", list(Outcome))

@@ -1,32 +1,33 @@
-"""The desk of the scenario: what is asked for is simulated, shown, and saved once it rests."""
+"""The desk of runs: what is asked for is simulated, shown, and saved once it rests."""
 
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 from typing import ClassVar
 
 from core.exceptions import ScenarioError
+from core.scenario import Scenario
 from core.simulator import kernel_progress
 from web.desks.desk import Desk
+from web.draft import Draft
 from web.intents.intent import Intent, Send
 from web.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
-from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter
 from web.pacing import is_save_due
 from web.preview_worker import PreviewWorker
 from web.services import Services
 from web.showing import show, show_replay, with_status
-from web.view import Draft, RunStage, RunStatus, Shown, ViewState
+from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 __all__ = ["RunDesk"]
 
 _UNNOTICED_WAIT = 0.3
 _LOOK_AGAIN = 0.1
+_GHOST_LABEL = "before the change"
 
 
 class RunDesk(Desk):
-    """Turns the draft into a run.
+    """Turns the draft into a run, whoever made the draft.
 
     Args:
         services: Simulates and saves.
@@ -34,46 +35,35 @@ class RunDesk(Desk):
         simulates_first: Whether it starts with the run of the first draft.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        SetParameter,
-        ChoosePreset,
-        ResetScenario,
-        RunFinished,
-        RunRefused,
-        RunSaved,
-        SaveFailed,
-    )
+    takes: ClassVar[tuple[type[Intent], ...]] = (RunFinished, RunRefused, RunSaved, SaveFailed)
 
     def __init__(self, services: Services, send: Send, *, simulates_first: bool) -> None:
         self._worker = PreviewWorker(services.runs, services.saved, send)
         self.workers = (self._worker,)
         self._simulates_first = simulates_first
-        self._is_other_scenario = True
-        self._edited_at = -math.inf
+        self._asked: Draft | None = None
+        self._base: Scenario | None = None
+        self._asked_at = -math.inf
         self._waiting_since: float | None = None
 
     def start(self, view: ViewState) -> ViewState:
-        """Asks for the run of the first draft."""
-        return self._request_run(view) if self._simulates_first else view
+        """Asks for the run of the first draft as soon as time passes."""
+        self._asked = None if self._simulates_first else view.draft
+        return view
 
     def take(self, intent: Intent, view: ViewState) -> ViewState:
-        """Edits the draft, or shows what the worker answers."""
+        """Shows what the worker answers, unless it comes too late."""
         match intent:
-            case SetParameter(key, value):
-                return self._edit(view, view.draft.edited(key, value))
-            case ChoosePreset(name):
-                self._is_other_scenario = True
-                return self._start_from(view, name)
-            case ResetScenario():
-                return self._start_from(view, view.draft.origin)
             case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
                 return view if intent.ticket != view.ticket else self._answered(intent, view)
             case _:
                 return view
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Keeps a run that rests, and tells about one that takes long."""
-        if view.shown and is_save_due(view.status.stage, now - self._edited_at):
+        """Asks for the run of a new draft, keeps one that rests, and tells about a long one."""
+        if view.draft is not self._asked:
+            return self._ask(now, view)
+        if view.shown and is_save_due(view.status.stage, now - self._asked_at):
             self._worker.save(view.shown.ticket, view.shown.result)
             return with_status(view, RunStatus(RunStage.SAVING))
         if self._waiting_since is not None and now - self._waiting_since > _UNNOTICED_WAIT:
@@ -81,7 +71,9 @@ class RunDesk(Desk):
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
-        """Looks again while something is computed or is to be saved."""
+        """At once for a new draft; a while where something is computed or is to be saved."""
+        if view.draft is not self._asked:
+            return 0.0
         busy = self._waiting_since is not None or view.status.stage is RunStage.PREVIEW
         return _LOOK_AGAIN if busy else None
 
@@ -90,10 +82,8 @@ class RunDesk(Desk):
     ) -> ViewState:
         match answer:
             case RunFinished(ticket, result, elapsed):
-                afresh, self._is_other_scenario = self._is_other_scenario, False
                 self._waiting_since = None
-                shown = Shown(ticket, result, elapsed)
-                return show(view, shown, RunStage.PREVIEW, afresh=afresh)
+                return self._show(Shown(ticket, result, elapsed), view)
             case RunRefused(_, error):
                 self._waiting_since = None
                 return with_status(view, RunStatus.refused(error))
@@ -102,26 +92,25 @@ class RunDesk(Desk):
             case SaveFailed(_, message):
                 return with_status(view, RunStatus(RunStage.NOT_SAVED, (message,)))
 
-    def _start_from(self, view: ViewState, origin: str) -> ViewState:
-        """Shows a recording again, or computes a preset as it comes."""
-        recording, draft = view.replay, view.draft
-        if recording is not None and origin == recording.label:
-            self._waiting_since = None
-            return show_replay(view, recording)
-        try:
-            known = origin == draft.origin
-            fresh = Draft(origin, draft.base) if known else Draft.from_preset(origin)
-        except ScenarioError as error:
-            return with_status(view, RunStatus.refused(error))
-        return self._edit(view, fresh)
+    def _show(self, shown: Shown, view: ViewState) -> ViewState:
+        """Shows a run; the one on the screen stays as a ghost where a gesture began with it."""
+        afresh = view.draft.base is not self._base
+        self._base = view.draft.base
+        ghost = None if afresh and not (view.ghost and view.ghost.is_chosen) else view.ghost
+        if view.editing.ghost_due and not afresh and view.shown and not (ghost and ghost.is_chosen):
+            ghost = Ghost(view.shown, _GHOST_LABEL)
+        editing = replace(view.editing, ghost_due=False)
+        view = replace(view, ghost=ghost, editing=editing)
+        return show(view, shown, RunStage.PREVIEW, afresh=afresh)
 
-    def _edit(self, view: ViewState, draft: Draft) -> ViewState:
-        self._edited_at = time.monotonic()
-        # What is still being opened comes too late.
-        return self._request_run(replace(view, draft=draft, opening=view.opening + 1))
-
-    def _request_run(self, view: ViewState) -> ViewState:
+    def _ask(self, now: float, view: ViewState) -> ViewState:
         """Asks for the run of the draft; an older one that is still computed is void then."""
+        self._asked_at = now
+        if view.is_as_recorded:
+            view = self._replay(view)
+            self._asked, self._base, self._waiting_since = view.draft, view.draft.base, None
+            return view
+        self._asked = view.draft
         view = replace(view, ticket=view.ticket + 1)
         try:
             scenario = view.draft.scenario()
@@ -129,9 +118,17 @@ class RunDesk(Desk):
             self._waiting_since = None
             return with_status(view, RunStatus.refused(error))
         if self._waiting_since is None:
-            self._waiting_since = time.monotonic()
+            self._waiting_since = now
         self._worker.simulate(view.ticket, scenario)
         return view
+
+    def _replay(self, view: ViewState) -> ViewState:
+        """Shows the recording that the draft is of, unless it is on the screen just now."""
+        on_screen = view.shown is not None and view.shown.ticket == view.ticket
+        if on_screen and view.status.stage is RunStage.REPLAY:
+            return view
+        assert view.replay is not None
+        return show_replay(view, view.replay)
 
 
 def _busy_status() -> RunStatus:

@@ -4,9 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from web.intents.intent import Intent
+from web.draft import Value
+from web.editing import Reach
+from web.intents.intent import Intent, LatestIntent
 
-__all__ = ["ChoosePreset", "ResetScenario", "SetParameter"]
+__all__ = [
+    "ChoosePreset",
+    "ChooseReach",
+    "LoadScenario",
+    "Redo",
+    "RemoveChange",
+    "RemoveChanges",
+    "ResetScenario",
+    "SetParameter",
+    "Undo",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,12 +26,32 @@ class SetParameter(Intent):
     """The user moved the knob of a parameter; its value is not validated yet."""
 
     key: str
-    value: float | int | str | list[float]
+    value: Value
 
     @property
     def subject(self) -> object:
         """The parameter."""
         return self.key
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseReach(LatestIntent):
+    """The user chose whether knobs act from the play head on or on the whole run."""
+
+    reach: Reach
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveChange(Intent):
+    """The user takes back one timed change: that of a parameter at a time [s]."""
+
+    time: float
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveChanges(Intent):
+    """The user takes back every timed change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,5 +62,23 @@ class ChoosePreset(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class LoadScenario(Intent):
+    """The user loads a scenario file; neither its name nor its content is validated yet."""
+
+    name: str
+    content: bytes
+
+
+@dataclass(frozen=True, slots=True)
 class ResetScenario(Intent):
     """The user wants the preset back as it comes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Undo(Intent):
+    """The user wants back what was asked for before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Redo(Intent):
+    """The user wants again what was taken back."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from html import escape
 
@@ -11,12 +12,14 @@ from core.result import RunResult
 from server.schemas import API_PATH
 from web.colours import FINGERS, GHOST, css, tone
 from web.replay import Replay
+from web.verdict import Verdict, describe_outcome
 from web.view import RunStage, RunStatus, Shown, ViewState
-from web.words import Verdict, describe_outcome, milliseconds
+from web.words import milliseconds
 
 __all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html"]
 
 _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
+_WORDS = "font-size:0.9em"
 _SMALL = "font-size:0.8em;opacity:0.8"
 
 
@@ -51,13 +54,17 @@ def outcome_html(status: RunStatus, shown: Shown | None) -> str:
     """The whole card as HTML; everything that could come from outside is escaped."""
     verdict = ""
     if shown is not None:
-        verdict = _verdict_html(describe_outcome(shown.result)) + _metrics_html(shown.result)
+        verdict = _card_html(shown.result)
         if status.stage is RunStage.REFUSED:
             verdict = f"<div style='opacity:0.55'>{verdict}</div>"
     note = status_html(status, shown)
     is_first = status.stage in (RunStage.REFUSED, RunStage.REPLAY)
     parts = [note, verdict] if is_first else [verdict, note]
     return f"<div style='padding:0.5em 0.75em;line-height:1.4'>{''.join(parts)}</div>"
+
+
+def _card_html(result: RunResult) -> str:
+    return _verdict_html(describe_outcome(result)) + _metrics_html(result) + _warnings_html(result)
 
 
 def status_html(status: RunStatus, shown: Shown | None) -> str:
@@ -112,23 +119,50 @@ def _replay_html(replay: Replay) -> str:
 
 
 def _verdict_html(verdict: Verdict) -> str:
+    colour = tone(verdict.tone)
     head = (
-        f"<div style='font-weight:700;font-size:1.15em;color:{tone(verdict.tone)}'>"
-        f"{escape(verdict.headline)}</div>"
+        f"<div style='font-weight:700;font-size:1.15em;color:{colour};"
+        f"border-left:4px solid {colour};padding-left:0.5em'>{escape(verdict.headline)}</div>"
     )
-    return head + "".join(_paragraph(escape(sentence)) for sentence in verdict.sentences)
+    body = _paragraph(escape(" ".join(verdict.sentences)), _WORDS)
+    if not verdict.suggestion:
+        return head + body
+    return head + body + _paragraph(f"<b>Try:</b> {escape(verdict.suggestion)}", _WORDS)
+
+
+def _warnings_html(result: RunResult) -> str:
+    """What did not end the run but is worth knowing, each with how often and when first."""
+    return "".join(
+        _paragraph(
+            f"Note: {escape(warning.message)} ({_times(warning.count)}, first at "
+            f"t = {milliseconds(warning.first_time)}).",
+            _SMALL,
+        )
+        for warning in result.warnings
+    )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def _metrics_html(result: RunResult) -> str:
-    """One row per finger, and the tracking error of the object."""
+    """One row per finger, and how far the object was from where it should be."""
     head = "".join(
-        f"<th style='text-align:right;font-weight:500'>{title}</th>"
-        for title in ("slip path", "peak Fₙ", "least margin")
+        f"<th style='text-align:right;font-weight:500' title='{hint}'>{title}</th>"
+        for title, hint in (
+            ("slip path", "Way the fingertip slid on its face"),
+            ("peak Fₙ", "Largest normal force"),
+            ("least margin", "Least tangential force that was missing for slip, while it stuck"),
+        )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
-    _, rms, _ = result.metrics.rms_tracking_error
-    _, final, _ = result.metrics.final_tracking_error
-    tracking = f"Height error: {1e3 * rms:.1f} mm rms, {1e3 * final:+.1f} mm at the end."
+    x, y, tilt = result.metrics.final_tracking_error
+    rms = math.hypot(*result.metrics.rms_tracking_error[:2])
+    tracking = (
+        f"Object off its desired pose: {1e3 * math.hypot(x, y):.1f} mm and "
+        f"{abs(math.degrees(tilt)):.1f}° at the end, {1e3 * rms:.1f} mm rms."
+    )
     table = f"<table style='width:100%;border-spacing:0'><tr><th></th>{head}</tr>{rows}</table>"
     return f"<div style='{_SMALL};margin-top:0.4em'>{table}{tracking}</div>"
 

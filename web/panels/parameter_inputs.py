@@ -3,33 +3,138 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import viser
 
 from core.parameters import Parameter
+from web.draft import Value
 from web.intents.intent import Send
 from web.intents.scenario import SetParameter
+from web.parameter_groups import Entry
 
 __all__ = [
     "Knob",
     "SliderRange",
     "add_knob",
     "as_text",
-    "is_offered",
-    "parse_numbers",
+    "parse_text",
     "slider_range",
 ]
 
-Knob = (
+Input = (
     viser.GuiSliderHandle[float]
+    | viser.GuiNumberHandle[float]
     | viser.GuiNumberHandle[int]
     | viser.GuiDropdownHandle[str]
     | viser.GuiTextHandle
 )
 
 _STEPS_PER_SLIDER = 200
+# Digits after the point that a field takes: all that a typed number could mean.
+_DECIMALS = 12
+
+
+class Knob(ABC):
+    """The input of one parameter; moving it sends an intent.
+
+    Attributes:
+        key: The parameter.
+        input: The widget.
+    """
+
+    def __init__(self, parameter: Parameter, widget: Input, send: Send) -> None:
+        self.key, self.input = parameter.key, widget
+        self._parameter, self._send = parameter, send
+        widget.on_update(self._moved)
+
+    @property
+    def value(self) -> Any:
+        """What the widget says, as a user reads it."""
+        return self.input.value
+
+    @abstractmethod
+    def show(self, value: object) -> None:
+        """Shows the value that holds."""
+
+    def read(self, value: Any) -> Value:
+        """What the user means by what the widget says."""
+        return value
+
+    # In the viewer server's event loop, where the order of a drag is kept.
+    async def _moved(self, event: viser.GuiEvent[Any]) -> None:
+        # Values that the program sets come without a client; they must not come back.
+        if event.client_id is not None:
+            self._send(SetParameter(self.key, self.read(event.target.value)))
+
+
+class _SliderKnob(Knob):
+    """A slider, and beside it a field that takes any number digit for digit."""
+
+    input: viser.GuiSliderHandle[float]
+
+    def __init__(
+        self,
+        parameter: Parameter,
+        definitions: Mapping[str, Parameter],
+        widget: viser.GuiSliderHandle[float],
+        send: Send,
+    ) -> None:
+        super().__init__(parameter, widget, send)
+        self._definitions = definitions
+        # Else the field would round what is typed to the steps of the slider.
+        widget.precision = _DECIMALS
+
+    def show(self, value: object) -> None:
+        """Shows a number; a list has no place on a slider, it is shown as a text."""
+        self.input.visible = not isinstance(value, (list, tuple))
+        if isinstance(value, (float, int)) and math.isfinite(value):
+            low, high, _ = slider_range(self._parameter, self._definitions, value)
+            self._span(low, high)
+            self.input.value = value
+
+    def read(self, value: Any) -> Value:
+        """The number; one that is beyond the slider widens it, or its field would cut it off."""
+        number = float(value)
+        if math.isfinite(number):
+            self._span(min(self.input.min, number), max(self.input.max, number))
+        return number
+
+    def _span(self, low: float, high: float) -> None:
+        if low != self.input.min:
+            self.input.min = low
+        if high != self.input.max:
+            self.input.max = high
+
+
+class _PlainKnob(Knob):
+    """A number or one of several words."""
+
+    def show(self, value: object) -> None:
+        """Shows the value."""
+        if self.input.value != value:
+            self.input.value = value  # type: ignore[assignment]
+
+    def read(self, value: Any) -> Value:
+        """A whole number stays one."""
+        return int(value) if self._parameter.kind == "integer" and value == int(value) else value
+
+
+class _TextKnob(Knob):
+    """A text, a list of numbers, or a number that may be left out."""
+
+    input: viser.GuiTextHandle
+
+    def show(self, value: object) -> None:
+        """Shows the value; another way to write the same one is left as the user typed it."""
+        if self.read(self.input.value) != value:
+            self.input.value = as_text(value)
+
+    def read(self, value: Any) -> Value:
+        """The text itself, or the numbers in it."""
+        return value if self._parameter.kind == "text" else parse_text(value)
 
 
 class SliderRange(NamedTuple):
@@ -40,26 +145,23 @@ class SliderRange(NamedTuple):
     step: float
 
 
-def is_offered(parameter: Parameter) -> bool:
-    """Whether the dashboard has a knob for it: all that may change while a hand is at work."""
-    return parameter.changeable and parameter.value is not None
-
-
-def slider_range(parameter: Parameter, definitions: Mapping[str, Parameter]) -> SliderRange:
-    """Where the slider of a number moves: its typical range, widened to hold its value.
+def slider_range(
+    parameter: Parameter, definitions: Mapping[str, Parameter], value: float
+) -> SliderRange:
+    """Where the slider of a number moves: its typical range, widened to hold its values.
 
     Args:
         parameter: A number. One that estimates another has the typical range of that one.
         definitions: Every parameter of the scenario by key.
+        value: What it has to hold, besides the value that the parameter has.
     """
-    value = float(parameter.value)  # type: ignore[arg-type]
+    first = parameter.value if isinstance(parameter.value, float) else value
     typical = parameter.typical or _estimated(parameter, definitions)
-    low, high = typical or (min(0.5 * value, 2.0 * value), max(0.5 * value, 2.0 * value))
-    low, high = min(low, value), max(high, value)
+    start, end = typical or (min(0.5 * first, 2.0 * first), max(0.5 * first, 2.0 * first))
+    low, high = min(start, first, value), max(end, first, value)
     if high <= low:
         high = low + 1.0
-    step = _round_step((high - low) / _STEPS_PER_SLIDER)
-    return SliderRange(low, high, step)
+    return SliderRange(low, high, _round_step((end - start) or (high - low)))
 
 
 def _estimated(
@@ -71,63 +173,87 @@ def _estimated(
     return target.typical if target else None
 
 
-def _round_step(step: float) -> float:
+def _round_step(length: float) -> float:
+    """The step of a slider of some length: 1, 2 or 5 times a power of ten."""
+    step = length / _STEPS_PER_SLIDER
     power = 10.0 ** math.floor(math.log10(step))
     return max(power * factor for factor in (1.0, 2.0, 5.0) if power * factor <= step * (1 + 1e-9))
 
 
 def add_knob(
-    gui: viser.GuiApi,
-    label: str,
-    parameter: Parameter,
-    definitions: Mapping[str, Parameter],
-    send: Send,
+    gui: viser.GuiApi, entry: Entry, definitions: Mapping[str, Parameter], send: Send
 ) -> Knob:
-    """Adds the input of one parameter; moving it sends an intent.
+    """Adds the input of one parameter.
 
     Args:
         gui: Where it goes.
-        label: What it is called, with its unit.
-        parameter: Its definition, with the value it starts at.
+        entry: The parameter, with the value it starts at, and what it is called.
         definitions: Every parameter of the scenario by key.
-        send: Takes the intent.
+        send: Takes the intents.
     """
-    knob = _add_input(gui, label, parameter, definitions)
-
-    def changed(event: viser.GuiEvent[Any]) -> None:
-        # Values that the program sets come without a client; they must not come back.
-        if event.client_id is not None:
-            value = event.target.value
-            is_list = isinstance(event.target, viser.GuiTextHandle)
-            send(SetParameter(parameter.key, parse_numbers(str(value)) if is_list else value))
-
-    knob.on_update(changed)
-    return knob
-
-
-def _add_input(
-    gui: viser.GuiApi, label: str, parameter: Parameter, definitions: Mapping[str, Parameter]
-) -> Knob:
-    hint = f"{parameter.text} {parameter.key}, {parameter.limit}."
+    parameter, label, hint = entry.parameter, entry.label, _hint(entry)
     value = parameter.value
     if parameter.kind == "choice":
-        return gui.add_dropdown(label, parameter.choices, initial_value=str(value), hint=hint)
-    if parameter.kind == "integer" and isinstance(value, int):
-        return gui.add_number(label, value, hint=hint)
-    if isinstance(value, float):
-        low, high, step = slider_range(parameter, definitions)
-        return gui.add_slider(label, low, high, step, value, hint=hint)
-    return gui.add_text(label, as_text(value), hint=hint)
+        choice = gui.add_dropdown(label, parameter.choices, initial_value=str(value), hint=hint)
+        return _PlainKnob(parameter, choice, send)
+    if _is_text(entry):
+        return _TextKnob(parameter, gui.add_text(label, as_text(value), hint=hint), send)
+    if parameter.kind == "integer":
+        assert isinstance(value, int)
+        return _PlainKnob(parameter, gui.add_number(label, value, step=1, hint=hint), send)
+    if parameter.changeable:
+        return _add_slider(gui, entry, definitions, send)
+    assert isinstance(value, float)
+    number = gui.add_number(label, value, step=_round_step(abs(value) * 10.0 or 1.0), hint=hint)
+    number.precision = max(_DECIMALS, number.precision)
+    return _PlainKnob(parameter, number, send)
+
+
+def _is_text(entry: Entry) -> bool:
+    parameter = entry.parameter
+    if entry.as_text or parameter.kind == "text" or parameter.optional:
+        return True
+    return parameter.kind == "number-or-list" and not parameter.changeable
+
+
+def _add_slider(
+    gui: viser.GuiApi, entry: Entry, definitions: Mapping[str, Parameter], send: Send
+) -> Knob:
+    value = entry.parameter.value
+    first = value[0] if isinstance(value, tuple) else value
+    assert isinstance(first, float)
+    low, high, step = slider_range(entry.parameter, definitions, first)
+    is_single = not isinstance(value, tuple)
+    slider = gui.add_slider(
+        entry.label, low, high, step, first, hint=_hint(entry), visible=is_single
+    )
+    return _SliderKnob(entry.parameter, definitions, slider, send)
+
+
+def _hint(entry: Entry) -> str:
+    """What a knob does: one sentence, its key and limits, and when it acts."""
+    parameter = entry.parameter
+    means = " One number, or several with commas." if entry.as_text else ""
+    optional = " Empty for none." if parameter.optional else ""
+    reach = "" if parameter.changeable else " It cannot change during a run: it acts on all of it."
+    return f"{parameter.text}{means}{optional} {parameter.key}, {parameter.limit}.{reach}"
 
 
 def as_text(value: object) -> str:
-    """A value as the text of a field; a list of numbers with commas."""
-    return ", ".join(f"{v:g}" for v in value) if isinstance(value, tuple) else str(value)
+    """A value as the text of a field, exactly; a list of numbers with commas."""
+    if isinstance(value, (tuple, list)):
+        return ", ".join(map(as_text, value))
+    if value is None:
+        return ""
+    return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
 
-def parse_numbers(text: str) -> list[float] | str:
-    """The numbers of a text field, or the text itself where it is not a list of numbers."""
+def parse_text(text: str) -> Value:
+    """The number or the numbers of a text field, None if it is empty; else the text itself."""
+    if not text.strip():
+        return None
     try:
-        return [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in text.split(",")]
     except ValueError:
         return text
+    return numbers if len(numbers) > 1 else numbers[0]

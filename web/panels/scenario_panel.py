@@ -1,141 +1,179 @@
-"""The scenario: a preset, and a knob for everything that may change."""
+"""The scenario: where it starts from, how knobs act, what changes during the run, and undo."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
 
 import viser
 
-from core.exceptions import ScenarioError
-from core.loading import parameter_definitions, preset_names
-from core.parameters import Parameter
-from core.scenario import Scenario
-from web.intents.intent import Send
-from web.intents.scenario import ChoosePreset, ResetScenario
-from web.panels.parameter_inputs import Knob, add_knob, as_text, is_offered
-from web.replay import Replay
-from web.view import Draft, ViewState
-from web.words import key_words, unit_words
+from core.loading import preset_names
+from web.draft import Draft, TimedEdit, change_time
+from web.editing import Reach
+from web.intents.intent import Intent, Send
+from web.intents.scenario import (
+    ChoosePreset,
+    ChooseReach,
+    Redo,
+    ResetScenario,
+    Undo,
+)
+from web.page.keys import keys_of
+from web.page.markup import click_attribute
+from web.panels.parameter_inputs import as_text
+from web.parameter_groups import value_words
+from web.playback import Playback
+from web.view import Ghost, ViewState
 
-__all__ = ["ScenarioPanel", "group_knobs", "knob_label"]
+__all__ = ["ScenarioPanel", "changes_html", "ghost_html", "reach_html"]
 
-_GROUPS = ("object", "fingers", "estimates", "controller")
-_ESTIMATES_TITLE = "What the controller believes at first"
+_UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
+_STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
+_REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
 class ScenarioPanel:
-    """Lets the user choose a preset and move knobs.
+    """Lets the user choose what to start from, take back what was done, and see what changes.
 
     Args:
         gui: Where it goes.
-        draft: What the knobs start from.
+        draft: What is asked for first.
         send: Takes the intents.
     """
 
     def __init__(self, gui: viser.GuiApi, draft: Draft, send: Send) -> None:
-        self._gui, self._send = gui, send
-        self._origin = gui.add_dropdown(
-            "scenario", preset_names(), initial_value=draft.origin, hint=draft.base.title
+        self._send = send
+        self.origin = gui.add_dropdown(
+            "scenario", _origins(draft), initial_value=draft.origin, hint=draft.base.title
         )
-        self._origin.on_update(self._choose)
-        self._reset = gui.add_button(
-            "Back to the preset", icon=viser.Icon.RESTORE, hint="Undo every change of the knobs."
+        self.steps = gui.add_button_group(
+            "changes",
+            tuple(_STEPS),
+            hint=f"Take back the last change ({keys_of('undo')}), make it again "
+            f"({keys_of('redo')}), or go back to the scenario as it came.",
         )
-        self._reset.on_click(lambda _: send(ResetScenario()))
-        self._folders: list[viser.GuiFolderHandle] = []
-        self._knobs: dict[str, Knob] = {}
+        self.reach = gui.add_dropdown(
+            "knobs act",
+            tuple(_REACHES),
+            initial_value=Reach.PLAY_HEAD.value,
+            hint="At the play head: a knob changes its value from there on, and the run before "
+            "stays as it is. On the whole run: it has its value from the start.",
+        )
+        self.note = gui.add_html("")
+        self._connect()
+        self._noted: tuple[object, ...] | None = None
         self._shown: Draft | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows what is asked for; a knob that the user is moving already stands right."""
+        """Shows what is asked for, and how knobs act now."""
         draft = view.draft
-        if draft is self._shown:
-            return
-        if self._shown is None or draft.base is not self._shown.base:
-            self._build(draft.base)
-            self._show_origin(draft, view.replay)
-        self._show_values(draft)
-        self._reset.disabled = not draft.edits
-        self._shown = draft
-
-    def knob(self, key: str) -> Knob:
-        """The knob of a parameter."""
-        return self._knobs[key]
+        if draft is not self._shown:
+            self._show_origin(view)
+            self._shown = draft
+        self.reach.value = view.editing.reach.value
+        noted = (draft, view.editing.reach, _resting_time(view.playback), view.ghost)
+        if noted != self._noted:
+            self._noted = noted
+            self.note.content = (
+                reach_html(view.editing.reach, view.playback)
+                + changes_html(draft)
+                + ghost_html(view.ghost)
+            )
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for element in (*self._folders, self._origin, self._reset):
+        for element in (self.origin, self.steps, self.reach, self.note):
             element.remove()
-        self._folders, self._knobs = [], {}
 
-    def _show_origin(self, draft: Draft, replay: Replay | None) -> None:
-        """Names what the knobs start from; a recording stays among the scenarios to choose."""
-        recordings = (replay.label,) if replay is not None else ()
-        self._origin.options = (*recordings, *preset_names())
-        self._origin.value = draft.origin
-        self._origin.hint = draft.base.title
-        what = "recording" if draft.origin in recordings else "preset"
-        self._reset.label = f"Back to the {what}"
+    def _connect(self) -> None:
+        # In the viewer server's event loop, where the order of things is kept. Values that
+        # the program sets come without a client; they must not come back.
+        async def pass_on(event: viser.GuiEvent[Any]) -> None:
+            intent = self._intent(event)
+            if event.client_id is not None and intent is not None:
+                self._send(intent)
 
-    def _choose(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
-        if event.client_id is not None:
-            self._send(ChoosePreset(event.target.value))
+        self.origin.on_update(pass_on)
+        self.reach.on_update(pass_on)
+        self.steps.on_click(pass_on)
 
-    def _build(self, scenario: Scenario) -> None:
-        for folder in self._folders:
-            folder.remove()
-        self._folders, self._knobs = [], {}
-        definitions = parameter_definitions(scenario)
-        names = scenario.finger_names
-        for title, parameters in group_knobs(definitions, names).items():
-            folder = self._gui.add_folder(title)
-            self._folders.append(folder)
-            with folder:
-                for parameter in parameters:
-                    label = knob_label(parameter, definitions, names)
-                    knob = add_knob(self._gui, label, parameter, definitions, self._send)
-                    self._knobs[parameter.key] = knob
+    def _intent(self, event: viser.GuiEvent[Any]) -> Intent | None:
+        """What a widget asks for; its value comes from a browser."""
+        if event.target is self.origin:
+            return ChoosePreset(self.origin.value)
+        if event.target is self.steps:
+            return _STEPS.get(self.steps.value)
+        reach = _REACHES.get(self.reach.value)
+        return ChooseReach(reach) if reach else None
 
-    def _show_values(self, draft: Draft) -> None:
-        """Sets every knob; values that are not allowed stay as the user left them."""
-        try:
-            definitions = parameter_definitions(draft.scenario())
-        except ScenarioError:
-            return
-        for key, knob in self._knobs.items():
-            value = definitions[key].value
-            if isinstance(knob, viser.GuiTextHandle):
-                knob.value = as_text(value)
-            elif knob.value != value:
-                knob.value = value  # type: ignore[assignment]
+    def _show_origin(self, view: ViewState) -> None:
+        """Names what the knobs start from."""
+        opened = (view.replay.label,) if view.replay else ()
+        self.origin.options = _origins(view.draft, *opened)
+        self.origin.value = view.draft.origin
+        self.origin.hint = view.draft.base.title or "What the knobs start from."
 
 
-def group_knobs(
-    definitions: Mapping[str, Parameter], names: Sequence[str]
-) -> dict[str, list[Parameter]]:
-    """The parameters that have a knob, under the titles of their folders."""
-    offered = filter(is_offered, definitions.values())
-    groups: dict[str, list[Parameter]] = {}
-    for parameter in sorted(offered, key=lambda p: _GROUPS.index(p.key.partition(".")[0])):
-        groups.setdefault(_group_title(parameter.key, names), []).append(parameter)
-    return groups
+def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:
+    """What the user can start from: what was opened, and the presets."""
+    others = dict.fromkeys((draft.origin, *opened))
+    return (*(name for name in others if name not in preset_names()), *preset_names())
 
 
-def _group_title(key: str, names: Sequence[str]) -> str:
-    head, _, rest = key.partition(".")
-    if head == "fingers":
-        return f"{names[int(rest.partition('.')[0])].capitalize()} finger"
-    return _ESTIMATES_TITLE if head == "estimates" else head.capitalize()
+def _resting_time(playback: Playback | None) -> float | None:
+    """Where the play head stands, None while it moves [s]."""
+    return None if playback is None or playback.playing else change_time(playback.time)
 
 
-def knob_label(
-    parameter: Parameter, definitions: Mapping[str, Parameter], names: Sequence[str]
-) -> str:
-    """What a knob is called inside its folder, with its unit."""
-    parts = parameter.key.split(".")
-    if parts[0] == "estimates":
-        target = definitions[str(definitions[f"{parts[0]}.{parts[1]}.parameter"].value)]
-        which = "" if parts[2] == "initial" else f", {parts[2]}"
-        return key_words(target.key, names) + which + unit_words(target.unit)
-    inside = parts[2:] if parts[0] == "fingers" else parts[1:]
-    return key_words(".".join(inside), names) + unit_words(parameter.unit)
+def reach_html(reach: Reach, playback: Playback | None) -> str:
+    """What happens when a knob is moved now, in a sentence."""
+    time = _resting_time(playback)
+    if reach is Reach.WHOLE_RUN or (time is not None and time <= 0.0):
+        words = "A knob that you move now acts <b>on the whole run</b>."
+    elif time is None:
+        words = "A knob that you move changes the run <b>from the play head on</b>."
+    else:
+        words = f"A knob that you move now changes the run <b>from t = {time:g} s on</b>."
+    return f"<div class='sg-editor-note'>{words}</div>"
+
+
+def changes_html(draft: Draft) -> str:
+    """The timed changes with a button each that takes it back; nothing if there are none."""
+    if not draft.changes:
+        return ""
+    rows = "".join(_change_html(draft, change) for change in draft.changes)
+    clear = ""
+    if len(draft.changes) > 1:
+        clear = _button("remove all", "Take every timed change back", "remove-changes")
+    return (
+        "<div class='sg-editor-note'><div class='sg-editor-row'>"
+        f"<span>Changes during the run</span>{clear}</div>{rows}</div>"
+    )
+
+
+def _change_html(draft: Draft, change: TimedEdit) -> str:
+    words = escape(value_words(draft.base, change.key, as_text(change.value)))
+    fields = {"time": change.time, "key": change.key}
+    button = _button("✕", "Take this change back", "remove-change", **fields)
+    return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
+
+
+def ghost_html(ghost: Ghost | None) -> str:
+    """What the pale run is, and a button that takes it away; nothing if there is none."""
+    if ghost is None:
+        return ""
+    hint = f"Take the pale run away (key {keys_of('end-comparison')})"
+    button = _button("dismiss ghost", hint, "end-comparison")
+    return (
+        "<div class='sg-editor-note'><div class='sg-editor-row'>"
+        f"<span>Pale: {escape(ghost.label)}</span>{button}</div></div>"
+    )
+
+
+def _button(label: str, hint: str, kind: str, **fields: Any) -> str:
+    """A small button that asks for something."""
+    named = f" aria-label='{hint}'" if label == "✕" else ""
+    return (
+        f"<button type='button' title='{hint}'{named} {click_attribute(kind, **fields)}>"
+        f"{label}</button>"
+    )

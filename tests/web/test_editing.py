@@ -1,0 +1,177 @@
+"""Gestures, undo and redo, and what the desk of the scenario makes of intents."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from core.loading import load_scenario, scenario_to_toml
+from core.result import RunResult
+from core.scenario import Change
+from web.desks.scenario_desk import ScenarioDesk
+from web.draft import Draft, TimedEdit
+from web.editing import Editing, Reach
+from web.history import History
+from web.intents.compare import EndComparison
+from web.intents.intent import Intent
+from web.intents.scenario import (
+    ChoosePreset,
+    ChooseReach,
+    LoadScenario,
+    Redo,
+    RemoveChange,
+    RemoveChanges,
+    ResetScenario,
+    SetParameter,
+    Undo,
+)
+from web.playback import Playback, TimeWindow, WindowChoice
+from web.view import RunStage, RunStatus, Shown, ViewState
+
+MASS, INERTIA = "object.mass", "object.inertia"
+
+
+@pytest.fixture
+def view(case_2: RunResult) -> ViewState:
+    return ViewState(
+        draft=Draft.from_preset("paper-case-2"),
+        status=RunStatus(RunStage.SAVED),
+        choice=WindowChoice.WHOLE,
+        shown=Shown(1, case_2, 0.01),
+        playback=Playback(time=0.5, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False),
+    )
+
+
+def after(view: ViewState, *intents: Intent) -> ViewState:
+    desk = ScenarioDesk()
+    for intent in intents:
+        assert isinstance(intent, desk.takes)
+        view = desk.take(intent, view)
+    return view
+
+
+def at(view: ViewState, time: float) -> ViewState:
+    assert view.playback is not None
+    return replace(view, playback=replace(view.playback, time=time))
+
+
+def rested(view: ViewState) -> ViewState:
+    """Some seconds later."""
+    gesture = view.editing.gesture
+    assert gesture is not None
+    gesture = replace(gesture, moved_at=gesture.moved_at - 5.0)
+    return replace(view, editing=replace(view.editing, gesture=gesture))
+
+
+def test_a_knob_acts_where_the_play_head_stands(view: ViewState) -> None:
+    assert after(view, SetParameter(MASS, 1.4)).draft.changes == (TimedEdit(0.5, MASS, 1.4),)
+    assert after(at(view, 0.0), SetParameter(MASS, 1.4)).draft.edits == {MASS: 1.4}
+
+
+def test_a_knob_acts_on_the_whole_run_if_the_user_says_so(view: ViewState) -> None:
+    draft = after(view, ChooseReach(Reach.WHOLE_RUN), SetParameter(MASS, 1.4)).draft
+    assert (draft.edits, draft.changes) == ({MASS: 1.4}, ())
+
+
+def test_a_drag_is_one_change_and_one_step_of_undo_although_the_play_head_moves(
+    view: ViewState,
+) -> None:
+    first = view
+    for i in range(10):
+        view = after(at(view, 0.5 + 0.01 * i), SetParameter(MASS, 1.0 + 0.1 * i))
+    assert view.draft.changes == (TimedEdit(0.5, MASS, 1.9),)
+    assert after(view, Undo()).draft == first.draft
+    assert after(view, Undo(), Redo()).draft == view.draft
+
+
+def test_another_knob_or_a_rest_begins_another_gesture(view: ViewState) -> None:
+    one = after(view, SetParameter(MASS, 1.4))
+    two = after(one, SetParameter(INERTIA, 0.02))
+    assert after(two, Undo()).draft == one.draft
+    again = after(rested(one), SetParameter(MASS, 1.6))
+    assert again.draft.changes == (TimedEdit(0.5, MASS, 1.6),)
+    assert after(again, Undo()).draft == one.draft
+    elsewhere = after(at(rested(one), 0.7), SetParameter(MASS, 1.6))
+    assert [change.time for change in elsewhere.draft.changes] == [0.5, 0.7]
+
+
+def test_everything_that_makes_another_draft_can_be_undone(view: ViewState) -> None:
+    changed = after(view, SetParameter(MASS, 1.4))
+    for intent in (
+        RemoveChange(0.5, MASS),
+        RemoveChanges(),
+        ResetScenario(),
+        ChoosePreset("paper-case-1"),
+        LoadScenario("own.toml", scenario_to_toml(load_scenario("paper-case-1")).encode()),
+    ):
+        then = after(changed, intent)
+        assert then.draft != changed.draft
+        assert after(then, Undo()).draft == changed.draft
+        assert after(then, Undo(), Redo()).draft == then.draft
+
+
+def test_what_changes_nothing_is_no_step_of_undo(view: ViewState) -> None:
+    for intent in (ResetScenario(), RemoveChanges(), RemoveChange(1.0, MASS), Undo(), Redo()):
+        assert after(view, intent) is view
+
+
+def test_something_new_after_undo_forgets_what_was_taken_back(view: ViewState) -> None:
+    then = after(view, SetParameter(MASS, 1.4), Undo(), SetParameter(INERTIA, 0.02))
+    assert after(then, Redo()) is then
+
+
+def test_the_oldest_steps_are_forgotten() -> None:
+    draft, history = Draft.from_preset("paper-case-1"), History()
+    for i in range(500):
+        history = history.with_past(draft.edited(MASS, 1.0 + i))
+    assert len(history.past) == 200
+    assert history.past[-1].edits == {MASS: 500.0}
+
+
+def test_a_gesture_leaves_a_ghost_until_it_is_dismissed(view: ViewState) -> None:
+    moved = after(view, SetParameter(MASS, 1.4))
+    assert moved.editing.ghost_due
+    dismissed = after(moved, EndComparison())
+    assert not after(dismissed, SetParameter(MASS, 1.5)).editing.ghost_due
+
+
+def test_a_file_is_loaded_with_its_timed_changes(view: ViewState) -> None:
+    changes = (Change(time=1.0, parameter=MASS, value=1.2),)
+    scenario = replace(load_scenario("paper-case-1"), changes=changes)
+    loaded = after(view, LoadScenario("own.toml", scenario_to_toml(scenario).encode()))
+    assert loaded.draft.origin == "file own.toml"
+    assert loaded.draft.scenario() == scenario
+    assert not loaded.draft.is_touched
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "missing"),
+        (b"mass = ", "not valid TOML"),
+        (b"\xff\xfe", "not valid TOML"),
+        (b"a = " + b"[" * 100_000, "not valid TOML"),
+        (b"#" * 1_000_001, "larger than 1 MB"),
+        (b"[object]\nmass = -1.0\nmas = 2.0\n", "allowed: 0.001"),
+    ],
+)
+def test_a_wrong_file_is_explained_and_the_draft_stays(
+    view: ViewState, content: bytes, words: str
+) -> None:
+    refused = after(view, LoadScenario("own.toml", content))
+    assert refused.draft is view.draft
+    assert any(words in error.message for error in refused.editing.file_errors)
+    good = scenario_to_toml(load_scenario("paper-case-1")).encode()
+    assert after(refused, LoadScenario("own.toml", good)).editing.file_errors == ()
+
+
+def test_a_preset_that_does_not_exist_is_refused(view: ViewState) -> None:
+    refused = after(view, ChoosePreset("../../etc/passwd"))
+    assert refused.draft is view.draft
+    assert refused.status.stage is RunStage.REFUSED
+
+
+def test_editing_begins_at_the_play_head_with_an_empty_history() -> None:
+    assert Editing().reach is Reach.PLAY_HEAD
+    assert Editing().history == History()

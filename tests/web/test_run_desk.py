@@ -1,0 +1,203 @@
+"""What becomes of a draft: its run, the ghost of the one before, a recording shown again."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from core.exceptions import ScenarioError
+from recordings.store import RecordingStore
+from recordings.study.study_store import StudyStore
+from server.run_service import RunService
+from server.settings import Settings
+from server.study_service import StudyService
+from web.desks.run_desk import RunDesk
+from web.desks.scenario_desk import ScenarioDesk
+from web.draft import Draft
+from web.intents.compare import EndComparison
+from web.intents.intent import Intent
+from web.intents.scenario import ChoosePreset, Redo, ResetScenario, SetParameter, Undo
+from web.pacing import FramePacer
+from web.page.session_directory import SessionDirectory
+from web.playback import TimeWindow, WindowChoice
+from web.replay import open_replay
+from web.saved_runs import SavedRuns
+from web.services import Services
+from web.showing import show_replay
+from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+
+MASS, INERTIA = "object.mass", "object.inertia"
+
+
+@dataclass
+class Room:
+    """The two desks that make runs, their answers, and what is on the screen."""
+
+    scenario: ScenarioDesk
+    runs: RunDesk
+    answers: queue.SimpleQueue[Intent]
+    store: RecordingStore
+    view: ViewState
+    now: float = 0.0
+
+    def do(self, *intents: Intent) -> ViewState:
+        """Takes intents one by one and waits for the run that each of them asks for."""
+        for intent in intents:
+            self.view = self.scenario.take(intent, self.view)
+            self.settle()
+        return self.view
+
+    def settle(self) -> ViewState:
+        ticket = self.view.ticket
+        self.view = self.runs.pass_time(self.now, self.view)
+        shown = self.view.shown.ticket if self.view.shown else 0
+        if self.view.ticket not in (ticket, shown) and is_allowed(self.view.draft):
+            self.hear()
+        return self.view
+
+    def hear(self) -> None:
+        answer = self.answers.get(timeout=60.0)
+        self.view = self.runs.take(answer, self.view)
+
+    def wait(self, seconds: float) -> ViewState:
+        self.now += seconds
+        return self.settle()
+
+    @property
+    def slip(self) -> float:
+        assert self.view.shown is not None
+        return self.view.shown.result.metrics.slip_path[0]
+
+    def pause_at(self, time: float) -> None:
+        assert self.view.playback is not None
+        self.view = replace(self.view, playback=self.view.playback.seek(time))
+
+
+def is_allowed(draft: Draft) -> bool:
+    try:
+        draft.scenario()
+    except ScenarioError:
+        return False
+    return True
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Iterator[Room]:
+    settings = Settings(data_directory=tmp_path / "data")
+    store = RecordingStore(settings.data_directory)
+    service = RunService(store, settings)
+    studies = StudyService(StudyStore(settings.data_directory, store), settings)
+    services = Services(service, SavedRuns(service), studies, SessionDirectory(), FramePacer())
+    answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
+    runs = RunDesk(services, answers.put, simulates_first=True)
+    first = ViewState(
+        draft=Draft.from_preset("paper-case-1"),
+        status=RunStatus(RunStage.SIMULATING),
+        choice=WindowChoice.WHOLE,
+    )
+    room = Room(ScenarioDesk(), runs, answers, store, runs.start(first))
+    room.settle()
+    room.pause_at(0.05)
+    yield room
+    for worker in runs.workers:
+        worker.close()
+        worker.join(10.0)
+    service.close()
+
+
+def test_the_run_before_a_gesture_stays_as_a_ghost_until_it_is_dismissed(room: Room) -> None:
+    first = room.view.shown
+    for mass in (1.2, 1.3, 1.4):
+        view = room.do(SetParameter(MASS, mass))
+    assert view.ghost is not None
+    assert (view.ghost.shown, view.ghost.label) == (first, "before the change")
+    last = view.shown
+    view = room.do(SetParameter(INERTIA, 0.02))
+    assert view.ghost is not None
+    assert view.ghost.shown is last
+    room.view = replace(room.view, ghost=None)
+    assert room.do(EndComparison(), SetParameter(INERTIA, 0.03)).ghost is None
+
+
+def test_a_chosen_ghost_stays_and_another_scenario_has_none(room: Room) -> None:
+    assert room.view.shown is not None
+    chosen = Ghost(room.view.shown, "chosen", is_chosen=True)
+    room.view = replace(room.view, ghost=chosen)
+    assert room.do(SetParameter(MASS, 1.4)).ghost is chosen
+    room.view = replace(room.view, ghost=None)
+    assert room.do(SetParameter(INERTIA, 0.02)).ghost is not None
+    assert room.do(ChoosePreset("paper-case-2")).ghost is None
+
+
+def test_undo_and_redo_show_the_same_runs_again(room: Room) -> None:
+    first = room.slip
+    room.do(SetParameter(MASS, 1.4))
+    second = room.slip
+    assert second != first
+    room.do(Undo())
+    assert room.slip == first
+    room.do(Redo())
+    assert room.slip == second
+    room.do(ResetScenario())
+    assert room.slip == first
+    room.do(Undo())
+    assert room.slip == second
+
+
+def test_a_refused_draft_names_the_field_and_keeps_run_and_ghost(room: Room) -> None:
+    first = room.view.shown
+    view = room.do(SetParameter(MASS, -1.0))
+    assert view.status.stage is RunStage.REFUSED
+    assert view.status.messages[0].startswith("object.mass is -1.0")
+    assert [view.draft.key_of(error) for error in view.status.errors] == [MASS]
+    assert (view.shown, view.ghost) == (first, None)
+    view = room.do(SetParameter(MASS, 1.2))
+    assert view.status.stage is RunStage.PREVIEW
+    assert view.ghost is not None
+    assert view.ghost.shown is first
+
+
+def test_a_resting_play_head_stays_where_the_knob_acts(room: Room) -> None:
+    assert room.view.playback is not None
+    wide = replace(room.view.playback, window=TimeWindow(0.0, 7.0)).seek(3.0)
+    room.view = replace(room.view, choice=WindowChoice.SLIP, playback=wide)
+    view = room.do(SetParameter(MASS, 1.05))
+    assert view.playback is not None
+    assert view.playback.time == 3.0
+    assert view.draft.changes[0].time == 3.0
+
+
+def test_a_run_is_saved_once_its_knobs_rest(room: Room) -> None:
+    for i in range(10):
+        room.now += 0.1
+        room.do(SetParameter(MASS, 1.0 + 0.1 * i))
+    room.wait(0.3)
+    assert room.store.count() == 0
+    assert room.wait(0.3).status.stage is RunStage.SAVING
+    room.hear()
+    assert room.view.status.stage is RunStage.SAVED
+    saved = room.store.open(room.view.status.run_id)
+    assert saved.scenario == room.view.draft.scenario()
+    assert room.store.count() == 1
+
+
+def test_undo_leads_back_to_a_recording_as_it_was_recorded(room: Room) -> None:
+    assert room.view.shown is not None
+    recording = open_replay(room.store, room.store.save(room.view.shown.result).id)
+    before = room.view.draft
+    room.view = show_replay(room.view, recording)
+    room.settle()
+    assert room.view.status.stage is RunStage.REPLAY
+    view = room.do(SetParameter(MASS, 1.4))
+    assert view.shown is not None
+    assert view.shown.replay is None
+    view = room.do(Undo())
+    assert isinstance(view.shown, Shown)
+    assert view.shown.replay is recording
+    assert view.status.stage is RunStage.REPLAY
+    assert room.do(Undo()).draft == before
+    assert room.view.status.stage is RunStage.PREVIEW

@@ -1,0 +1,133 @@
+"""The scenario editor in a real Chromium: knobs at the play head, undo, errors, files."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from core.loading import load_scenario, scenario_from_toml, scenario_to_toml
+from core.scenario import Change
+from recordings.store import RecordingStore
+from tests.server.serving import RunningServer
+from tests.web.driving import number_field, pause_at, set_number, slip_at_end, wait_until
+
+pytestmark = [
+    pytest.mark.browser,
+    # A viewer may leave in the middle of a frame.
+    pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
+]
+
+OpenDashboard = Callable[[], Page]
+
+MASS, INERTIA = "mass [kg]", "inertia [kg m²]"
+
+
+def shows(page: Page, label: str, value: str) -> None:
+    expect(number_field(page, label)).to_have_value(value)
+
+
+def note(page: Page, words: str) -> Locator:
+    return page.locator(".sg-editor-note", has_text=words)
+
+
+def leave_field(page: Page) -> None:
+    """Takes the focus out of a field: while one types, keys are for the field."""
+    page.evaluate("document.activeElement.blur()")
+
+
+def test_a_knob_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
+    open_dashboard: OpenDashboard, dashboard: RunningServer
+) -> None:
+    page, store = open_dashboard(), RecordingStore(dashboard.data_directory)
+    slip_before = slip_at_end(page)
+    pause_at(page, 0.08)
+    note(page, "from t = 0.08 s on").wait_for()
+    set_number(page, MASS, "1.2345")
+    note(page, "0.08 s object mass 1.2345 kg").wait_for()
+    note(page, "Pale: before the change").wait_for()
+    wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")
+    page.get_by_text("Saved as").wait_for()
+    saved = store.open(store.list(limit=1)[0].id).scenario
+    assert saved.changes == (Change(time=0.08, parameter="object.mass", value=1.2345),)
+    pause_at(page, 0.05)
+    shows(page, MASS, "1")
+    pause_at(page, 0.09)
+    shows(page, MASS, "1.2345")
+    leave_field(page)
+    page.keyboard.press("x")
+    note(page, "Pale").wait_for(state="detached")
+    page.keyboard.press("Control+z")
+    shows(page, MASS, "1")
+    note(page, "Changes during the run").wait_for(state="detached")
+    page.keyboard.press("Control+Shift+z")
+    shows(page, MASS, "1.2345")
+    page.get_by_role("button", name="Take this change back").click()
+    shows(page, MASS, "1")
+    wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
+
+
+def test_a_typed_number_counts_to_the_last_digit_and_a_wrong_one_is_explained_below_it(
+    open_dashboard: OpenDashboard, dashboard: RunningServer
+) -> None:
+    page, store = open_dashboard(), RecordingStore(dashboard.data_directory)
+    page.get_by_label("knobs act").first.click()
+    page.get_by_role("option", name="on the whole run").click()
+    note(page, "on the whole run").wait_for()
+    set_number(page, INERTIA, "-1")
+    wrong = page.get_by_role("alert").filter(has_text="object.inertia is -1.0")
+    wrong.wait_for()
+    field, sentence = number_field(page, INERTIA).bounding_box(), wrong.bounding_box()
+    assert field is not None
+    assert sentence is not None
+    assert 0.0 <= sentence["y"] - (field["y"] + field["height"]) < 25.0
+    assert page.get_by_text("last run that worked").count() == 1
+    set_number(page, INERTIA, "0.0123456789")
+    wrong.wait_for(state="detached")
+    set_number(page, MASS, "4.56789")
+    number_field(page, MASS).blur()
+    page.wait_for_timeout(1000)
+    shows(page, MASS, "4.56789")
+    page.get_by_text("Saved as").wait_for()
+    saved = store.open(store.list(limit=1)[0].id).scenario
+    assert (saved.object.mass, saved.object.inertia) == (4.56789, 0.0123456789)
+    page.get_by_role("button", name="reset").click()
+    shows(page, MASS, "1")
+    shows(page, INERTIA, "0.01042")
+
+
+def test_a_scenario_is_saved_as_a_file_and_loaded_again(
+    open_dashboard: OpenDashboard, tmp_path: Path
+) -> None:
+    page = open_dashboard()
+    pause_at(page, 0.08)
+    set_number(page, MASS, "1.4")
+    note(page, "object mass 1.4 kg").wait_for()
+    page.get_by_text("Saved as").wait_for()
+    page.get_by_text("Scenario file (TOML)").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save scenario").click()
+    content = Path(download.value.path()).read_bytes()
+    saved = scenario_from_toml(content, "saved")
+    assert saved.changes == (Change(time=0.08, parameter="object.mass", value=1.4),)
+    assert tomllib.loads(content.decode()) == tomllib.loads(scenario_to_toml(saved))
+    own = tmp_path / "own.toml"
+    own.write_text(scenario_to_toml(load_scenario("paper-case-1")).replace("mass = 1.0", "mas = 1"))
+    load(page, own)
+    page.get_by_role("alert").filter(has_text="Not loaded").wait_for()
+    assert page.get_by_text("did you mean 'mass'?").count() == 1
+    note(page, "object mass 1.4 kg").wait_for()
+    own.write_bytes(content.replace(b"value = 1.4", b"value = 1.6"))
+    load(page, own)
+    note(page, "object mass 1.6 kg").wait_for()
+    expect(page.get_by_label("scenario").first).to_have_value("file own.toml")
+    assert page.get_by_role("alert").filter(has_text="Not loaded").count() == 0
+
+
+def load(page: Page, path: Path) -> None:
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Load scenario").click()
+    chooser.value.set_files(path)

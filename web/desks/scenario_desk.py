@@ -1,0 +1,126 @@
+"""The desk of the scenario: what the user asks for, and what was asked for before."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import ClassVar
+
+from core.exceptions import ScenarioError
+from core.field_errors import shortened
+from core.loading import scenario_from_toml
+from web.desks.desk import Desk
+from web.draft import Draft
+from web.history import Turn
+from web.intents.compare import EndComparison
+from web.intents.intent import Intent
+from web.intents.scenario import (
+    ChoosePreset,
+    ChooseReach,
+    LoadScenario,
+    Redo,
+    RemoveChange,
+    RemoveChanges,
+    ResetScenario,
+    SetParameter,
+    Undo,
+)
+from web.showing import with_status
+from web.view import RunStatus, ViewState
+
+__all__ = ["ScenarioDesk"]
+
+
+class ScenarioDesk(Desk):
+    """Edits the draft; the desk of runs sees that it is another one and simulates it."""
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (
+        SetParameter,
+        ChooseReach,
+        RemoveChange,
+        RemoveChanges,
+        ChoosePreset,
+        LoadScenario,
+        ResetScenario,
+        Undo,
+        Redo,
+        EndComparison,
+    )
+
+    def take(self, intent: Intent, view: ViewState) -> ViewState:
+        """Makes the draft that is asked for."""
+        match intent:
+            case SetParameter():
+                return _moved(view, intent, time.monotonic())
+            case ChooseReach(reach):
+                return replace(view, editing=replace(view.editing, reach=reach, gesture=None))
+            case Undo():
+                return _turned(view, view.editing.history.undo(view.draft))
+            case Redo():
+                return _turned(view, view.editing.history.redo(view.draft))
+            case ChoosePreset(name):
+                return _chosen(view, name)
+            case LoadScenario(name, content):
+                return _loaded(view, name, content)
+            case EndComparison():
+                return replace(view, editing=replace(view.editing, ghost_due=False))
+            case _:
+                return _with_draft(view, _simplified(view.draft, intent))
+
+
+def _simplified(draft: Draft, intent: Intent) -> Draft:
+    """The draft after something was taken back."""
+    match intent:
+        case RemoveChange(moment, key):
+            return draft.without_change(moment, key)
+        case RemoveChanges():
+            return draft.without_changes()
+        case ResetScenario():
+            return draft.reset()
+        case _:
+            return draft
+
+
+def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
+    """The view after a knob was moved."""
+    play_head = view.playback.time if view.playback else 0.0
+    editing = view.editing.move(view.draft, intent.key, play_head, now)
+    draft = editing.apply(view.draft, intent.value)
+    return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
+
+
+def _with_draft(view: ViewState, draft: Draft) -> ViewState:
+    """The view with another draft, as one step of undo; what is still being opened is void."""
+    if draft == view.draft and view.shown is not None:
+        return view
+    editing = view.editing.begin(view.draft)
+    return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
+
+
+def _turned(view: ViewState, turn: Turn | None) -> ViewState:
+    """The view after undo or redo; the very same one where there is nothing to do."""
+    if turn is None:
+        return view
+    editing = replace(view.editing, history=turn.history, gesture=None, ghost_due=True)
+    return replace(view, draft=turn.draft, editing=editing, opening=view.opening + 1)
+
+
+def _chosen(view: ViewState, name: str) -> ViewState:
+    """The view with a preset, or with the recording that was opened last."""
+    try:
+        recording = view.replay
+        if recording is not None and name == recording.label:
+            return _with_draft(view, Draft.from_replay(recording))
+        return _with_draft(view, Draft.from_preset(name))
+    except ScenarioError as error:
+        return with_status(view, RunStatus.refused(error))
+
+
+def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:
+    """The view with the scenario of a file, or with what is wrong with it."""
+    label = f"file {shortened(name)}"
+    try:
+        draft = Draft.starting_from(label, scenario_from_toml(content, label))
+    except ScenarioError as error:
+        return replace(view, editing=replace(view.editing, file_errors=error.errors))
+    return _with_draft(replace(view, editing=replace(view.editing, file_errors=())), draft)

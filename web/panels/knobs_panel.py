@@ -1,0 +1,146 @@
+"""A knob for every parameter of the scenario, in groups, with what is wrong right below it."""
+
+from __future__ import annotations
+
+import time
+from html import escape
+
+import viser
+
+from core.exceptions import FieldError
+from core.loading import parameter_definitions
+from core.parameters import Parameter
+from core.scenario import Scenario
+from web.colours import tone
+from web.draft import Draft, change_time
+from web.editing import Editing
+from web.intents.intent import Send
+from web.panels.parameter_inputs import Knob, add_knob
+from web.parameter_groups import Entry, Group, group_parameters
+from web.view import ViewState
+from web.words import error_words
+
+__all__ = ["KnobsPanel", "error_html"]
+
+_BELOW = 0.5
+
+
+class KnobsPanel:
+    """Lets the user move knobs; each shows the value that holds at the play head.
+
+    Args:
+        gui: Where it goes.
+        scenario: What the knobs start from.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, scenario: Scenario, send: Send) -> None:
+        self._gui, self._send = gui, send
+        self._folders: list[viser.GuiFolderHandle] = []
+        self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
+        self._errors: list[viser.GuiHtmlHandle] = []
+        self._told: tuple[FieldError, ...] = ()
+        self._shown: tuple[Draft, int] | None = None
+        self._in_hand = ""
+        self._base = scenario
+        self._build(scenario)
+
+    def update(self, view: ViewState) -> None:
+        """Shows the values that hold at the play head, and what is wrong with which."""
+        draft = view.draft
+        if draft.base is not self._base:
+            self._build(draft.base)
+        self._show_values(draft, view)
+        if view.status.errors is not self._told:
+            self._tell(view.status.errors, draft, view.editing)
+
+    def knob(self, key: str, index: int = 0) -> Knob:
+        """The knob of a parameter; some have a second one, a field for a list."""
+        return self._knobs[key][index][0]
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """What stands below wrong fields, as HTML."""
+        return tuple(line.content for line in self._errors)
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        for element in (*self._errors, *self._folders):
+            element.remove()
+        self._errors, self._folders, self._knobs = [], [], {}
+
+    def _build(self, scenario: Scenario) -> None:
+        self.remove()
+        self._base, self._shown, self._told = scenario, None, ()
+        definitions = parameter_definitions(scenario)
+        for group in group_parameters(_steady(definitions), scenario.finger_names):
+            self._add_group(group, definitions)
+
+    def _add_group(self, group: Group, definitions: dict[str, Parameter]) -> None:
+        folder = self._gui.add_folder(group.title, expand_by_default=group.is_open)
+        self._folders.append(folder)
+        with folder:
+            for entry in group.entries:
+                self._add(entry, definitions, folder)
+
+    def _add(
+        self, entry: Entry, definitions: dict[str, Parameter], folder: viser.GuiFolderHandle
+    ) -> None:
+        knob = add_knob(self._gui, entry, definitions, self._send)
+        self._knobs.setdefault(knob.key, []).append((knob, folder))
+
+    def _show_values(self, draft: Draft, view: ViewState) -> None:
+        """Sets the knobs once there is something else to show than the last time.
+
+        The one in the user's hand stands right already.
+        """
+        moment = change_time(view.playback.time) if view.playback else 0.0
+        in_hand = _in_hand(view.editing)
+        wanted = (draft, draft.num_changes_until(moment))
+        if wanted == self._shown and in_hand == self._in_hand:
+            return
+        keys = set(self._knobs)
+        if self._shown is not None:
+            keys &= self._shown[0].touched | draft.touched
+        self._shown, self._in_hand = wanted, in_hand
+        for key in keys - {in_hand}:
+            for knob, _ in self._knobs[key]:
+                knob.show(draft.value_at(moment, key))
+
+    def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
+        """Puts what is wrong below the fields that are wrong."""
+        self._told = errors
+        for line in self._errors:
+            line.remove()
+        self._errors = []
+        last = editing.gesture.key if editing.gesture else ""
+        for error in errors:
+            for knob, folder in self._find(draft.key_of(error)) or self._knobs.get(last, []):
+                with folder:
+                    content, order = error_html(error_words(error)), knob.input.order + _BELOW
+                    self._errors.append(self._gui.add_html(content, order=order))
+
+    def _find(self, key: str) -> list[tuple[Knob, viser.GuiFolderHandle]] | None:
+        """The knobs of a parameter, or of the first below or above a key that has none."""
+        for known, knobs in self._knobs.items():
+            if known == key or known.startswith(f"{key}.") or key.startswith(f"{known}."):
+                return knobs
+        return None
+
+
+def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
+    """The parameters that have a knob: all but the timed changes, which have a list."""
+    return {key: p for key, p in definitions.items() if not key.startswith("changes.")}
+
+
+def _in_hand(editing: Editing) -> str:
+    """The key of the knob that the user is moving, empty if none."""
+    gesture = editing.gesture
+    if gesture is None or not editing.holds(gesture.key, time.monotonic()):
+        return ""
+    return gesture.key
+
+
+def error_html(message: str) -> str:
+    """What is wrong with a field, to stand right below it."""
+    return f"<div role='alert' class='sg-wrong' style='color:{tone('bad')}'>{escape(message)}</div>"

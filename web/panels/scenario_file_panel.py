@@ -1,0 +1,95 @@
+"""The scenario as a file: saved as TOML, and loaded again."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+
+from core.exceptions import FieldError
+from core.loading import scenario_to_toml
+from core.scenario import Scenario
+from web.colours import tone
+from web.intents.intent import Send
+from web.intents.scenario import LoadScenario
+from web.view import ViewState
+
+__all__ = ["ScenarioFilePanel", "file_errors_html"]
+
+FILE_NAME = "scenario.toml"
+
+_ERRORS_SHOWN = 12
+
+
+class ScenarioFilePanel:
+    """Saves the scenario of the run on the screen, and loads scenarios.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._send = send
+        self._folder = gui.add_folder("Scenario file (TOML)", expand_by_default=False)
+        with self._folder:
+            self.save = gui.add_button(
+                "Save scenario",
+                icon=viser.Icon.FILE_DOWNLOAD,
+                disabled=True,
+                hint="Download the scenario of the run on the screen, with its timed changes; "
+                "`slipgrasp run FILE` and this page read it back.",
+            )
+            self.load = gui.add_upload_button(
+                "Load scenario",
+                icon=viser.Icon.FILE_UPLOAD,
+                mime_type=".toml",
+                hint="Start from a scenario file (TOML, at most 1 MB).",
+            )
+            self.errors = gui.add_html("")
+        self.save.on_click(self._download)
+        self.load.on_upload(self._upload)
+        self._scenario: Scenario | None = None
+        self._told: tuple[FieldError, ...] = ()
+
+    def update(self, view: ViewState) -> None:
+        """Shows what is wrong with the file that was loaded last."""
+        self._scenario = view.shown.result.scenario if view.shown else None
+        self.save.disabled = self._scenario is None
+        if view.editing.file_errors != self._told:
+            self._told = view.editing.file_errors
+            self.errors.content = file_errors_html(self._told)
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        self._folder.remove()
+
+    def _download(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if event.client is not None and self._scenario is not None:
+            content = scenario_to_toml(self._scenario).encode()
+            event.client.send_file_download(FILE_NAME, content, save_immediately=True)
+
+    async def _upload(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+        file = event.target.value
+        self._send(LoadScenario(file.name, file.content))
+
+
+def file_errors_html(errors: tuple[FieldError, ...]) -> str:
+    """What is wrong with a file: the sentences, each with its field; all of it is escaped."""
+    if not errors:
+        return ""
+    rows = "".join(f"<li>{_error_html(error)}</li>" for error in errors[:_ERRORS_SHOWN])
+    left = len(errors) - _ERRORS_SHOWN
+    more = f"<li>and {left} more</li>" if left > 0 else ""
+    return (
+        f"<div role='alert' class='sg-wrong'><b style='color:{tone('bad')}'>Not loaded</b>"
+        f"<ul>{rows}{more}</ul></div>"
+    )
+
+
+def _error_html(error: FieldError) -> str:
+    field = f"<code>{escape(error.field)}</code>: " if error.field else ""
+    limit = ""
+    if error.limit and error.limit not in error.message:
+        limit = f" <span style='opacity:0.75'>Allowed: {escape(error.limit)}.</span>"
+    return field + escape(error.message) + limit
