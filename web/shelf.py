@@ -70,7 +70,8 @@ class Shelf:
         count: How many runs there are on all pages.
         runs: Those of this page.
         wanted: Which runs are listed.
-        chosen: The run that the user has chosen, if any.
+        chosen_id: The run that the user has chosen, empty if none.
+        chosen: What is told of it, as soon as that is known.
         recent: The newest runs, whatever is listed.
         notice: Why the latest request was not done, if so.
     """
@@ -79,6 +80,7 @@ class Shelf:
     count: int = 0
     runs: tuple[StoredRun, ...] = ()
     wanted: ShelfFilter = ShelfFilter()
+    chosen_id: str = ""
     chosen: StoredRun | None = None
     recent: tuple[StoredRun, ...] = ()
     notice: Notice | None = None

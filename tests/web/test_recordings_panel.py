@@ -1,101 +1,36 @@
-"""The list of stored runs, and the thread that reads it."""
+"""The list of stored runs as it is shown."""
 
 from __future__ import annotations
 
-import queue
-import threading
-from collections.abc import Iterator
+import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from core.loading import load_scenario
 from core.result import RunResult
-from recordings.store import RecordingStore, StoredRun
+from recordings.store import RecordingStore
 from server.viewer_server import ViewerServer
+from web.draft import Draft
 from web.intents.intent import Intent
-from web.intents.recordings import RecordingOpened, RecordingsListed, RecordingUnreadable
-from web.librarian import ROWS_PER_PAGE, Librarian
-from web.panels.recordings_panel import RecordingsPanel, row_words
+from web.panels.recordings_html import chosen_html, row_words, rows_html
+from web.panels.recordings_panel import RecordingsPanel
 from web.playback import WindowChoice
-from web.replay import open_replay
-from web.view import Draft, RunStage, RunStatus, Shelf, Shown, ViewState
+from web.shelf import Notice, Shelf, ShelfFilter
+from web.view import RunStage, RunStatus, Shown, ViewState
 
-
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[RecordingStore]:
-    store = RecordingStore(tmp_path / "data")
-    yield store
-    store.close()
-
-
-class Desk:
-    """A librarian and its answers."""
-
-    def __init__(self, store: RecordingStore) -> None:
-        self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-        self.librarian = Librarian(store, self.answers.put)
-
-    def answer(self) -> Intent:
-        return self.answers.get(timeout=30.0)
-
-
-@pytest.fixture
-def desk(store: RecordingStore) -> Iterator[Desk]:
-    desk = Desk(store)
-    yield desk
-    desk.librarian.close()
-    desk.librarian.join(10.0)
-    assert "librarian" not in {thread.name for thread in threading.enumerate()}
-
-
-def test_pages_have_the_newest_first_and_end_with_the_last(
-    desk: Desk, store: RecordingStore, case_1: RunResult
-) -> None:
-    ids = [store.save(case_1).id for _ in range(ROWS_PER_PAGE + 2)][::-1]
-    for asked, page, expected in ((0, 0, ids[:ROWS_PER_PAGE]), (99, 1, ids[ROWS_PER_PAGE:])):
-        desk.librarian.list(asked)
-        answer = desk.answer()
-        assert isinstance(answer, RecordingsListed)
-        assert (answer.page, answer.count) == (page, len(ids))
-        assert [run.id for run in answer.runs] == expected
-
-
-def test_an_empty_store_has_one_empty_page(desk: Desk) -> None:
-    desk.librarian.list(3)
-    assert desk.answer() == RecordingsListed(0, 0, ())
-
-
-def test_a_stored_run_is_opened_as_it_was_saved(
-    desk: Desk, store: RecordingStore, case_1: RunResult
-) -> None:
-    stored = store.save(case_1)
-    desk.librarian.open(7, stored.id)
-    answer = desk.answer()
-    assert isinstance(answer, RecordingOpened)
-    assert (answer.number, answer.replay.run_id) == (7, stored.id)
-    assert answer.replay.result.trace.to_rows().tobytes() == case_1.trace.to_rows().tobytes()
-
-
-@pytest.mark.parametrize("hostile", ["abcdefghijkl", "../../etc", "", "x" * 500])
-def test_what_is_not_in_the_store_is_answered_with_a_sentence(desk: Desk, hostile: str) -> None:
-    desk.librarian.open(1, hostile)
-    answer = desk.answer()
-    assert isinstance(answer, RecordingUnreadable)
-    assert "no recording" in answer.message
+HOSTILE = "<img src=x onerror=alert(1)>"
 
 
 def test_a_row_says_how_a_run_went(store: RecordingStore, case_1: RunResult) -> None:
     stored = store.save(case_1)
     words = row_words(stored)
     assert (words.label, words.outcome, words.tone) == ("paper-case-1", "held", "good")
-    assert words.details.startswith("7 s · slip 2.6 mm · 20")
+    assert re.fullmatch(r"7 s · slip 2\.6 mm · \d{4}-\d\d-\d\d \d\d:\d\d", words.details)
     ended = {**stored.summary, "outcome": "left_face"}
     assert row_words(replace(stored, summary=ended)).outcome == "left face"
     slipping = {**stored.summary, "metrics": {**stored.summary["metrics"], "held": False}}
     assert row_words(replace(stored, summary=slipping)).outcome == "not held"
-    assert row_words(replace(stored, name="n" * 100)).label == f"{'n' * 29}…"
+    assert row_words(replace(stored, name="mine")).label == "mine"
 
 
 @pytest.mark.parametrize(
@@ -108,35 +43,69 @@ def test_a_summary_that_makes_no_sense_is_called_unreadable(
     assert (words.outcome, words.tone) == ("unreadable", "bad")
 
 
-def test_the_panel_marks_the_run_on_the_screen_and_hides_what_it_does_not_need(
-    viewer_server: ViewerServer, store: RecordingStore, case_1: RunResult
+def test_the_list_marks_what_is_chosen_and_what_is_on_the_screen(
+    store: RecordingStore, case_1: RunResult
 ) -> None:
     runs = tuple(store.save(case_1) for _ in range(2))
-    panel = RecordingsPanel(viewer_server.gui, lambda _: None)
-    shown = Shown(1, case_1, 0.0, open_replay(store, runs[1].id))
-    panel.update(view_of(Shelf(0, 2, runs), shown))
-    buttons = [row.button for row in panel.rows]
-    assert [button.visible for button in buttons] == [True] * 2 + [False] * (ROWS_PER_PAGE - 2)
-    assert (buttons[0].color, buttons[1].color) == ("gray", None)
-    panel.remove()
+    html = rows_html(Shelf(0, 2, runs, chosen_id=runs[0].id), runs[1].id)
+    assert html.count("sg-chosen") == html.count("sg-open") == 1
+    assert html.index("sg-chosen") < html.index("sg-open")
+    assert html.count("on screen") == 1
+    assert "1 to 2 of 2 stored runs" in html
+    assert "list-recordings" not in html
+    middle = rows_html(Shelf(1, 17, runs, ShelfFilter("q")), "")
+    assert "9 to 10 of 17 runs like this" in middle
+    assert middle.count("list-recordings") == 2
 
 
-def test_nothing_that_is_stored_becomes_markup(
+def test_nothing_that_is_stored_becomes_markup(store: RecordingStore, case_1: RunResult) -> None:
+    stored = store.save(case_1)
+    run = replace(stored, title=HOSTILE, name=HOSTILE, notes=HOSTILE, tags=(HOSTILE,))
+    shelf = Shelf(0, 2, (run, replace(run, summary={})), notice=Notice("Not opened", HOSTILE))
+    for html in (rows_html(shelf, ""), chosen_html(run)):
+        assert "<img" not in html
+        assert "&lt;img" in html
+
+
+class RecordedIntents(list[Intent]):
+    """Takes intents, and keeps them."""
+
+    def send(self, intent: Intent) -> None:
+        self.append(intent)
+
+
+def test_the_panel_offers_what_can_be_done_with_the_run_that_is_chosen(
     viewer_server: ViewerServer, store: RecordingStore, case_1: RunResult
 ) -> None:
-    hostile = "<img src=x onerror=alert(1)>"
-    run: StoredRun = replace(store.save(case_1), summary={}, title=hostile)
-    panel = RecordingsPanel(viewer_server.gui, lambda _: None)
-    panel.update(view_of(Shelf(0, 1, (run,), hostile), None))
-    assert "<img" not in panel.head.content + panel.rows[0].line.content
-    assert "&lt;img" in panel.head.content
-    assert "&lt;img" in panel.rows[0].line.content
+    run = store.annotate(store.save(case_1).id, name="first", tags=["a", "b"])
+    panel = RecordingsPanel(viewer_server.gui, RecordedIntents().send)
+    panel.update(view_of(Shelf(0, 1, (run,))))
+    assert not panel.chosen.folder.visible
+    panel.update(view_of(Shelf(0, 1, (run,), chosen_id=run.id, chosen=run)))
+    assert panel.chosen.folder.visible
+    assert (panel.chosen.name.value, panel.chosen.tags.value) == ("first", "a, b")
+    assert f"/api/v1/runs/{run.id}/recording" in panel.chosen.words.content
     panel.remove()
 
 
-def view_of(shelf: Shelf, shown: Shown | None) -> ViewState:
+def test_what_is_being_written_about_a_run_stays_while_the_list_is_looked_up_again(
+    viewer_server: ViewerServer, store: RecordingStore, case_1: RunResult
+) -> None:
+    run = store.save(case_1)
+    panel = RecordingsPanel(viewer_server.gui, RecordedIntents().send)
+    panel.update(view_of(Shelf(0, 1, (run,), chosen_id=run.id, chosen=run)))
+    panel.chosen.name.value = "half a na"
+    panel.update(view_of(Shelf(0, 2, (run, run), chosen_id=run.id, chosen=run)))
+    assert panel.chosen.name.value == "half a na"
+    renamed = replace(run, name="by someone else")
+    panel.update(view_of(Shelf(0, 2, (run, run), chosen_id=run.id, chosen=renamed)))
+    assert panel.chosen.name.value == "by someone else"
+    panel.remove()
+
+
+def view_of(shelf: Shelf, shown: Shown | None = None) -> ViewState:
     return ViewState(
-        draft=Draft("paper-case-1", load_scenario("paper-case-1")),
+        draft=Draft.from_preset("paper-case-1"),
         status=RunStatus(RunStage.REPLAY),
         choice=WindowChoice.SLIP,
         shown=shown,

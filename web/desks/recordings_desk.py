@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar
 
+from recordings.store import RecordingStore
+from recordings.stored_run import StoredRun
 from web.desks.desk import Desk
 from web.intents.intent import Intent, Send
 from web.intents.recordings import (
@@ -23,7 +25,6 @@ from web.intents.recordings import (
 from web.intents.runs import RunSaved
 from web.librarian import Librarian
 from web.replay import Source
-from web.services import Services
 from web.shelf import Notice, Shelf, ShelfFilter
 from web.showing import show_replay, with_status
 from web.view import RunStage, RunStatus, ViewState
@@ -49,7 +50,7 @@ class RecordingsDesk(Desk):
     The list is looked up again every few seconds, since others save and delete runs too.
 
     Args:
-        services: Has the store.
+        store: The stored runs.
         send: Takes the librarian's answers.
         first: The recording to open first, if any.
     """
@@ -69,8 +70,9 @@ class RecordingsDesk(Desk):
         RunSaved,
     )
 
-    def __init__(self, services: Services, send: Send, first: Source | None) -> None:
-        self._librarian = Librarian(services.runs.store, send)
+    def __init__(self, store: RecordingStore, send: Send, first: Source | None) -> None:
+        self._librarian = Librarian(store, send)
+        self.workers = (self._librarian,)
         self._first = first
         self._listed_at: float | None = None
         self._interval = _LEAST_INTERVAL
@@ -111,14 +113,6 @@ class RecordingsDesk(Desk):
         since = 0.0 if self._listed_at is None else now - self._listed_at
         return max(self._interval - since, 0.0)
 
-    def close(self) -> None:
-        """Ends the librarian."""
-        self._librarian.close()
-
-    def join(self, timeout: float) -> None:
-        """Waits until the librarian has ended [s]."""
-        self._librarian.join(timeout)
-
     def _changed(self, intent: Intent, shelf: Shelf) -> Shelf:
         """What the list looks like now; a newer one is asked for where it has to be."""
         match intent:
@@ -127,8 +121,8 @@ class RecordingsDesk(Desk):
             case FilterRecordings(text, outcome):
                 shelf = replace(shelf, page=0, wanted=ShelfFilter(text, outcome))
             case ChooseRecording(run_id):
-                listed = {run.id: run for run in (*shelf.recent, *shelf.runs)}
-                return replace(shelf, chosen=listed.get(run_id), notice=None)
+                listed = {run.id: run for run in shelf.runs}
+                shelf = _chosen(shelf, run_id, listed.get(run_id))
             case AnnotateRecording():
                 self._librarian.annotate(intent)
                 return shelf
@@ -139,15 +133,13 @@ class RecordingsDesk(Desk):
                 self._interval = relist_interval(intent.elapsed)
                 return _listed(shelf, intent)
             case RecordingChanged(run_id, stored):
-                shelf = replace(shelf, notice=None)
-                if shelf.chosen is not None and shelf.chosen.id == run_id:
-                    shelf = replace(shelf, chosen=stored)
+                if shelf.chosen_id == run_id:
+                    shelf = _chosen(shelf, run_id if stored else "", stored)
         self._list(shelf)
         return shelf
 
     def _list(self, shelf: Shelf) -> None:
-        chosen_id = shelf.chosen.id if shelf.chosen else ""
-        self._librarian.list(shelf.page, shelf.wanted, chosen_id)
+        self._librarian.list(shelf.page, shelf.wanted, shelf.chosen_id)
 
     def _open(self, view: ViewState, source: Source) -> ViewState:
         number = view.opening + 1
@@ -157,20 +149,26 @@ class RecordingsDesk(Desk):
 
 def _listed(shelf: Shelf, found: RecordingsListed) -> Shelf:
     """The list as it is now; a run that was chosen and is gone is told of."""
-    chosen, notice = shelf.chosen, shelf.notice
-    if chosen is not None and chosen.id == found.chosen_id:
-        if found.chosen is None:
-            notice = Notice("Gone", f"run {chosen.id} was deleted meanwhile")
-        chosen = found.chosen
+    if shelf.chosen_id and shelf.chosen_id == found.chosen_id:
+        is_gone = found.chosen is None
+        notice = Notice("Gone", f"run {shelf.chosen_id} is not stored any more")
+        shelf = replace(
+            shelf,
+            chosen_id="" if is_gone else shelf.chosen_id,
+            chosen=found.chosen,
+            notice=notice if is_gone else shelf.notice,
+        )
     return replace(
         shelf,
         page=found.page,
         count=found.count,
         runs=found.runs,
         recent=found.recent,
-        chosen=chosen,
-        notice=notice,
     )
+
+
+def _chosen(shelf: Shelf, run_id: str, run: StoredRun | None) -> Shelf:
+    return replace(shelf, chosen_id=run_id, chosen=run, notice=None)
 
 
 def _refused(view: ViewState, message: str) -> ViewState:

@@ -1,146 +1,166 @@
-"""The stored runs: a page of them, each a button that opens it."""
+"""The stored runs: a page of them, and what can be done with the one that is chosen."""
 
 from __future__ import annotations
 
-from html import escape
-from typing import Any, NamedTuple
+from typing import Any
 
 import viser
 
-from core.types import Outcome
-from recordings.store import StoredRun
-from web.colours import tone
+from recordings.stored_run import StoredRun
+from web.intents.compare import CompareRuns
 from web.intents.intent import Send
-from web.intents.recordings import ListRecordings, OpenRecording
-from web.librarian import ROWS_PER_PAGE
-from web.panels.outcome_panel import box_html
-from web.replay import moment_words
-from web.view import Shelf, ViewState
+from web.intents.recordings import (
+    AnnotateRecording,
+    DeleteRecording,
+    FilterRecordings,
+    OpenRecording,
+)
+from web.panels.confirmation import ask_to_confirm
+from web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
+from web.shelf import OUTCOME_CHOICES, Shelf
+from web.view import ViewState
 
-__all__ = ["RecordingsPanel", "RowWords", "row_words"]
-
-_NEWER, _OLDER, _REFRESH = "newer", "older", "refresh"
-_LONGEST_LABEL = 30
-
-
-class RowWords(NamedTuple):
-    """What the list says about a stored run: its name, and how it went."""
-
-    label: str
-    outcome: str
-    tone: str
-    details: str
+__all__ = ["RecordingsPanel"]
 
 
 class RecordingsPanel:
-    """Lists the stored runs, newest first.
+    """Lists the stored runs, newest first, and changes the one that is chosen.
 
     Args:
         gui: Where it goes.
         send: Takes the intents.
 
     Attributes:
-        head: Which runs are listed, and why the last one could not be opened.
-        rows: The runs of the page.
+        rows: The page of the list.
+        chosen: What can be done with the run that is chosen.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
-        self._send = send
-        self.head = gui.add_html("")
-        self._pages = gui.add_button_group("page", (_NEWER, _OLDER, _REFRESH))
-        self._pages.on_click(lambda _: send(ListRecordings(self._page_of(self._pages.value))))
-        self.rows = [_Row(gui, send) for _ in range(ROWS_PER_PAGE)]
+        self._gui, self._send = gui, send
+        self._text = gui.add_text(
+            "find", "", hint="Lists runs that have this in their title, name or notes."
+        )
+        self._outcome = gui.add_dropdown(
+            "outcome", OUTCOME_CHOICES, hint="Lists runs that went this way only."
+        )
+        for widget in (self._text, self._outcome):
+            widget.on_update(self._filter)
+        self.rows = gui.add_html("")
+        self.chosen = _ChosenRun(gui, send)
+        self._upload = gui.add_html(upload_html())
         self._shelf: Shelf | None = None
         self._open_id = ""
 
     def update(self, view: ViewState) -> None:
-        """Shows a page of the list, and which run is on the screen."""
+        """Shows a page of the list, which run is chosen, and which is on the screen."""
         replay = view.shown.replay if view.shown else None
-        open_id = replay.run_id if replay else ""
+        open_id = replay.run_id if replay else view.status.run_id
         if (view.shelf, open_id) == (self._shelf, self._open_id):
             return
         self._shelf, self._open_id = view.shelf, open_id
-        self.head.content = _head_html(view.shelf)
-        runs = view.shelf.runs
-        for i, row in enumerate(self.rows):
-            row.show(runs[i] if i < len(runs) else None, open_id)
+        self.rows.content = rows_html(view.shelf, open_id)
+        self.chosen.show(view.shelf.chosen)
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        self.head.remove()
-        self._pages.remove()
-        for row in self.rows:
-            row.remove()
+        for element in (self._text, self._outcome, self.rows, self.chosen, self._upload):
+            element.remove()
 
-    def _page_of(self, button: str) -> int:
-        """The page that a button asks for; one beyond the last is answered with the last."""
-        page = self._shelf.page if self._shelf else 0
-        return max(page + {_NEWER: -1, _OLDER: 1}.get(button, 0), 0)
+    async def _filter(self, event: viser.GuiEvent[Any]) -> None:
+        # Runs in the viewer server's event loop, which keeps the order of what is typed.
+        if event.client_id is not None:
+            self._send(FilterRecordings(self._text.value, self._outcome.value))
 
 
-class _Row:
-    """One stored run: a button with its name, and a line below that says how it went."""
+class _ChosenRun:
+    """Opens, compares, renames, tags and deletes one stored run; hidden without one.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
-        self._run_id = ""
-        self.button = gui.add_button("", visible=False)
-        self.line = gui.add_html("", visible=False)
-        self.button.on_click(lambda _: send(OpenRecording(self._run_id)))
+        self._gui, self._send = gui, send
+        self._run: StoredRun | None = None
+        self.folder = gui.add_folder("Chosen run", visible=False)
+        with self.folder:
+            self.words = gui.add_html("")
+            self.open = gui.add_button(
+                "Open for replay",
+                icon=viser.Icon.PLAYER_PLAY,
+                hint="Shows this run on the screen, bit for bit as it was recorded.",
+            )
+            self.compare = gui.add_button(
+                "Compare with the screen",
+                icon=viser.Icon.ARROWS_DIFF,
+                color="gray",
+                hint="Draws this run pale below the one on the screen; see the Compare tab.",
+            )
+            self._add_form()
+            self.delete = gui.add_button(
+                "Delete …",
+                icon=viser.Icon.TRASH,
+                color="red",
+                hint="Deletes this run and what is written about it for good; asks before.",
+            )
+        self.open.on_click(self._open)
+        self.compare.on_click(self._compare)
+        self.delete.on_click(self._ask)
 
-    def show(self, run: StoredRun | None, open_id: str) -> None:
-        """Shows a run; without one it hides."""
-        self.button.visible = self.line.visible = run is not None
-        if run is None:
+    def _add_form(self) -> None:
+        with self._gui.add_form("Name and tags", expand_by_default=False) as self.form:
+            self.name = self._gui.add_text(
+                "name", "", hint="What to call the run; at most 200 characters. Enter saves it."
+            )
+            self.tags = self._gui.add_text(
+                "tags", "", hint="Words to find it by, with commas between. Enter saves them."
+            )
+            self.notes = self._gui.add_text(
+                "notes", "", multiline=True, hint="Whatever else there is to say about the run."
+            )
+            self.save = self._gui.add_button(
+                "Save", color="gray", hint="Keeps name, tags and notes beside the recording."
+            )
+        self.save.on_click(lambda _: self.form.submit())
+        self.form.on_submit(self._annotate)
+
+    def show(self, run: StoredRun | None) -> None:
+        """Shows a run; what a user is writing about it stays unless it has changed."""
+        before, self._run = self._run, run
+        self.folder.visible = run is not None
+        if run is None or run == before:
             return
-        words = row_words(run)
-        self._run_id = run.id
-        self.button.label = words.label
-        self.button.hint = f"Open {run.id}: {run.title}"
-        self.button.color = None if run.id == open_id else "gray"
-        self.line.content = _line_html(words)
+        self.words.content = chosen_html(run)
+        if before is None or run.id != before.id or run.annotations != before.annotations:
+            self.name.value = run.name
+            self.tags.value = ", ".join(run.tags)
+            self.notes.value = run.notes
 
     def remove(self) -> None:
-        """Takes the row off the page."""
-        self.button.remove()
-        self.line.remove()
+        """Takes everything off the page."""
+        self.folder.remove()
 
+    async def _open(self, _: object) -> None:
+        if self._run is not None:
+            self._send(OpenRecording(self._run.id))
 
-def row_words(run: StoredRun) -> RowWords:
-    """What the list says about a run; of an unreadable one its title tells why."""
-    try:
-        outcome, tone_name = _outcome_words(run.summary)
-        slip = 1e3 * max(run.summary["metrics"]["slip_path"])
-        end = f"{run.summary['end_time']:g} s"
-    except (KeyError, TypeError, ValueError):
-        # What lies beside a recording may have been written by anyone.
-        return RowWords(_shortened(run.name or run.id), "unreadable", "bad", run.title)
-    details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created)}"
-    return RowWords(_shortened(run.name or run.preset or run.title), outcome, tone_name, details)
+    async def _compare(self, _: object) -> None:
+        if self._run is not None:
+            self._send(CompareRuns("", self._run.id))
 
+    async def _annotate(self, _: object) -> None:
+        if (run := self._run) is not None:
+            name, tags, notes = self.name.value, self.tags.value, self.notes.value
+            self._send(AnnotateRecording(run.id, run.revision, name, tags, notes))
 
-def _shortened(text: str) -> str:
-    return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL - 1].rstrip()}…"
-
-
-def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
-    outcome = str(summary["outcome"])
-    if outcome != Outcome.COMPLETED:
-        return outcome.replace("_", " "), "bad"
-    return ("held", "good") if summary["metrics"]["held"] else ("not held", "warning")
-
-
-def _head_html(shelf: Shelf) -> str:
-    first = shelf.page * ROWS_PER_PAGE + 1
-    last = shelf.page * ROWS_PER_PAGE + len(shelf.runs)
-    range_words = f"{first} to {last} of {shelf.count} stored runs, newest first"
-    words = range_words if shelf.runs else "No stored runs yet: whatever rests is saved."
-    message = box_html("Not opened", [escape(shelf.message)]) if shelf.message else ""
-    return f"<div style='padding:0.5em 0.75em 0;font-size:0.85em'>{message}{words}</div>"
-
-
-def _line_html(words: RowWords) -> str:
-    return (
-        "<div style='padding:0 0.75em 0.5em;font-size:0.78em;font-variant-numeric:tabular-nums'>"
-        f"<b style='color:{tone(words.tone)}'>{escape(words.outcome)}</b> "
-        f"<span style='opacity:0.75'>{escape(words.details)}</span></div>"
-    )
+    async def _ask(self, _: object) -> None:
+        if (run := self._run) is not None:
+            words = row_words(run)
+            ask_to_confirm(
+                self._gui,
+                "Delete this run for good?",
+                (words.label, f"{run.id} · {words.outcome} · {words.details}"),
+                "Delete",
+                lambda: self._send(DeleteRecording(run.id, run.revision)),
+            )

@@ -1,0 +1,144 @@
+"""Stored runs in a real Chromium: opened, renamed, deleted, sent, and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from core.result import RunResult
+from recordings.store import RecordingStore
+from recordings.writer import write_recording
+from server.settings import Settings
+from tests.server.serving import RunningServer, serve
+from tests.web.conftest import PATIENCE
+from tests.web.driving import number_field, pause, wait_until
+from web.app import create_dashboard_app
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
+]
+
+
+@pytest.fixture
+def serving(tmp_path: Path, case_1: RunResult, sluggish: RunResult) -> Iterator[RunningServer]:
+    """A dashboard with two stored runs of case I besides its own: Q = 1 and Q = 20."""
+    settings = Settings(data_directory=tmp_path / "data")
+    with serve(settings, create_dashboard_app(settings)) as running:
+        store = store_of(running)
+        store.annotate(store.save(sluggish).id, name="Q = 1")
+        store.annotate(store.save(case_1).id, name="Q = 20")
+        yield running
+
+
+def store_of(running: RunningServer) -> RecordingStore:
+    return running.app.state.run_service.store
+
+
+@pytest.fixture
+def page(browser: Browser, serving: RunningServer) -> Iterator[Page]:
+    """The page, with the tab of the stored runs in front."""
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(PATIENCE)
+    page.goto(f"{serving.url}/?fixedDpr=0.5")
+    page.get_by_text("Saved as").wait_for()
+    page.get_by_role("tab", name="Recordings").click()
+    yield page
+    page.close()
+
+
+def row(page: Page, words: str) -> Locator:
+    return page.locator(".sg-row", has_text=words)
+
+
+def open_row(page: Page, words: str) -> None:
+    row(page, words).get_by_label("Open ").click()
+    expect(row(page, words).get_by_text("on screen")).to_be_visible()
+
+
+def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told(
+    page: Page, serving: RunningServer
+) -> None:
+    expect(page.locator(".sg-row")).to_have_count(3)
+    number_field(page, "find").fill("q = 2")
+    expect(page.locator(".sg-row")).to_have_count(1)
+    open_row(page, "Q = 20")
+    chosen = row(page, "Q = 20").get_by_role("button").first
+    chosen.focus()
+    chosen.press("Enter")
+    page.get_by_text("Name and tags").click()
+    number_field(page, "name").fill("Q = 20, for the report")
+    number_field(page, "tags").fill("report, slip")
+    number_field(page, "tags").press("Enter")
+    expect(row(page, "for the report").get_by_text("report", exact=True)).to_be_visible()
+    store = store_of(serving)
+    kept = next(run for run in store.list() if run.name == "Q = 20, for the report")
+    assert kept.tags == ("report", "slip")
+    page.get_by_role("button", name="Delete …").click()
+    question = page.get_by_role("dialog")
+    expect(question.get_by_text("Q = 20, for the report")).to_be_visible()
+    question.get_by_role("button", name="Cancel").click()
+    expect(question).to_have_count(0)
+    page.get_by_role("button", name="Delete …").click()
+    question.get_by_role("button", name="Delete", exact=True).click()
+    page.get_by_text("No stored run is like this.").wait_for()
+    assert kept.id not in {run.id for run in store.list()}
+    number_field(page, "find").fill("")
+    row(page, "Q = 1").get_by_role("button").first.click()
+    page.get_by_text("Chosen run").wait_for()
+    other = next(run for run in store.list() if run.name == "Q = 1")
+    store.delete(other.id)
+    page.get_by_text(f"Run {other.id} is not stored any more.").wait_for()
+    expect(page.locator(".sg-row")).to_have_count(1)
+
+
+def test_a_damaged_file_is_refused_in_words_and_a_whole_one_is_kept_and_chosen(
+    page: Page, serving: RunningServer, case_1: RunResult, tmp_path: Path
+) -> None:
+    whole, damaged = tmp_path / "whole.mcap", tmp_path / "damaged.mcap"
+    write_recording(case_1, whole)
+    content = bytearray(whole.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    damaged.write_bytes(content)
+    store = store_of(serving)
+    before = store.count()
+    sending = page.locator("[data-sg-upload] input")
+    sending.set_input_files(damaged)
+    answer = page.get_by_role("status")
+    expect(answer).to_contain_text("damaged.mcap is not kept: ")
+    expect(answer).to_contain_text("is damaged")
+    assert store.count() == before
+    sending.set_input_files(whole)
+    expect(answer).to_contain_text("whole.mcap is kept as ")
+    assert store.count() == before + 1
+    newest = store.list()[0]
+    page.locator(".sg-facts").get_by_text(newest.id).wait_for()
+    assert newest.path.read_bytes() == whole.read_bytes()
+
+
+def test_two_runs_are_compared_over_each_other_and_swapped(page: Page) -> None:
+    open_row(page, "Q = 20")
+    row(page, "Q = 1").get_by_role("button").first.click()
+    page.get_by_role("button", name="Compare with the screen").click()
+    page.get_by_role("tab", name="Compare").click()
+    compared = page.locator(".sg-compare")
+    table = compared.locator("tr")
+    expect(table.filter(has_text="controller lyapunov weight")).to_contain_text("201")
+    expect(table.filter(has_text="last slip ends")).to_contain_text("87.5379+292")
+    assert compared.locator(".sg-run b").all_inner_texts() == ["Q = 20", "Q = 1"]
+    page.locator(".sg-ghost-lane").first.wait_for()
+    pause(page)
+    compared.locator(".sg-time", has_text="84.8 ms").first.click()
+    expect(page.locator(".sg-clock")).to_contain_text("84.8 ms")
+    compared.get_by_role("button", name="First difference").click()
+    expect(page.locator(".sg-clock")).to_contain_text("5.0 ms")
+    compared.get_by_role("button", name="Swap").click()
+    expect(table.filter(has_text="controller lyapunov weight")).to_contain_text("120")
+    assert compared.locator(".sg-run b").all_inner_texts() == ["Q = 1", "Q = 20"]
+    wait_until(lambda: page.locator(".sg-outdated").count() == 0, "the comparison is not made")
+    compared.get_by_role("button", name="End").click()
+    compared.get_by_text("See two runs over each other").wait_for()
+    expect(page.locator(".sg-ghost-lane")).to_have_count(0)

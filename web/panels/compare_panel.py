@@ -1,0 +1,163 @@
+"""Two runs over each other: which they are, and what tells them apart."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+
+from recordings.stored_run import StoredRun
+from web.intents.compare import CompareRuns
+from web.intents.intent import Send
+from web.page.markup import click_attribute
+from web.pairing import can_swap, pair_of
+from web.panels.compare_html import findings_html, first_divergence
+from web.panels.outcome_panel import box_html
+from web.panels.recordings_html import row_words
+from web.replay import moment_words
+from web.verdict import describe_outcome
+from web.view import Shown, ViewState
+
+__all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]
+
+ON_SCREEN: str = "the run on the screen"
+NONE: str = "none"
+
+_LONGEST_NAME = 32
+_INVITATION = (
+    "<p><b>See two runs over each other.</b> Choose a stored run B: it is drawn pale below the "
+    "run on the screen, in the scene, on the strip and in the charts, and a table tells what "
+    "differs. After a knob was moved, the run before the change is compared in the same way.</p>"
+)
+
+
+class ComparePanel:
+    """Chooses two runs and shows what tells them apart.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+
+    Attributes:
+        a: Chooses the run on the screen.
+        b: Chooses the pale run.
+        findings: What tells them apart.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._send = send
+        self._ids: dict[str, str] = {}
+        self._drawn: tuple[object, ...] = ()
+        self.a = gui.add_dropdown(
+            "A, on screen", (ON_SCREEN,), hint="The run that is drawn in full colours."
+        )
+        self.b = gui.add_dropdown(
+            "B, pale", (NONE,), hint="The stored run that is drawn pale below it."
+        )
+        self.findings = gui.add_html("")
+        for picker in (self.a, self.b):
+            picker.on_update(self._choose)
+
+    def update(self, view: ViewState) -> None:
+        """Shows the two runs, and what tells them apart as far as that is known."""
+        drawn = (view.shown, view.ghost, view.comparing, view.shelf.recent, view.status.run_id)
+        if drawn == self._drawn:
+            return
+        self._drawn = drawn
+        self._show_choices(view)
+        self.findings.content = compare_html(view)
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        for element in (self.a, self.b, self.findings):
+            element.remove()
+
+    def _show_choices(self, view: ViewState) -> None:
+        on_screen = view.shown.replay if view.shown else None
+        pale = view.ghost.shown.replay if view.ghost else None
+        labels = {run.id: _choice_label(run) for run in view.shelf.recent}
+        for replay in (on_screen, pale):
+            if replay is not None and replay.run_id:
+                labels.setdefault(replay.run_id, f"{_shortened(replay.name)} · {replay.run_id}")
+        self._ids = {label: run_id for run_id, label in labels.items()}
+        for picker, empty, replay in ((self.a, ON_SCREEN, on_screen), (self.b, NONE, pale)):
+            options = (empty, *self._ids)
+            if options != picker.options:
+                picker.options = options
+            picker.value = labels.get(replay.run_id, empty) if replay else empty
+
+    async def _choose(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+        # Values that the program sets come without a client; they must not come back.
+        if event.client_id is not None:
+            a, b = (self._ids.get(picker.value, "") for picker in (self.a, self.b))
+            self._send(CompareRuns(a, b))
+
+
+def compare_html(view: ViewState) -> str:
+    """The two runs, and what tells them apart."""
+    message = view.comparing.message
+    box = box_html("Not compared", [escape(f"{message}.")]) if message else ""
+    if view.shown is None or view.ghost is None:
+        return f"<div class='sg-compare'>{box}{_INVITATION}</div>"
+    name = view.shown.replay.name if view.shown.replay else f"live run of {view.draft.origin}"
+    heads = _run_html("A", name, view.shown)
+    heads += _run_html("B", view.ghost.label, view.ghost.shown)
+    body = _body_html(view, view.shown)
+    return f"<div class='sg-compare'>{heads}{_actions_html(view)}{box}{body}</div>"
+
+
+def _run_html(letter: str, name: str, shown: Shown) -> str:
+    """Which run a letter stands for, and how it went; the pale one is pale."""
+    headline = describe_outcome(shown.result).headline
+    return (
+        f"<div class='sg-run {'' if letter == 'A' else 'sg-pale'}'><span>{letter}</span>"
+        f"<div><b>{escape(name)}</b><br>{escape(headline)}</div></div>"
+    )
+
+
+def _actions_html(view: ViewState) -> str:
+    findings = view.comparing.findings
+    first = None if findings is None else first_divergence(findings)
+    return (
+        "<div class='sg-actions'>"
+        + _button("⇥ First difference", first is not None, "seek", time=first or 0.0)
+        + _button("⇄ Swap", can_swap(view), "swap-runs")
+        + _button("✕ End", True, "end-comparison")
+        + "</div>"
+    )
+
+
+_HINTS = {
+    "seek": "Puts the play head where the first signal of the two runs differs.",
+    "swap-runs": "Puts the pale run on the screen and the other below it; both must be saved.",
+    "end-comparison": "Shows the run on the screen alone.",
+}
+
+
+def _button(words: str, is_offered: bool, kind: str, **fields: float) -> str:
+    off = "" if is_offered else "disabled"
+    return (
+        f"<button {click_attribute(kind, **fields)} title='{_HINTS[kind]}' {off}>{words}</button>"
+    )
+
+
+def _body_html(view: ViewState, shown: Shown) -> str:
+    """What tells the runs apart; what is known of another pair stays, dimmed, until then."""
+    findings, is_current = view.comparing.findings, view.comparing.pair == pair_of(view)
+    if findings is None:
+        return "" if is_current else "<p>Comparing …</p>"
+    names = shown.result.scenario.finger_names
+    if len(names) != len(findings.metrics.get("slip_path", (names,))[0]):
+        return "<p>Comparing …</p>"
+    body = findings_html(findings, names)
+    return body if is_current else f"<div class='sg-outdated'>{body}</div>"
+
+
+def _choice_label(run: StoredRun) -> str:
+    words = row_words(run)
+    moment = moment_words(run.created).removesuffix(" UTC")
+    return f"{_shortened(words.label)} · {words.outcome} · {moment} · {run.id}"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST_NAME else f"{text[: _LONGEST_NAME - 1].rstrip()}…"

@@ -1,0 +1,148 @@
+"""The stored runs as HTML; everything that could come from outside is escaped."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any, NamedTuple
+
+from core.types import Outcome
+from recordings.stored_run import StoredRun
+from server.routes.recordings import UPLOAD_PATH
+from server.schemas import API_PATH
+from web.colours import tone
+from web.panels.clickable import clickable
+from web.panels.outcome_panel import box_html
+from web.replay import moment_words
+from web.shelf import ROWS_PER_PAGE, Shelf
+
+__all__ = ["RowWords", "chosen_html", "row_words", "rows_html", "run_label", "upload_html"]
+
+_LINKS = (("recording", "MCAP"), ("signals.csv", "CSV"), ("signals.parquet", "Parquet"))
+
+
+class RowWords(NamedTuple):
+    """What the list says about a stored run: its name, and how it went."""
+
+    label: str
+    outcome: str
+    tone: str
+    details: str
+
+
+def run_label(run: StoredRun) -> str:
+    """What a run is called: its name, else what it was made from."""
+    return run.name or run.preset or run.title or run.id
+
+
+def row_words(run: StoredRun) -> RowWords:
+    """What the list says about a run; of an unreadable one its title tells why."""
+    try:
+        outcome, tone_name = _outcome_words(run.summary)
+        slip = 1e3 * max(run.summary["metrics"]["slip_path"])
+        end = f"{run.summary['end_time']:g} s"
+    except (KeyError, TypeError, ValueError):
+        # What lies beside a recording may have been written by anyone.
+        return RowWords(run.name or run.id, "unreadable", "bad", run.title)
+    details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created).removesuffix(' UTC')}"
+    return RowWords(run_label(run), outcome, tone_name, details)
+
+
+def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
+    outcome = str(summary["outcome"])
+    if outcome != Outcome.COMPLETED:
+        return outcome.replace("_", " "), "bad"
+    return ("held", "good") if summary["metrics"]["held"] else ("not held", "warning")
+
+
+def rows_html(shelf: Shelf, open_id: str) -> str:
+    """The page of the list.
+
+    Args:
+        shelf: The stored runs.
+        open_id: The run on the screen, empty if it is none of them.
+    """
+    notice = shelf.notice
+    box = box_html(escape(notice.title), [escape(_sentence(notice.message))]) if notice else ""
+    rows = "".join(
+        _row_html(run, run.id == shelf.chosen_id, run.id == open_id) for run in shelf.runs
+    )
+    return (
+        f"<div class='sg-shelf'>{box}<div class='sg-rows'>{rows or _empty_html(shelf)}</div>"
+        f"{_pager_html(shelf)}</div>"
+    )
+
+
+def _row_html(run: StoredRun, is_chosen: bool, is_open: bool) -> str:
+    words = row_words(run)
+    kinds = ["sg-row", *["sg-chosen"] * is_chosen, *["sg-open"] * is_open]
+    badge = "<span class='sg-small'>on screen</span>" if is_open else ""
+    tags = "".join(f" <span class='sg-tag'>{escape(tag)}</span>" for tag in run.tags)
+    choosing = clickable(f"Choose {run.id}: {run.title}", "choose-recording", run_id=run.id)
+    opening = clickable(f"Open {run.id} for replay", "open-recording", run_id=run.id)
+    return (
+        f"<div class='{' '.join(kinds)}'>"
+        f"<div {choosing} aria-pressed='{str(is_chosen).lower()}'>"
+        f"<div class='sg-row-head'><b>{escape(words.label)}</b>{badge}"
+        f"<b style='color:{tone(words.tone)}'>{escape(words.outcome)}</b></div>"
+        f"<div class='sg-small sg-clipped'>{escape(words.details)}{tags}</div></div>"
+        f"<div {opening} aria-label='Open {escape(run.id)}'>▶</div></div>"
+    )
+
+
+def _empty_html(shelf: Shelf) -> str:
+    words = (
+        "No stored runs yet: every run is saved once the knobs rest."
+        if shelf.wanted.is_open
+        else "No stored run is like this."
+    )
+    return f"<div class='sg-empty'>{words}</div>"
+
+
+def _pager_html(shelf: Shelf) -> str:
+    """Which runs these are, and the ways to newer and to older ones."""
+    if not shelf.runs:
+        return ""
+    first = shelf.page * ROWS_PER_PAGE + 1
+    last = first + len(shelf.runs) - 1
+    what = "stored runs" if shelf.wanted.is_open else "runs like this"
+    newer = _page_html("‹ newer", shelf.page - 1, shelf.page > 0)
+    older = _page_html("older ›", shelf.page + 1, last < shelf.count)
+    words = f"<span>{first} to {last} of {shelf.count} {what}</span>"
+    return f"<div class='sg-pager sg-small'>{newer}{words}{older}</div>"
+
+
+def _page_html(words: str, page: int, is_there: bool) -> str:
+    if not is_there:
+        return f"<span aria-disabled='true'>{words}</span>"
+    return f"<span {clickable('Turn the page', 'list-recordings', page=page)}>{words}</span>"
+
+
+def chosen_html(run: StoredRun) -> str:
+    """What there is to know about a chosen run besides its row, and its files."""
+    address = f"{API_PATH}/runs/{escape(run.id)}"
+    links = ", ".join(f"<a href='{address}/{file}' download>{word}</a>" for file, word in _LINKS)
+    notes = f"<div class='sg-notes'>{escape(run.notes)}</div>" if run.notes else ""
+    return (
+        f"<div class='sg-facts'><b>{escape(run.title or run.id)}</b>"
+        f"<div class='sg-small'>{escape(run.id)} · saved {escape(moment_words(run.created))} · "
+        f"{run.size / 1e6:.1f} MB</div><div>Download: {links}</div>{notes}</div>"
+    )
+
+
+def upload_html() -> str:
+    """A button that sends a recording to the server, and a line for what became of it.
+
+    The page's script sends the file to the REST interface, which reads it in full before
+    it is kept; what it answers stands in the line.
+    """
+    hint = "Keeps a recording (MCAP) of slipgrasp from another folder; it is read in full before."
+    return (
+        f"<div class='sg-shelf'><label class='sg-upload' data-sg-upload='{UPLOAD_PATH}' "
+        f"title='{hint}' tabindex='0' role='button'>⇪ Upload a recording"
+        "<input type='file' accept='.mcap' hidden></label>"
+        "<div class='sg-upload-answer' role='status'></div></div>"
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:].rstrip(".") + "."
