@@ -8,13 +8,12 @@ from typing import Any
 
 from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, preset_names
-from core.parameters import Parameter, describe
+from core.parameters import Parameter
 from core.scenario import Scenario
 from core.study.definition import Study, expand_key
 from core.study.loading import study_from_mapping
 from web.panels.parameter_inputs import slider_range
-from web.study.words import varied_unit, varied_words
-from web.words import unit_words
+from web.study.words import VariedNames, names_of
 
 __all__ = [
     "COMPARISONS",
@@ -113,21 +112,22 @@ class Plan:
 
     def with_axis(self, place: int, axis: AxisPlan) -> Plan:
         """The plan with another axis, the number of its values within bounds."""
-        bounded = replace(axis, count=min(max(int(axis.count), MIN_STEPS), MAX_STEPS))
+        bounded = replace(axis, count=min(max(axis.count, MIN_STEPS), MAX_STEPS))
         first, second = self.axes
         return replace(self, axes=(bounded, second) if place == 0 else (first, bounded))
 
 
 def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
     """The parameters of a scenario that may vary, those of all fingers alike first."""
-    definitions = describe(scenario)
+    names = names_of(scenario)
+    definitions = names.definitions
     keys = [key for key, parameter in definitions.items() if _may_vary(parameter)]
     of_all = dict.fromkeys(
         f"fingers.*.{key.split('.', 2)[2]}" for key in keys if key.startswith("fingers.")
     )
     first = [key for key in _FIRST_CHOICES if key in keys or key in of_all]
     ordered = dict.fromkeys((*first, *of_all, *keys))
-    return tuple(_offer(scenario, key, definitions) for key in ordered)
+    return tuple(_offer(scenario, key, names) for key in ordered)
 
 
 def _may_vary(parameter: Parameter) -> bool:
@@ -135,13 +135,13 @@ def _may_vary(parameter: Parameter) -> bool:
     return is_number and (parameter.changeable or parameter.key in _ALSO_OFFERED)
 
 
-def _offer(scenario: Scenario, key: str, definitions: Mapping[str, Parameter]) -> Offer:
-    parameter = definitions[expand_key(scenario, key)[0]]
-    low, high, _ = slider_range(parameter, definitions)
-    unit = unit_words(varied_unit(scenario, key, definitions))
-    words = varied_words(scenario, key)
-    label = f"{words[:1].upper()}{words[1:]}{unit}"
-    return Offer(key, label, f"{parameter.text} {key}, {parameter.limit}.", low, high)
+def _offer(scenario: Scenario, key: str, names: VariedNames) -> Offer:
+    parameter = names.definitions[expand_key(scenario, key)[0]]
+    assert isinstance(parameter.value, float)
+    low, high, _ = slider_range(parameter, names.definitions, parameter.value)
+    label = names.label(key)
+    text = f"{parameter.text} {key}, {parameter.limit}."
+    return Offer(key, f"{label[:1].upper()}{label[1:]}", text, low, high)
 
 
 def fitted(plan: Plan | None, offers: tuple[Offer, ...]) -> Plan:
@@ -177,17 +177,18 @@ def study_of(plan: Plan, scenario: Scenario, origin: str) -> Study:
     Raises:
         ScenarioError: With one entry per wrong field, in the words of the page.
     """
+    names = names_of(scenario)
     first, second = plan.axes
     if first.key == second.key:
-        raise _twice(varied_words(scenario, first.key))
+        raise _twice(names.words(first.key))
     is_preset = origin in preset_names() and load_scenario(origin) == scenario
     vary: dict[str, Any] = {axis.key: _range(axis) for axis in plan.axes}
     if plan.compares:
         key, values = COMPARISONS[plan.comparison]
         if key in vary:
-            raise _twice(varied_words(scenario, key))
+            raise _twice(names.words(key))
         vary[key] = {"values": list(values)}
-    words = " and ".join(varied_words(scenario, axis.key) for axis in plan.axes)
+    words = " and ".join(names.words(axis.key) for axis in plan.axes)
     document = {
         "title": f"{origin[:80]}: {words}",
         "base": origin if is_preset else "",
@@ -197,7 +198,9 @@ def study_of(plan: Plan, scenario: Scenario, origin: str) -> Study:
     try:
         return study_from_mapping(document, lambda _: scenario)
     except ScenarioError as error:
-        raise ScenarioError([_in_words(finding, scenario, plan) for finding in error.errors]) from error
+        raise ScenarioError(
+            [_in_words(finding, names, plan) for finding in error.errors]
+        ) from error
 
 
 def _range(axis: AxisPlan) -> dict[str, Any]:
@@ -210,10 +213,10 @@ def _twice(words: str) -> ScenarioError:
     return ScenarioError([FieldError(field="vary", value=None, limit=None, message=message)])
 
 
-def _in_words(finding: FieldError, scenario: Scenario, plan: Plan) -> FieldError:
+def _in_words(finding: FieldError, names: VariedNames, plan: Plan) -> FieldError:
     message = finding.message
     for axis in plan.axes:
-        words = varied_words(scenario, axis.key)
+        words = names.words(axis.key)
         for field, end in ((".min", ", from"), (".max", ", to"), ("", "")):
             message = message.replace(f"vary.{axis.key}{field}", f"{words}{end}")
     return replace(finding, message=message)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 from core.parameters import Parameter, describe
@@ -12,14 +12,14 @@ from web.replay import moment_words
 from web.words import key_words, unit_words
 
 __all__ = [
+    "VariedNames",
     "list_label",
+    "names_of",
     "number_words",
     "progress_words",
     "share_words",
     "time_words",
     "value_words",
-    "varied_unit",
-    "varied_words",
 ]
 
 _NAMES = {
@@ -38,46 +38,61 @@ _QUIET_HEADS = ("controller.", "simulation.", "trajectory.")
 _LONGEST_TITLE = 44
 
 
-def varied_words(scenario: Scenario, key: str) -> str:
-    """What varies, such as ``friction of all fingers``.
+class VariedNames:
+    """What the parameters of a scenario are called where they vary.
 
     Args:
         scenario: What varies.
-        key: Dotted key, maybe with a ``*``.
+
+    Attributes:
+        definitions: Its parameters by dotted key.
     """
-    names = scenario.finger_names
-    if key in _NAMES:
-        return _NAMES[key]
-    if key.startswith("fingers.*."):
-        return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
-    target = _estimated(scenario, key)
-    if target is not None:
-        belief = key.rpartition(".")[2]
-        return f"{key_words(target.key, names)} {_BELIEFS.get(belief, belief)}"
-    head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")
-    parts = key.removeprefix(head).split(".")
-    is_known = parts[0] != "fingers" or (parts[1:] and _is_finger(parts[1], names))
-    return key_words(".".join(parts), names) if is_known else key
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self.definitions = describe(scenario)
+
+    def words(self, key: str) -> str:
+        """What a parameter is called, such as ``friction of all fingers``.
+
+        Args:
+            key: Its dotted key, maybe with a ``*``; an unknown one is given back.
+        """
+        names = self._scenario.finger_names
+        if key in _NAMES:
+            return _NAMES[key]
+        if key.startswith("fingers.*."):
+            return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
+        if (target := self._estimated(key)) is not None:
+            belief = key.rpartition(".")[2]
+            return f"{key_words(target.key, names)} {_BELIEFS.get(belief, belief)}"
+        if key not in self.definitions:
+            return key
+        head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")
+        return key_words(key.removeprefix(head), names)
+
+    def unit(self, key: str) -> str:
+        """The unit of a parameter, ``1`` for pure numbers."""
+        parameter = self._estimated(key) or self.definitions.get(key.replace(".*.", ".0."))
+        return "" if parameter is None else parameter.unit
+
+    def label(self, key: str) -> str:
+        """What a parameter is called, with its unit."""
+        return f"{self.words(key)}{unit_words(self.unit(key))}"
+
+    def _estimated(self, key: str) -> Parameter | None:
+        """The parameter that a belief is about; None if the key is no belief."""
+        head, _, rest = key.partition(".")
+        place, estimates = rest.partition(".")[0], self._scenario.estimates
+        if head != "estimates" or not place.isdigit() or int(place) >= len(estimates):
+            return None
+        return self.definitions.get(estimates[int(place)].parameter)
 
 
-def varied_unit(scenario: Scenario, key: str, definitions: Mapping[str, Parameter]) -> str:
-    """The unit of what varies, ``1`` for pure numbers."""
-    target = _estimated(scenario, key)
-    parameter = target or definitions.get(key.replace(".*.", ".0."))
-    return "" if parameter is None else parameter.unit
-
-
-def _estimated(scenario: Scenario, key: str) -> Parameter | None:
-    """The parameter that a belief is about; None if the key is no belief."""
-    head, _, rest = key.partition(".")
-    place = rest.partition(".")[0]
-    if head != "estimates" or not place.isdigit() or int(place) >= len(scenario.estimates):
-        return None
-    return describe(scenario).get(scenario.estimates[int(place)].parameter)
-
-
-def _is_finger(part: str, names: tuple[str, ...]) -> bool:
-    return part.isdigit() and int(part) < len(names)
+@lru_cache(maxsize=8)
+def names_of(scenario: Scenario) -> VariedNames:
+    """The names of a scenario; describing one takes milliseconds."""
+    return VariedNames(scenario)
 
 
 def value_words(value: Any, unit: str = "") -> str:
@@ -129,7 +144,11 @@ def progress_words(status: StudyStatus, behind: int) -> str:
     runs = f"{status.finished} of {number_words(total, 'run')}"
     match status.state:
         case StudyState.QUEUED:
-            return f"Waiting behind {number_words(behind, 'study')}." if behind else "About to begin."
+            return (
+                f"Waiting behind {number_words(behind, 'study')}." if behind else "About to begin."
+            )
+        case StudyState.RUNNING if not status.finished:
+            return f"{number_words(total, 'run')}: starting the processes that simulate …"
         case StudyState.RUNNING:
             rate = "" if status.rate is None else f" · {status.rate:.0f} runs/s"
             left = "" if status.time_left is None else f" · {time_words(status.time_left)} left"

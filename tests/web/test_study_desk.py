@@ -1,0 +1,266 @@
+"""Studies as a session sees them: planned, priced, run, followed, and opened run by run."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from core.loading import load_scenario
+from core.study.definition import Study
+from recordings.store import RecordingStore
+from recordings.study.study_store import StudyStore
+from server.live_study import StudyState
+from server.settings import Settings
+from server.study_service import StudyService
+from tests.web.studying import PLAN, quick_scenario
+from web.desks.study_desk import StudyDesk
+from web.draft import Draft
+from web.intents.intent import Intent
+from web.intents.recordings import OpenRecording
+from web.intents.study import (
+    CancelStudy,
+    ChooseComparison,
+    ChooseVaried,
+    ListStudies,
+    OpenMember,
+    OpenStudy,
+    SetRange,
+    ShowPlan,
+    StartStudy,
+)
+from web.playback import WindowChoice
+from web.study.plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
+from web.study.state import Followed, StudyView
+from web.study.words import progress_words
+from web.view import RunStage, RunStatus, ViewState
+
+WEIGHT = "controller.lyapunov_weight"
+
+
+@dataclass
+class Room:
+    """A desk of studies, and what is on the screen of its session."""
+
+    desk: StudyDesk
+    service: StudyService
+    answers: queue.SimpleQueue[Intent]
+    view: ViewState
+
+    @property
+    def study(self) -> StudyView:
+        return self.view.study
+
+    @property
+    def followed(self) -> Followed:
+        assert self.study.followed is not None
+        return self.study.followed
+
+    def do(self, *intents: Intent) -> StudyView:
+        for intent in intents:
+            self.view = self.desk.take(intent, self.view)
+        self.view = self.desk.pass_time(time.monotonic(), self.view)
+        return self.study
+
+    def until(self, holds: Callable[[StudyView], object]) -> StudyView:
+        """Lives like a session until something is true of what it shows of studies."""
+        patience = time.monotonic() + 60.0
+        while not holds(self.study):
+            now = time.monotonic()
+            assert now < patience, self.study
+            wait = self.desk.wait(now, self.view)
+            try:
+                self.do(self.answers.get(timeout=0.2 if wait is None else wait))
+            except queue.Empty:
+                self.do()
+        return self.study
+
+    def plan(self, draft: Draft) -> None:
+        """Plans the nine quick runs."""
+        self.view = replace(self.view, draft=draft)
+        self.do(*(SetRange(place, axis) for place, axis in enumerate(PLAN.axes)))
+
+    def finish(self) -> None:
+        """Runs them to their end."""
+        self.do(StartStudy())
+        self.until(lambda study: study.followed and study.followed.status.state.has_ended)
+        self.until(lambda study: study.followed and study.followed.picture)
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> Iterator[StudyService]:
+    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    store = RecordingStore(tmp_path)
+    service = StudyService(StudyStore(tmp_path, store), settings)
+    service.start()
+    yield service
+    service.close()
+    store.close()
+
+
+def new_room(service: StudyService) -> Room:
+    answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
+    desk = StudyDesk(service, answers.put)
+    view = ViewState(
+        draft=Draft.starting_from("quick", quick_scenario()),
+        status=RunStatus(RunStage.PREVIEW),
+        choice=WindowChoice.SLIP,
+    )
+    room = Room(desk, service, answers, desk.start(view))
+    room.do()
+    room.plan(view.draft)
+    return room
+
+
+def leave(room: Room) -> None:
+    for worker in room.desk.workers:
+        worker.close()
+        worker.join(30.0)
+
+
+@pytest.fixture
+def room(service: StudyService) -> Iterator[Room]:
+    room = new_room(service)
+    yield room
+    leave(room)
+    assert "study-clerk" not in {thread.name for thread in threading.enumerate()}
+
+
+def test_the_draft_decides_what_is_offered_and_where_a_plan_begins(room: Room) -> None:
+    first = room.study.plan
+    assert first is not None
+    assert [axis.key for axis in first.axes] == ["object.mass", "fingers.*.friction"]
+    room.do(ChooseVaried(1, WEIGHT))
+    plan = room.study.plan
+    assert plan is not None
+    assert plan.axes[1] == AxisPlan(WEIGHT, 1.0, 100.0, first.axes[1].count)
+    second = load_scenario("paper-case-2")
+    room.view = replace(room.view, draft=Draft.starting_from("paper-case-2", second))
+    room.do()
+    assert "estimates.3.initial" in {offer.key for offer in room.study.offers}
+    assert room.study.plan == plan
+
+
+def test_what_a_browser_makes_up_changes_nothing(room: Room) -> None:
+    before = room.study.plan
+    room.do(ChooseVaried(0, "no.such"), SetRange(0, AxisPlan("no.such", 0.0, 1.0)))
+    room.do(ChooseComparison("no such"), OpenMember(3))
+    assert room.study.plan == before
+    assert room.study.member is None
+
+
+def test_a_plan_that_rests_is_priced_and_one_that_changes_no_longer(room: Room) -> None:
+    study = room.until(lambda study: study.price)
+    assert study.price is not None
+    assert 0.0 < study.price.seconds < 60.0
+    assert room.do(ChooseComparison(next(iter(COMPARISONS)))).price is None
+
+
+def test_an_axis_takes_away_the_comparison_of_what_it_varies(room: Room) -> None:
+    name = next(name for name, (key, _) in COMPARISONS.items() if key == WEIGHT)
+    study = room.do(ChooseComparison(name), ChooseVaried(0, WEIGHT))
+    assert study.plan is not None
+    assert study.plan.comparison == NO_COMPARISON
+
+
+def test_a_range_that_is_not_allowed_is_told_and_nothing_runs(room: Room) -> None:
+    room.do(SetRange(0, AxisPlan("object.mass", 0.0, 2.0, 3)), StartStudy())
+    study = room.until(lambda study: study.problems)
+    assert "object mass, from is 0" in study.problems[0]
+    assert study.followed is None
+    assert not study.is_starting
+    assert room.service.list(0, 10)[1] == 0
+
+
+def test_a_study_runs_to_its_map_and_stays_in_the_store(room: Room) -> None:
+    room.finish()
+    picture = room.followed.picture
+    assert picture is not None
+    assert room.followed.status.state is StudyState.COMPLETED
+    assert not room.study.is_planning
+    room.until(lambda _: room.followed.picture and room.followed.picture.finished == 9)
+    study = room.until(lambda study: study.listed)
+    assert study.listed[0].stored.id == room.followed.study_id
+    assert progress_words(room.followed.status, 0) == "Completed: 9 runs."
+    assert room.service.results(room.followed.study_id).num_rows == 9
+
+
+def test_a_run_of_it_is_simulated_again_and_opened(room: Room) -> None:
+    room.finish()
+    room.do(OpenMember(7))
+    assert room.study.member is not None
+    assert room.study.member.is_awaited
+    room.until(lambda study: study.member and study.member.run_id)
+    opened = room.study.member
+    assert opened is not None
+    assert room.answers.get(timeout=30.0) == OpenRecording(opened.run_id)
+    stored, is_new = room.service.record_run(room.followed.study_id, 7)
+    assert (stored.id, is_new) == (opened.run_id, False)
+    assert room.do(OpenMember(9)).member == opened
+
+
+def test_a_run_that_does_not_come_out_again_is_told_so(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room.finish()
+    heavier = replace(
+        room.service.results(room.followed.study_id).study, base=load_scenario("paper-case-1")
+    )
+    results = room.service.results(room.followed.study_id)
+    monkeypatch.setattr(results, "study", heavier)
+    room.do(OpenMember(2))
+    study = room.until(lambda study: study.member and study.member.message)
+    assert study.member is not None
+    assert "does not come out" in study.member.message
+    assert not study.member.run_id
+
+
+def long_study() -> Study:
+    return study_of(PLAN, quick_scenario(200.0), "long")
+
+
+def test_a_study_waits_behind_another_and_is_cancelled(room: Room) -> None:
+    before = room.service.create(long_study)
+    room.do(StartStudy())
+    room.until(lambda study: study.followed and study.followed.behind)
+    assert progress_words(room.followed.status, room.followed.behind) == "Waiting behind 1 study."
+    room.do(CancelStudy())
+    room.until(lambda _: room.followed.status.state is StudyState.CANCELLED)
+    room.service.cancel(before.stored.id)
+
+
+def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> None:
+    room = new_room(service)
+    room.do(StartStudy())
+    room.until(lambda study: study.followed)
+    leave(room)
+    study_id = room.followed.study_id
+    patience = time.monotonic() + 60.0
+    while not service.status(study_id).state.has_ended:
+        assert time.monotonic() < patience
+        time.sleep(0.02)
+    assert service.status(study_id).state is StudyState.COMPLETED
+
+
+def test_studies_of_others_are_listed_and_opened(room: Room) -> None:
+    other = room.service.create(lambda: study_of(PLAN, quick_scenario(), "another"))
+    room.do(ListStudies())
+    room.until(lambda study: [s.stored.id for s in study.listed] == [other.stored.id])
+    room.do(OpenStudy(other.stored.id))
+    room.until(lambda study: study.followed and study.followed.picture)
+    assert room.followed.status.stored.title.startswith("another")
+    assert not room.study.is_planning
+    assert room.do(ShowPlan(True)).is_planning
+
+
+@pytest.mark.parametrize("hostile", ["abcdefghijkl", "../../etc/passwd", "", "x" * 500])
+def test_a_study_that_is_not_there_is_told_in_a_sentence(room: Room, hostile: str) -> None:
+    room.do(OpenStudy(hostile))
+    study = room.until(lambda study: study.message)
+    assert "there is no study" in study.message
+    assert study.is_planning

@@ -1,0 +1,213 @@
+"""The study panel against a real GUI: what it shows, and what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+
+from core.result import RunResult
+from recordings.study.study_store import StoredStudy
+from server.live_study import StudyState, StudyStatus
+from server.viewer_server import ViewerServer
+from tests.recordings.studying import make_study, run_study
+from tests.web.studying import PLAN, quick_scenario
+from web.draft import Draft
+from web.intents.intent import Intent
+from web.panels.study_inputs import run_of_places
+from web.panels.study_panel import StudyPanel
+from web.playback import WindowChoice
+from web.replay import Replay
+from web.study.drawing import draw_map
+from web.study.html import plan_html, summary_html
+from web.study.picture import MapPicture
+from web.study.plan import COMPARISONS, offers_of, study_of
+from web.study.state import Followed, Member, Price, StudyView
+from web.study.words import list_label, number_words, progress_words, share_words, time_words
+from web.view import RunStage, RunStatus, Shown, ViewState
+
+PLANNED = StudyView(offers=offers_of(quick_scenario()), plan=PLAN)
+STORED = StoredStudy(
+    id="aaaaaaaaaaaa",
+    created="2026-11-21T10:05:00+00:00",
+    title="Mass and friction",
+    base_name="",
+    keys=("object.mass", "fingers.*.friction"),
+    num_runs=9,
+    recordings="none",
+)
+
+
+@dataclass
+class Bench:
+    """A panel, what it asks for, and how wide it has been made."""
+
+    panel: StudyPanel
+    asked: list[Intent] = field(default_factory=list)
+    widths: list[bool] = field(default_factory=list)
+
+    def show(self, study: StudyView, shown: Shown | None = None) -> None:
+        view = ViewState(
+            draft=Draft.starting_from("quick", quick_scenario()),
+            status=RunStatus(RunStage.PREVIEW),
+            choice=WindowChoice.SLIP,
+            shown=shown,
+            study=study,
+        )
+        self.panel.update(view)
+
+
+@pytest.fixture
+def bench(viewer_server: ViewerServer) -> Iterator[Bench]:
+    asked: list[Intent] = []
+    widths: list[bool] = []
+    bench = Bench(StudyPanel(viewer_server.gui, asked.append, widths.append), asked, widths)
+    yield bench
+    bench.panel.remove()
+
+
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory: pytest.TempPathFactory) -> MapPicture:
+    study = study_of(PLAN, quick_scenario(), "quick")
+    picture = draw_map(run_study(study, tmp_path_factory.mktemp("panel") / "study.mcap"))
+    assert picture is not None
+    return picture
+
+
+def status_of(state: StudyState, finished: int = 9, **told: float) -> StudyStatus:
+    return StudyStatus(stored=STORED, state=state, finished=finished, outcomes={}, **told)  # type: ignore[arg-type]
+
+
+def on_map(picture: MapPicture | None, status: StudyStatus) -> StudyView:
+    return replace(PLANNED, is_planning=False, is_wide=True, followed=Followed(status, 0, picture))
+
+
+def test_a_plan_stands_in_its_inputs_with_units_and_bounds(bench: Bench) -> None:
+    bench.show(PLANNED)
+    across, up = bench.panel.plan.inputs.axes
+    assert across.key.value == "Object mass [kg]"
+    assert "0.001 … 1000 kg" in str(across.key.hint)
+    assert (across.range.value, across.count.value) == ((0.5, 2.5), 3)
+    assert up.key.value == "Friction of all fingers"
+    assert tuple(bench.panel.plan.inputs.comparison.options)[1:] == tuple(COMPARISONS)
+    assert bench.panel.plan.run.visible
+    assert not bench.panel.map.map.visible
+    assert bench.asked == []
+
+
+def test_the_cost_and_what_stands_in_the_way_are_told_before_it_runs() -> None:
+    assert "<b>9 runs</b>, about 4 s" in plan_html(replace(PLANNED, price=Price(4.2)))
+    refused = plan_html(replace(PLANNED, problems=("object mass is <b>",)))
+    assert "Not run" in refused
+    assert "&lt;b&gt;" in refused
+    assert "little room" in plan_html(replace(PLANNED, price=Price(1.0, ("little room",))))
+
+
+def test_the_map_takes_the_place_of_the_plan_and_more_room(
+    bench: Bench, picture: MapPicture
+) -> None:
+    bench.show(PLANNED)
+    bench.show(on_map(picture, status_of(StudyState.COMPLETED)))
+    assert not bench.panel.plan.run.visible
+    assert bench.panel.map.map.content.count("data-sg-intent") >= 9
+    assert bench.panel.map.member.open.visible
+    bench.show(replace(on_map(picture, status_of(StudyState.COMPLETED)), is_planning=True))
+    assert bench.widths == [False, True, False]
+    assert bench.panel.plan.back.visible
+
+
+def test_a_study_that_runs_has_a_bar_and_can_be_cancelled(bench: Bench) -> None:
+    status = status_of(StudyState.RUNNING, 3, rate=50.0, time_left=12.0)
+    bench.show(on_map(None, status))
+    part = bench.panel.map
+    assert (part.bar.visible, part.cancel.visible) == (True, True)
+    assert part.bar.value == pytest.approx(100.0 / 3.0)
+    assert "3 of 9 runs · 50 runs/s · about 12 s left" in part.summary.content
+    assert not part.member.open.visible
+    bench.show(on_map(None, status_of(StudyState.CANCELLED, 3)))
+    assert (part.bar.visible, part.cancel.visible) == (False, False)
+
+
+def test_values_of_a_run_are_chosen_from_those_that_were_tried(
+    bench: Bench, picture: MapPicture
+) -> None:
+    study = replace(on_map(picture, status_of(StudyState.COMPLETED)), member=Member(STORED.id, 5))
+    bench.show(study)
+    mass, friction = bench.panel.map.member.values[:2]
+    assert (tuple(mass.options), mass.value) == (("0.5", "1.5", "2.5"), "1.5")
+    assert (tuple(friction.options), friction.value) == (("0.1", "0.3", "0.5"), "0.5")
+    assert bench.panel.map.member.number.value == 5
+    assert run_of_places(picture.study, (1, 2)) == 5
+
+
+def test_only_the_run_on_the_screen_is_ringed(
+    bench: Bench, picture: MapPicture, case_1: RunResult
+) -> None:
+    opened = Member(STORED.id, 5, run_id="bbbbbbbbbbbb")
+    study = replace(on_map(picture, status_of(StudyState.COMPLETED)), member=opened)
+    for run_id, rings in (("cccccccccccc", 0), ("bbbbbbbbbbbb", 1)):
+        bench.show(study, Shown(1, case_1, 0.0, Replay("a run", "now", case_1, run_id)))
+        assert bench.panel.map.map.content.count("sg-map-ring") == rings
+
+
+def test_what_came_of_a_study_is_told_in_words(picture: MapPicture) -> None:
+    followed = Followed(status_of(StudyState.COMPLETED), 0, picture)
+    html = summary_html(followed, 4, "run 3 does not <come out>")
+    assert f"Held {picture.held} of 9" in html
+    assert "&lt;come out&gt;" in html
+    assert "Simulating run 4 again" in html
+    assert "no map" in summary_html(Followed(status_of(StudyState.COMPLETED), has_map=False))
+
+
+def test_samples_are_chosen_by_their_number(bench: Bench, tmp_path: Path) -> None:
+    study = make_study(
+        vary={
+            "object.mass": {"min": 0.5, "max": 2.0},
+            "fingers.0.friction": {"min": 0.1, "max": 0.5},
+        },
+        sampling={"method": "random", "runs": 4},
+        set={"simulation.duration": 0.05},
+    )
+    sampled = draw_map(run_study(study, tmp_path / "study.mcap"))
+    bench.show(on_map(sampled, status_of(StudyState.COMPLETED)))
+    member = bench.panel.map.member
+    assert member.number.visible
+    assert not any(widget.visible for widget in member.values)
+
+
+def test_studies_are_listed_by_what_they_are_about(bench: Bench) -> None:
+    listed = (status_of(StudyState.COMPLETED), status_of(StudyState.RUNNING, 3))
+    bench.show(replace(PLANNED, listed=listed[:1]))
+    known = bench.panel.known.choice
+    assert known.options[1] == list_label(listed[0])
+    assert known.options[1].startswith("Mass and friction · 9 runs · completed · 2026-11-21")
+    long = replace(listed[0], stored=replace(STORED, title="x" * 300))
+    assert len(list_label(long)) < 130
+
+
+@pytest.mark.parametrize(
+    ("state", "behind", "words"),
+    [
+        (StudyState.QUEUED, 0, "About to begin."),
+        (StudyState.QUEUED, 1, "Waiting behind 1 study."),
+        (StudyState.QUEUED, 3, "Waiting behind 3 studies."),
+        (StudyState.CANCELLED, 0, "Cancelled after 4 of 9 runs."),
+        (StudyState.FAILED, 0, "Failed after 4 of 9 runs."),
+    ],
+)
+def test_every_state_of_a_study_has_words(state: StudyState, behind: int, words: str) -> None:
+    assert progress_words(status_of(state, 4), behind) == words
+
+
+def test_numbers_read_as_a_person_says_them() -> None:
+    assert [number_words(n, "run") for n in (1, 2)] == ["1 run", "2 runs"]
+    assert [time_words(t) for t in (0.3, 12.4, 300.0, 9000.0)] == [
+        "less than a second",
+        "about 12 s",
+        "about 5 min",
+        "about 2.5 h",
+    ]
+    assert [share_words(n, 1000) for n in (0, 1, 590)] == ["0 %", "< 1 %", "59 %"]
+    assert share_words(0, 0) == "–"

@@ -1,0 +1,253 @@
+"""The study panel: plan a study, watch its map fill, and open any of its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from server.live_study import StudyState
+from web.intents.intent import Send
+from web.intents.study import (
+    CancelStudy,
+    ListStudies,
+    OpenStudy,
+    ShowPlan,
+    SizeMap,
+    StartStudy,
+)
+from web.panels.study_inputs import MemberInputs, PlanInputs
+from web.study.html import links_html, plan_html, summary_html
+from web.study.map_html import map_html
+from web.study.state import Followed, StudyView
+from web.study.words import list_label
+from web.view import ViewState
+
+__all__ = ["StudyPanel"]
+
+_NEW, _WIDER, _NARROWER = "new study", "wider", "narrower"
+_NO_STUDY = "choose …"
+_NONE: tuple[str, ...] = (_NO_STUDY,)
+_INTRO = (
+    "<div style='padding:0.5em 0.75em 0;font-size:0.85em'>Vary two parameters of the scenario in "
+    "the editor, and see where the object is held: one run for every pair of values.</div>"
+)
+
+
+class StudyPanel:
+    """Shows either the plan of the next study or the map of one.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+        widen: Gives the panel more room than others have, or takes it back.
+
+    Attributes:
+        plan: What the next study varies.
+        map: The study that is followed.
+        known: The studies of the store.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send, widen: Callable[[bool], None]) -> None:
+        self._send, self._widen = send, widen
+        self.plan = _PlanPart(gui, send)
+        self.map = _MapPart(gui, send)
+        self.known = _KnownStudies(gui, send)
+        self._shown: StudyView | None = None
+        self._ringed: int | None = None
+
+    def update(self, view: ViewState) -> None:
+        """Shows what is planned, or how far the study is; ``view`` is what is on the screen."""
+        study, ringed = view.study, _ringed(view)
+        if study is self._shown and ringed == self._ringed:
+            return
+        is_wide = study.is_wide and not study.is_planning
+        before = self._shown
+        if before is None or is_wide != (before.is_wide and not before.is_planning):
+            self._widen(is_wide)
+        self.plan.show(study)
+        self.map.show(study, ringed)
+        self.known.show(study)
+        self._shown, self._ringed = study, ringed
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        for part in (self.plan, self.map, self.known):
+            part.remove()
+
+
+def _ringed(view: ViewState) -> int | None:
+    """The run of the study that is on the screen, if it is."""
+    member, replay = view.study.member, view.shown.replay if view.shown else None
+    if member is None or replay is None or not member.run_id:
+        return None
+    return member.index if replay.run_id == member.run_id else None
+
+
+class _PlanPart:
+    """What the next study varies, what that costs, and the button that runs it.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._intro = gui.add_html(_INTRO)
+        self.inputs_folder = gui.add_folder("What varies")
+        with self.inputs_folder:
+            self.inputs = PlanInputs(gui, send)
+        self.price = gui.add_html("")
+        self.run = gui.add_button(
+            "Run the study",
+            icon=viser.Icon.PLAYER_PLAY,
+            hint="Simulates every pair of values; the results stay in the store.",
+        )
+        self.back = gui.add_button(
+            "Back to the map",
+            icon=viser.Icon.ARROW_BACK_UP,
+            color="gray",
+            hint="Shows the study that was on the screen before.",
+        )
+        self.run.on_click(lambda _: send(StartStudy()))
+        self.back.on_click(lambda _: send(ShowPlan(False)))
+
+    def show(self, study: StudyView) -> None:
+        """Shows the plan, or hides it while a map is shown."""
+        is_shown = study.is_planning
+        for element in (self._intro, self.inputs_folder, self.price, self.run):
+            element.visible = is_shown
+        self.back.visible = is_shown and study.followed is not None
+        if is_shown:
+            self.inputs.show(study)
+            self.price.content = plan_html(study)
+            self.run.disabled = study.is_starting or study.plan is None
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        for element in (self._intro, self.inputs, self.inputs_folder, self.price):
+            element.remove()
+        self.run.remove()
+        self.back.remove()
+
+
+class _MapPart:
+    """A study: how far it is, its map, and what can be done with it.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._send = send
+        self.tools = gui.add_button_group(
+            "map",
+            (_NEW, _WIDER, _NARROWER),
+            hint="Plans another study, or gives the map more or less room.",
+        )
+        self.summary = gui.add_html("")
+        self.bar = gui.add_progress_bar(0.0)
+        self.cancel = gui.add_button(
+            "Cancel the study",
+            icon=viser.Icon.X,
+            color="gray",
+            hint="Ends the study; the runs that are done stay.",
+        )
+        self.map = gui.add_html("")
+        self.member = MemberInputs(gui, send)
+        self.links = gui.add_html("")
+        self.tools.on_click(self._use)
+        self.cancel.on_click(lambda _: send(CancelStudy()))
+        self._drawn: tuple[object, int | None] = (None, None)
+
+    def show(self, study: StudyView, ringed: int | None) -> None:
+        """Shows the study on the screen; without one, or while planning, it hides.
+
+        Args:
+            study: What is shown of studies.
+            ringed: The run that is on the screen, if it is of this study.
+        """
+        followed = None if study.is_planning else study.followed
+        for element in (self.tools, self.summary, self.map, self.links):
+            element.visible = followed is not None
+        is_going = followed is not None and not followed.status.state.has_ended
+        self.bar.visible = self.cancel.visible = is_going
+        if followed is not None:
+            self._show(followed, study, ringed)
+        has_runs = followed is not None and followed.picture is not None
+        self.member.set_visible(has_runs)
+
+    def _show(self, followed: Followed, study: StudyView, ringed: int | None) -> None:
+        member, picture = study.member, followed.picture
+        status = followed.status
+        opening = member.index if member and member.is_awaited else None
+        wrong = study.message or (member.message if member else "")
+        self.summary.content = summary_html(followed, opening, wrong)
+        self.links.content = links_html(followed)
+        self.bar.value = min(100.0 * status.finished / max(status.stored.num_runs, 1), 100.0)
+        self.bar.animated = status.state is StudyState.QUEUED
+        if picture is not None and (picture, ringed) != self._drawn:
+            self._drawn = picture, ringed
+            self.map.content = map_html(picture, ringed)
+            self.member.show(picture.study, member.index if member else None)
+        elif picture is None:
+            self.map.content = ""
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        for element in (self.tools, self.summary, self.bar, self.cancel, self.map):
+            element.remove()
+        self.member.remove()
+        self.links.remove()
+
+    async def _use(self, _: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        tool = self.tools.value
+        self._send(ShowPlan(True) if tool == _NEW else SizeMap(tool == _WIDER))
+
+
+class _KnownStudies:
+    """The studies of the store, whoever made them.
+
+    Args:
+        gui: Where it goes.
+        send: Takes the intents.
+    """
+
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._send = send
+        self._ids: dict[str, str] = {}
+        self.choice = gui.add_dropdown(
+            "studies",
+            _NONE,
+            hint="Opens one of the newest studies, also of those made by others.",
+        )
+        self.refresh = gui.add_button(
+            "Look for new studies",
+            icon=viser.Icon.REFRESH,
+            color="gray",
+            hint="Lists the studies of the store again.",
+        )
+        self.choice.on_update(self._open)
+        self.refresh.on_click(lambda _: send(ListStudies()))
+
+    def show(self, study: StudyView) -> None:
+        """Lists the studies, that on the screen chosen."""
+        self._ids = {list_label(status): status.stored.id for status in study.listed}
+        options = (_NO_STUDY, *self._ids)
+        if tuple(self.choice.options) != options:
+            self.choice.options = options
+        followed = None if study.is_planning or study.followed is None else study.followed.study_id
+        chosen = next((label for label, known in self._ids.items() if known == followed), _NO_STUDY)
+        if self.choice.value != chosen:
+            self.choice.value = chosen
+
+    def remove(self) -> None:
+        """Takes everything off the page."""
+        self.choice.remove()
+        self.refresh.remove()
+
+    async def _open(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+        study_id = self._ids.get(event.target.value)
+        if event.client_id is not None and study_id is not None:
+            self._send(OpenStudy(study_id))
