@@ -14,6 +14,7 @@ __all__ = ["Edit", "measure_edits"]
 _QUIET = 450  # [ms]; a run is saved once its knob has rested for half a second.
 _BETWEEN = 700
 _PATIENCE = 60_000
+_MASS = "xpath=//label[normalize-space(.)='mass [kg]']/../../.."
 
 # The page's websocket lives in a worker. Its messages are noted there, by the clock, so that
 # a page that is busy drawing does not count as a message on its way.
@@ -60,7 +61,7 @@ class Edit(NamedTuple):
 
 
 def measure_edits(url: str, edits: int) -> list[Edit]:
-    """Presses an arrow key on the first slider of the scenario, at rest, again and again.
+    """Presses an arrow key on the slider of the mass, at rest, again and again.
 
     Args:
         url: Address of the dashboard.
@@ -81,7 +82,7 @@ def measure_edits(url: str, edits: int) -> list[Edit]:
 
 
 def _edit(page: Page, index: int) -> Edit:
-    slider = page.get_by_role("slider", name="mass").first
+    slider = page.locator(_MASS).get_by_role("slider")
     slider.focus()
     page.wait_for_timeout(_BETWEEN)
     slider.press("ArrowRight" if index % 2 == 0 else "ArrowLeft")

@@ -8,17 +8,17 @@ import warnings
 import numpy as np
 import viser
 
-from core.types import ContactPhase
 from server.run_service import RunService
 from server.study_service import StudyService
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
-from web.colours import PHASES
+from web.pacing import FramePacer
 from web.page.session_directory import SessionDirectory
 from web.replay import Source
 from web.saved_runs import SavedRuns
 from web.services import Services
 from web.session import Session
+from web.theme import apply_theme
 
 __all__ = ["Dashboard"]
 
@@ -45,14 +45,12 @@ class Dashboard:
         # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
         self.directory = SessionDirectory()
-        self._services = Services(runs, SavedRuns(runs), studies, self.directory)
+        self._services = Services(runs, SavedRuns(runs), studies, self.directory, FramePacer())
         self._first = first
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
         self._server = ViewerServer("slipgrasp")
-        self._server.gui.configure_theme(
-            show_logo=False, show_share_button=False, brand_color=PHASES[ContactPhase.STICK]
-        )
+        apply_theme(self._server.gui, dark=False)
         # Until the first run is there; its scene then has its own camera.
         framing = frame_box(*_FIRST_BOX, _FIRST_PICTURE)
         self._server.initial_camera.fov = FIELD_OF_VIEW

@@ -18,7 +18,7 @@ from web.sampling import Sampler
 from web.scene.layout import SceneLayout
 from web.scene.scene import Scene
 from web.scene.shapes import position
-from web.words import describe_outcome
+from web.verdict import describe_outcome
 
 __all__ = ["MAX_FRAMES", "frame_times", "write_html"]
 

@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import viser
 
 from web.camera import FrontCamera
 from web.intents.intent import Send
 from web.intents.picture import CameraMoved
+from web.panels.beacon_panel import BeaconPanel
 from web.panels.charts_panel import ChartsPanel
+from web.panels.compare_panel import ComparePanel
+from web.panels.export_panel import ExportPanel
+from web.panels.knobs_panel import KnobsPanel
+from web.panels.look_panel import LookPanel
 from web.panels.outcome_panel import OutcomePanel
 from web.panels.playback_panel import PlaybackPanel
 from web.panels.recordings_panel import RecordingsPanel
+from web.panels.scenario_file_panel import ScenarioFilePanel
 from web.panels.scenario_panel import ScenarioPanel
+from web.panels.study_panel import StudyPanel
+from web.room import MARGIN, guess_room, panel_sizes
 from web.scene.scene import Scene
-from web.view import ViewState
+from web.theme import apply_theme
+from web.view import Shown, ViewState
 
-__all__ = ["PanelSizes", "Screen", "panel_sizes"]
-
-_PLAYBACK_HEIGHT = 232
-_PLAYBACK_HEIGHT_PER_CONTACT = 17
-
-
-class PanelSizes(NamedTuple):
-    """Widths of the columns, of the playback panel, and height of a chart [px]."""
-
-    results: int
-    scenario: int
-    playback: int
-    chart: int
-
-
-def panel_sizes(width: int, height: int) -> PanelSizes:
-    """Sizes that leave the scene its share of a browser window [px]."""
-    results = min(max(round(0.27 * width), 270), 400)
-    scenario = min(max(round(0.22 * width), 250), 320)
-    playback = max(width - results - scenario - 60, 240)
-    chart = min(max((height - 340) // 3 - 48, 130), 190)
-    return PanelSizes(results, scenario, min(playback, 620), chart)
+__all__ = ["Screen"]
 
 
 class Screen:
@@ -49,52 +35,105 @@ class Screen:
         camera: Its camera.
         view: What it shows first.
         send: Takes the intents of its user.
+        key: The key of the session, for the page's script.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, camera: FrontCamera, view: ViewState, send: Send
+        self,
+        client: viser.ClientHandle,
+        camera: FrontCamera,
+        view: ViewState,
+        send: Send,
+        key: str,
     ) -> None:
-        gui = client.gui
-        sizes = panel_sizes(client.camera.image_width, client.camera.image_height)
-        self._scene = Scene(client)
-        self._camera = camera
+        gui, self._gui = client.gui, client.gui
+        self._scene, self._camera = Scene(client), camera
+        room = guess_room(client.camera.image_width, client.camera.image_height)
+        sizes = panel_sizes(room.width, room.height)
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(sizes.scenario)
         self._scenario = ScenarioPanel(gui, view.draft, send)
+        self._file = ScenarioFilePanel(gui, send)
+        self._look = LookPanel(gui, view.look, send)
+        self._export = ExportPanel(gui, send)
+        self._knobs = KnobsPanel(gui, view.draft.base, send)
         self._results = gui.add_panel()
-        with self._results.add_tab("Run", viser.Icon.CHART_LINE):
+        with self._results.add_tab("Run", sizes.tab_icon(viser.Icon.CHART_LINE)):
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)
-        with self._results.add_tab("Recordings", viser.Icon.LIST):
+        with self._results.add_tab("Recordings", sizes.tab_icon(viser.Icon.LIST)):
             self._recordings = RecordingsPanel(gui, send)
+        with self._results.add_tab("Compare", sizes.tab_icon(viser.Icon.ARROWS_DIFF)):
+            self._compare = ComparePanel(gui, send)
+        with self._results.add_tab("Study", sizes.tab_icon(viser.Icon.GRID_DOTS)):
+            self._study = StudyPanel(gui, send, self._widen_results)
         self._results.dock_left()
-        self._results.set_width(sizes.results)
         self._controls = gui.add_panel()
         with self._controls.add_tab("Playback", viser.Icon.PLAYER_PLAY):
+            self._beacon = BeaconPanel(gui, key)
             self._playback = PlaybackPanel(gui, send)
-        self._controls.float(x=30.0, y=-12.0, width=sizes.playback)
+        self._controls.float(x=MARGIN, y=-MARGIN)
+        self._is_wide = False
+        self._widths = (0, 0, 0)
+        self._room = room
+        self._fit()
         self._panels = (
             self._scenario,
+            self._file,
+            self._look,
+            self._knobs,
             self._outcome,
             self._recordings,
+            self._compare,
+            self._study,
             self._playback,
             self._charts,
+            self._export,
+            self._beacon,
         )
-        self._ticket = 0
+        self._drawn: object = None
+        self._dark = view.look.dark
         client.camera.on_update(lambda camera: send(_report(camera)))
 
     def update(self, view: ViewState) -> None:
         """Draws a view; whatever did not change costs nothing."""
-        if view.shown is not None and view.shown.ticket != self._ticket:
-            layout = self._scene.show(view.shown.result)
-            contacts = len(view.shown.result.scenario.fingers)
-            covered = _PLAYBACK_HEIGHT + contacts * _PLAYBACK_HEIGHT_PER_CONTACT
-            self._camera.show(layout.low, layout.high, covered)
-            self._ticket = view.shown.ticket
-        if view.sample is not None:
-            self._scene.update(view.sample)
+        if view.room is not None and view.room != self._room:
+            self._room = view.room
+            self._fit()
+        if view.look.dark != self._dark:
+            self._dark = view.look.dark
+            apply_theme(self._gui, dark=self._dark)
+        if view.shown is not None:
+            self._draw(view.shown, view)
         for panel in self._panels:
             panel.update(view)
+
+    def _draw(self, shown: Shown, view: ViewState) -> None:
+        """Draws the run at the play head, and the pale one."""
+        ghost = view.ghost.shown if view.ghost is not None else None
+        drawn = (shown.ticket, ghost, view.look)
+        if drawn != self._drawn:
+            self._drawn = drawn
+            pale = ghost.result if ghost is not None else None
+            layout = self._scene.show(shown.result, pale, view.look)
+            self._camera.show(*layout.corners(lenses=view.look.lenses))
+        if view.sample is not None:
+            self._scene.update(view.sample, view.ghost_sample)
+
+    def _fit(self) -> None:
+        """Gives every column its share of the page; what the user resized stays until then."""
+        sizes = panel_sizes(self._room.width, self._room.height)
+        results = sizes.study if self._is_wide else sizes.results
+        panels = (self._results, self._gui.main_panel, self._controls)
+        widths = (results, sizes.scenario, self._room.playback)
+        for panel, width, before in zip(panels, widths, self._widths, strict=True):
+            if width != before:
+                panel.set_width(width)
+        self._widths = widths
+
+    def _widen_results(self, is_wide: bool) -> None:
+        """Gives the results more room, for what is wide."""
+        self._is_wide = is_wide
+        self._fit()
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -107,4 +146,4 @@ class Screen:
 
 def _report(camera: viser.CameraHandle) -> CameraMoved:
     x, y, z = camera.position.tolist()
-    return CameraMoved((x, y, z), camera.image_width, camera.image_height)
+    return CameraMoved((x, y, z))

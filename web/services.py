@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from server.run_service import RunService
 from server.study_service import StudyService
+from web.pacing import FramePacer
 from web.page.session_directory import SessionDirectory
 from web.saved_runs import SavedRuns
 
@@ -21,9 +22,11 @@ class Services:
         saved: Knows which runs are kept already.
         studies: Runs studies, one at a time.
         directory: Knows every session by its key.
+        pacer: Lets the sessions that play share the processor.
     """
 
     runs: RunService
     saved: SavedRuns
     studies: StudyService
     directory: SessionDirectory
+    pacer: FramePacer

@@ -14,18 +14,26 @@ from itertools import chain
 import viser
 
 from web.camera import FrontCamera
+from web.desks.charts_desk import ChartsDesk
+from web.desks.compare_desk import CompareDesk
 from web.desks.desk import Desk, Worker
+from web.desks.export_desk import ExportDesk
+from web.desks.link_desk import LinkDesk
 from web.desks.picture_desk import PictureDesk
 from web.desks.playback_desk import PlaybackDesk
 from web.desks.recordings_desk import RecordingsDesk
 from web.desks.run_desk import RunDesk
+from web.desks.scenario_desk import ScenarioDesk
+from web.desks.study_desk import StudyDesk
+from web.draft import Draft
+from web.exporting import ExportFile
 from web.intents.intent import Close, Intent
 from web.intents.mailbox import Mailbox
 from web.playback import WindowChoice
 from web.replay import Source
 from web.screen import Screen
 from web.services import Services
-from web.view import Draft, RunStage, RunStatus, ViewState
+from web.view import RunStage, RunStatus, ViewState
 
 __all__ = ["Session"]
 
@@ -50,13 +58,22 @@ class Session:
     ) -> None:
         self._client = client
         self._mailbox = Mailbox()
+        self._pacer = services.pacer
+        self._directory = services.directory
+        self._key = self._directory.enter(self._mailbox.send)
         self._camera = FrontCamera(client.camera)
         self._view = _first_view(first)
         self._desks: Sequence[Desk] = (
+            ScenarioDesk(),
             RunDesk(services, self._mailbox.send, simulates_first=first is None),
-            RecordingsDesk(services, self._mailbox.send, first),
+            RecordingsDesk(services.runs.store, self._mailbox.send, first),
+            CompareDesk(services.runs.store, self._mailbox.send),
             PictureDesk(self._camera),
-            PlaybackDesk(),
+            PlaybackDesk(services.pacer),
+            LinkDesk(self._mailbox.send),
+            ChartsDesk(),
+            ExportDesk(self._mailbox.send, self._deliver),
+            StudyDesk(services.studies, self._mailbox.send),
         )
         self._gone = threading.Event()
         self._thread = threading.Thread(
@@ -78,9 +95,13 @@ class Session:
         for worker in self._workers():
             worker.join(timeout)
 
+    def _deliver(self, file: ExportFile) -> None:
+        """Lets the browser save a file."""
+        self._client.send_file_download(file.name, file.content, save_immediately=True)
+
     def _live(self) -> None:
         try:
-            self._loop(Screen(self._client, self._camera, self._view, self._mailbox.send))
+            self._loop(self._open_screen())
         except Exception:
             # The edge of the thread: one broken session must neither end silently nor spread.
             # A viewer that leaves in the middle of a frame is no error.
@@ -92,8 +113,12 @@ class Session:
                     color="red",
                 )
         finally:
+            self._directory.remove(self._key)
             for worker in self._workers():
                 worker.close()
+
+    def _open_screen(self) -> Screen:
+        return Screen(self._client, self._camera, self._view, self._mailbox.send, self._key)
 
     def _loop(self, screen: Screen) -> None:
         for desk in self._desks:
@@ -107,7 +132,13 @@ class Session:
             now = time.monotonic()
             for desk in self._desks:
                 self._view = desk.pass_time(now, self._view)
-            screen.update(self._view)
+            self._draw(screen, now)
+
+    def _draw(self, screen: Screen, now: float) -> None:
+        began = time.thread_time()
+        screen.update(self._view)
+        if self._view.playback is not None and self._view.playback.playing:
+            self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
 
     def _take(self, intent: Intent) -> None:
         for desk in self._desks:

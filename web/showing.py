@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from web.playback import WindowChoice, start_playback, window_of
+from web.draft import Draft
+from web.playback import (
+    Playback,
+    TimeWindow,
+    WindowChoice,
+    start_playback,
+    whole_window,
+    window_of,
+)
 from web.replay import Replay
-from web.view import Draft, RunStage, RunStatus, Shown, ViewState
+from web.view import RunStage, RunStatus, Shown, ViewState
 
 __all__ = ["show", "show_replay", "with_status"]
 
@@ -25,18 +33,30 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
     if playback is None or afresh:
         playback, choice = start_playback(shown.result), WindowChoice.SLIP
     else:
-        playback = playback.within(window_of(shown.result, choice, playback.window))
+        playback = _kept_in(window_of(shown.result, choice, playback.window), playback, shown)
     return replace(view, shown=shown, playback=playback, choice=choice, status=RunStatus(stage))
+
+
+def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
+    """The play head in the window of another run; one that rests stays, the window holds it.
+
+    Else a knob that is moved there would from then on act elsewhere.
+    """
+    if playback.playing:
+        return playback.within(window)
+    time = whole_window(shown.result).clamp(playback.time)
+    return playback.within(TimeWindow(min(window.start, time), max(window.end, time)))
 
 
 def show_replay(view: ViewState, recording: Replay) -> ViewState:
     """Puts a recording on the screen; a run that is still computed is void then."""
-    ticket = view.ticket + 1
-    view = replace(
-        view, ticket=ticket, draft=Draft.from_replay(recording), replay=recording, ghost=None
-    )
+    ticket, draft, editing = view.ticket + 1, Draft.from_replay(recording), view.editing
+    afresh = draft.origin != view.draft.origin
+    if view.shown is not None and draft != view.draft:
+        editing = editing.begin(view.draft)
+    view = replace(view, ticket=ticket, draft=draft, editing=editing, replay=recording, ghost=None)
     shown = Shown(ticket, recording.result, 0.0, recording)
-    return show(view, shown, RunStage.REPLAY, afresh=True)
+    return show(view, shown, RunStage.REPLAY, afresh=afresh)
 
 
 def with_status(view: ViewState, status: RunStatus) -> ViewState:

@@ -2,72 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 
 from core.exceptions import FieldError, ScenarioError
-from core.loading import load_scenario, preset_names, with_values
 from core.result import RunResult
-from core.scenario import Scenario
+from web.charts_view import ChartsView
 from web.comparing import Comparing
+from web.draft import Draft
+from web.editing import Editing
+from web.exporting import Exporting
+from web.look import Look
 from web.playback import Playback, WindowChoice
 from web.replay import Replay
+from web.room import Room
 from web.sampling import Sample, Sampler
 from web.shelf import Shelf
+from web.study.state import StudyView
+from web.words import error_words
 
-__all__ = ["Draft", "Ghost", "RunStage", "RunStatus", "Shown", "ViewState"]
-
-Value = float | int | str | list[float]
-
-
-@dataclass(frozen=True, slots=True)
-class Draft:
-    """What the user is asking for: a scenario to start from and the knobs moved since.
-
-    Attributes:
-        origin: Name of the preset, or label of the recording.
-        base: The scenario of it.
-        edits: Values set since, by dotted key; any of them may be out of bounds.
-    """
-
-    origin: str
-    base: Scenario
-    edits: Mapping[str, Value] = field(default_factory=dict)
-
-    @classmethod
-    def from_preset(cls, name: str) -> Draft:
-        """The preset as it comes.
-
-        Raises:
-            ScenarioError: If there is none of that name.
-        """
-        if name not in preset_names():
-            # A name comes from a browser; a path must not be opened for it.
-            known = ", ".join(preset_names())
-            message = f"there is no preset of that name; presets: {known}"
-            raise ScenarioError(
-                [FieldError(field="scenario", value=None, limit=known, message=message)]
-            )
-        return cls(name, load_scenario(name))
-
-    @classmethod
-    def from_replay(cls, replay: Replay) -> Draft:
-        """The scenario of a recording."""
-        return cls(replay.label, replay.result.scenario)
-
-    def edited(self, key: str, value: Value) -> Draft:
-        """The draft with one more value set."""
-        return replace(self, edits={**self.edits, key: value})
-
-    def scenario(self) -> Scenario:
-        """The scenario that is asked for.
-
-        Raises:
-            ScenarioError: With every value that is not allowed, and its limit.
-        """
-        return with_values(self.base, self.edits)
+__all__ = ["Ghost", "RunStage", "RunStatus", "Shown", "ViewState"]
 
 
 class RunStage(StrEnum):
@@ -93,16 +48,19 @@ class RunStatus:
         stage: How far it has come.
         messages: What went wrong, a sentence each; while compiling, how much is done.
         run_id: Where the run is kept, empty unless saved.
+        errors: What is wrong with which field, if the scenario was refused.
     """
 
     stage: RunStage
     messages: tuple[str, ...] = ()
     run_id: str = ""
+    errors: tuple[FieldError, ...] = ()
 
     @classmethod
     def refused(cls, error: ScenarioError) -> RunStatus:
         """A scenario that cannot be simulated."""
-        return cls(RunStage.REFUSED, tuple(e.message for e in error.errors))
+        messages = tuple(map(error_words, error.errors))
+        return cls(RunStage.REFUSED, messages, errors=error.errors)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,6 +117,12 @@ class ViewState:
         comparing: What tells the run on the screen and the pale one apart.
         replay: The recording that was opened last; there is a way back to it.
         notice: What the page has to say across all panels, empty if nothing.
+        charts: What the user has made of the charts.
+        exporting: The file that is being made for the user.
+        editing: How the user edits, and what was asked for before.
+        look: How the picture looks.
+        room: How much room the page has; None until it has told.
+        study: The study that is planned, and the one that is followed.
     """
 
     draft: Draft
@@ -169,10 +133,22 @@ class ViewState:
     shown: Shown | None = None
     ghost: Ghost | None = None
     playback: Playback | None = None
-    shelf: Shelf = Shelf()
-    comparing: Comparing = Comparing()
+    shelf: Shelf = field(default_factory=Shelf)
+    comparing: Comparing = field(default_factory=Comparing)
     replay: Replay | None = None
     notice: str = ""
+    charts: ChartsView = field(default_factory=ChartsView)
+    exporting: Exporting = field(default_factory=Exporting)
+    editing: Editing = field(default_factory=Editing)
+    look: Look = field(default_factory=Look)
+    room: Room | None = None
+    study: StudyView = field(default_factory=StudyView)
+
+    @property
+    def is_as_recorded(self) -> bool:
+        """Whether the recording that was opened last is asked for, with nothing changed."""
+        label = self.replay.label if self.replay else None
+        return self.draft.origin == label and not self.draft.is_touched
 
     @cached_property
     def sample(self) -> Sample | None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
 from playwright.sync_api import TimeoutError as PlaywrightTimeoutError
 
-from core.loading import load_scenario
+from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
+from recordings.store import RecordingStore
+from recordings.stored_run import StoredRun
 from server.settings import Settings
 from server.viewer_server import ViewerServer
 from tests.ensure_programs import HOW_TO_FIX, find_chromium
@@ -36,8 +39,30 @@ def case_1() -> RunResult:
 
 
 @pytest.fixture(scope="session")
+def sluggish() -> RunResult:
+    """Case I with a light weight of the errors: it slips much farther."""
+    return simulate(with_values(load_scenario("paper-case-1"), {"controller.lyapunov_weight": 1.0}))
+
+
+@pytest.fixture(scope="session")
 def case_2() -> RunResult:
     return simulate(load_scenario("paper-case-2"))
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[RecordingStore]:
+    store = RecordingStore(tmp_path / "data")
+    yield store
+    store.close()
+
+
+@pytest.fixture
+def stored(
+    store: RecordingStore, case_1: RunResult, sluggish: RunResult
+) -> tuple[StoredRun, StoredRun]:
+    """Two runs of case I, called by their weight of the errors."""
+    a, b = store.save(case_1), store.save(sluggish)
+    return store.annotate(a.id, name="Q = 20"), store.annotate(b.id, name="Q = 1")
 
 
 @pytest.fixture
@@ -59,6 +84,7 @@ def browser() -> Iterator[Browser]:
     chromium = find_chromium()
     if chromium is None:
         pytest.fail(HOW_TO_FIX)
+    expect.set_options(timeout=PATIENCE)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
         yield browser

@@ -13,6 +13,7 @@ from playwright.sync_api import Locator, Page
 
 __all__ = [
     "SLIP_CHART",
+    "knob",
     "number_field",
     "pause",
     "pause_at",
@@ -31,6 +32,12 @@ def number_field(page: Page, label: str) -> Locator:
     return row.locator("input:visible").last
 
 
+def knob(page: Page, label: str) -> Locator:
+    """The slider of a parameter."""
+    row = page.locator(f"xpath=//label[normalize-space(.)='{label}']/../../..")
+    return row.get_by_role("slider")
+
+
 def set_number(page: Page, label: str, value: str) -> None:
     field = number_field(page, label)
     field.fill(value)
@@ -38,17 +45,20 @@ def set_number(page: Page, label: str, value: str) -> None:
 
 
 def pause(page: Page) -> None:
-    button = page.get_by_role("button", name="Pause")
+    button = page.get_by_role("button", name="Pause", exact=True)
     if button.count():
         button.click()
-    page.get_by_role("button", name="Play").wait_for()
+    page.get_by_role("button", name="Play", exact=True).wait_for()
 
 
 def pause_at(page: Page, seconds: float) -> None:
     """Puts the play head somewhere, at rest."""
     pause(page)
-    set_number(page, "time [s]", f"{seconds:g}")
-    page.get_by_text(f"{1e3 * seconds:.1f} ms").wait_for()
+    field = page.get_by_label("time [s]", exact=True)
+    field.fill(f"{seconds:g}")
+    field.press("Enter")
+    page.locator(".sg-clock", has_text=f"{1e3 * seconds:.1f} ms").wait_for()
+    field.blur()
 
 
 def picture(page: Page, height: int = 520) -> np.ndarray:

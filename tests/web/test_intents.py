@@ -7,13 +7,14 @@ import pytest
 from core.exceptions import ScenarioError
 from core.result import RunResult
 from web.desks.playback_desk import PlaybackDesk
+from web.draft import Draft
 from web.intents.mailbox import Mailbox, coalesce
 from web.intents.playback import Seek, Step, TogglePlay
 from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter
-from web.pacing import is_save_due
+from web.pacing import FRAME_INTERVAL, FramePacer, is_save_due
 from web.playback import Playback, TimeWindow, WindowChoice
 from web.preview_worker import is_outdated
-from web.view import Draft, RunStage, RunStatus, Shown, ViewState
+from web.view import RunStage, RunStatus, Shown, ViewState
 
 
 def test_only_the_last_value_of_a_dragged_knob_counts() -> None:
@@ -61,25 +62,44 @@ def test_a_run_is_saved_once_its_knobs_have_rested(
 
 
 def test_desks_with_nothing_to_do_let_the_session_sleep(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=False), PlaybackDesk()
+    view, desk = _view(case_1, playing=False), PlaybackDesk(FramePacer())
     assert desk.pass_time(1.0, view) is view
     assert desk.wait(1.0, view) is None
 
 
 def test_a_playing_session_draws_thirty_frames_a_second(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk()
+    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
     desk.pass_time(1.0, view)
     assert desk.wait(1.0, view) == pytest.approx(1.0 / 30.0)
     assert desk.wait(5.0, view) == 0.0
 
 
+def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) -> None:
+    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
+    desk.pass_time(1.0, view)
+    desk.pass_time(1.04, view)
+    assert desk.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
+
+
 def test_the_play_head_moves_with_the_clock_times_its_speed(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk()
+    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
     first = desk.pass_time(1.0, view)
     later = desk.pass_time(1.5, first)
     assert first.playback == view.playback
     assert later.playback is not None
     assert later.playback.time == pytest.approx(0.2 + 0.5 * 0.25)
+
+
+def test_one_viewer_is_drawn_thirty_frames_and_many_share_the_processor() -> None:
+    pacer = FramePacer()
+    pacer.drew(0, 0.003, now=10.0)
+    assert pacer.interval(10.0) == FRAME_INTERVAL
+    for session in range(20):
+        pacer.drew(session, 0.003, now=10.5)
+    crowded = pacer.interval(10.6)
+    assert 20 * 0.003 / crowded < 0.5
+    assert crowded < 0.2
+    assert pacer.interval(20.0) == FRAME_INTERVAL
 
 
 def _view(result: RunResult, *, playing: bool) -> ViewState:
