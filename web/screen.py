@@ -116,8 +116,8 @@ class Screen:
             pale = ghost.result if ghost is not None else None
             layout = self._scene.show(shown.result, pale, view.look)
             self._camera.show(*layout.corners(lenses=view.look.lenses))
-        if view.sample is not None:
-            self._scene.update(view.sample, view.ghost_sample)
+        if view.sample is not None and view.playback is not None:
+            self._scene.update(view.sample, view.ghost_sample, moving=view.playback.playing)
 
     def _fit(self) -> None:
         """Gives every column its share of the page; what the user resized stays until then."""

@@ -181,3 +181,26 @@ def test_a_hand_with_a_finger_below_gets_a_lens_of_its_own_for_each(
     assert "slip" in node(viewer_server, "/hand/lenses/2/words").text
     stub = node(viewer_server, "/hand/lenses/2/stub").points
     assert stub[0, 1, 2] < stub[0, 0, 2]
+
+
+def test_a_moving_picture_leaves_out_what_nobody_sees_and_one_at_rest_is_exact(
+    scene: Scene,
+    viewer_server: ViewerServer,
+    case_2: RunResult,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sampler = Sampler(case_2.trace)
+    scene.show(case_2)
+    scene.update(sampler.at(0.05), moving=True)
+    with counting(monkeypatch) as sent:
+        scene.update(sampler.at(0.05002), moving=True)
+    tip = node(viewer_server, "/hand/lenses/0/contact/tip")
+    hardly_moved = np.array(tip.position)
+    assert len(sent) < MOST_UPDATES / 3
+    scene.update(sampler.at(0.05002))
+    exact = np.array(tip.position)
+    assert 0.0 < np.abs(exact - hardly_moved).max() <= 1e-3
+    rested = Scene(viewer_server)
+    rested.show(case_2)
+    rested.update(sampler.at(0.05002))
+    np.testing.assert_array_equal(node(viewer_server, "/hand/lenses/0/contact/tip").position, exact)

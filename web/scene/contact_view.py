@@ -10,8 +10,8 @@ from core.geometry import ContactFrame
 from core.types import ContactPhase
 from web.colours import BELIEVED_CONE, CONE, CONE_INSIDE, PHASES, Rgb, glow
 from web.sampling import Sample
+from web.scene.detail import Detail, Follower
 from web.scene.marks import (
-    ContactMarks,
     FullScale,
     MarkSizes,
     cone_edges,
@@ -37,6 +37,7 @@ class ContactView:
         frame: Tangent and normal of the contact in the object frame.
         magnification: How much larger than life slip is drawn.
         sizes: Sizes of the marks.
+        detail: How finely they are drawn.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class ContactView:
         frame: ContactFrame,
         magnification: float,
         sizes: MarkSizes,
+        detail: Detail,
     ) -> None:
         self.magnification = magnification
         self._frame, self._sizes = frame, sizes
@@ -58,7 +60,10 @@ class ContactView:
         self._motion = _add_arrow(scene, f"{name}/tip/motion", sizes)
         self._cone = _ConeView(scene, f"{name}/tip/cone", frame, sizes)
         self._phase: ContactPhase | None = None
-        self._slip: tuple[float, ...] = ()
+        self._follow_tip = Follower(detail, self._draw_tip)
+        self._follow_trail = Follower(detail, self._draw_trail)
+        self._follow_force = Follower(detail, self._draw_force)
+        self._follow_motion = Follower(detail, self._draw_motion)
 
     def update(self, sample: Sample, index: int, full: FullScale, believed: float | None) -> None:
         """Shows the contact at an instant.
@@ -71,27 +76,32 @@ class ContactView:
                 knows the true one.
         """
         marks = contact_marks(sample, index, self._frame, self.magnification, self._sizes, full)
-        phase, depth = sample.phases[index], self._sizes.depth
+        phase = sample.phases[index]
         if phase is not self._phase:
             self._phase = phase
             self._colour(phase)
-        self._move(marks)
-        self._force.points = lift(np.array([[np.zeros(2), marks.force]]), depth + 0.02)
+        self._follow_tip.follow(marks.tip)
+        self._follow_trail.follow(marks.trail)
+        self._follow_force.follow(marks.force)
         if phase is not ContactPhase.STICK:
-            self._motion.points = lift(marks.motion[None], depth + 0.02)
+            self._follow_motion.follow(marks.motion)
         self._cone.update(float(sample.friction[index]), believed)
 
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""
         self._cone.show(visible)
 
-    def _move(self, marks: ContactMarks) -> None:
-        """Puts the fingertip where it is, if it is not there yet."""
-        slip = (*marks.tip.tolist(), *marks.trail[:, 1].ravel().tolist())
-        if slip != self._slip:
-            self._slip = slip
-            self._tip.position = position(marks.tip)
-            self._trail.points = lift(marks.trail, self._sizes.depth + 0.002)
+    def _draw_tip(self, tip: NDArray[np.float64]) -> None:
+        self._tip.position = position(tip)
+
+    def _draw_trail(self, trail: NDArray[np.float64]) -> None:
+        self._trail.points = lift(trail, self._sizes.depth + 0.002)
+
+    def _draw_force(self, force: NDArray[np.float64]) -> None:
+        self._force.points = lift(np.array([[np.zeros(2), force]]), self._sizes.depth + 0.02)
+
+    def _draw_motion(self, motion: NDArray[np.float64]) -> None:
+        self._motion.points = lift(motion[None], self._sizes.depth + 0.02)
 
     def _add_fingertip(self, scene: viser.SceneApi, name: str) -> None:
         """A ball that touches the face from outside, and a halo while it slips."""

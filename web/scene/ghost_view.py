@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from core.geometry import ContactFrame, contact_frame
 from core.scenario import Scenario
 from web.sampling import Sample
+from web.scene.detail import Detail, Follower
 from web.scene.hand_view import FingerFrames, LinkShape
 from web.scene.layout import SceneLayout
 from web.scene.marks import MarkSizes, sizes_in_lens, sizes_on_hand
@@ -32,6 +34,7 @@ class GhostView:
         frames: Contacts of the run that is shown: what the lenses are of.
         layout: Where the lenses are.
         surfaces: Colours.
+        detail: How finely it is drawn.
     """
 
     def __init__(
@@ -42,28 +45,31 @@ class GhostView:
         frames: Sequence[ContactFrame],
         layout: SceneLayout,
         surfaces: Surfaces,
+        detail: Detail,
     ) -> None:
         self._root = scene.add_frame(name, show_axes=False)
-        self._fingers = FingerFrames(scene, f"{name}/fingers", scenario.fingers)
+        self._fingers = FingerFrames(scene, f"{name}/fingers", scenario.fingers, detail)
         for finger, paths in zip(scenario.fingers, self._fingers.names, strict=True):
             for k, path in enumerate(paths):
                 link = LinkShape(finger.link_lengths, k)
                 _add_plate(scene, path, link.outline, link.front + 0.002, surfaces)
         body = scenario.object
         outline = rectangle(body.half_width, body.face_half_length)
-        self._body = PoseFrame(scene, f"{name}/body")
+        self._body = PoseFrame(scene, f"{name}/body", detail)
         _add_plate(scene, f"{name}/body", outline, HALF_DEPTH + 0.003, surfaces)
         own = [contact_frame(body, finger) for finger in scenario.fingers]
         sizes = sizes_on_hand(min(body.half_width, body.face_half_length))
         self._tips = [
-            _GhostTip(scene, f"{name}/body/tip{i}", np.asarray(f.anchor), f, sizes, surfaces)
+            _GhostTip(
+                scene, f"{name}/body/tip{i}", np.asarray(f.anchor), f, sizes, surfaces, detail
+            )
             for i, f in enumerate(own)
         ]
         self._lens_root = scene.add_frame(f"{name}/lenses", show_axes=False)
         lens_sizes = sizes_in_lens(layout.lens_radius)
         self._magnified = {
             i: _GhostTip(
-                scene, f"{name}/lenses/{i}", layout.lens_centres[i], f, lens_sizes, surfaces
+                scene, f"{name}/lenses/{i}", layout.lens_centres[i], f, lens_sizes, surfaces, detail
             )
             for i, (f, shown) in enumerate(zip(own, frames, strict=False))
             if f.tangent == shown.tangent
@@ -107,6 +113,7 @@ class _GhostTip:
         frame: ContactFrame,
         sizes: MarkSizes,
         surfaces: Surfaces,
+        detail: Detail,
     ) -> None:
         self._tangent, self._normal = np.asarray(frame.tangent), np.asarray(frame.normal)
         self._sizes = sizes
@@ -123,14 +130,14 @@ class _GhostTip:
             surfaces.pale_edge,
             thickness=0.3 * sizes.tip_radius,
         )
-        self._drawn: tuple[float, ...] = ()
+        self._follower = Follower(detail, self._draw)
 
     def update(self, slip: float, reach: np.ndarray) -> None:
         """Moves to a slip along the face, having been as far as ``reach`` on either side [m]."""
-        now = (slip, *reach.tolist())
-        if now == self._drawn:
-            return
-        self._drawn = now
+        self._follower.follow(np.array([slip, *reach]))
+
+    def _draw(self, slip_and_reach: NDArray[np.float64]) -> None:
+        slip, reach = float(slip_and_reach[0]), slip_and_reach[1:]
         inside = 1.3 * self._sizes.trail_width * self._normal
         self._trail.points = lift(
             (reach[:, None] * self._tangent + inside)[None], self._sizes.depth + 0.001

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from core.scenario import FingerParameters
+from web.scene.detail import Detail, Follower
 from web.scene.shapes import circle, extrude, lift, polyline, position, tapered_bar, turn
 from web.scene.surfaces import Surfaces
 
@@ -61,7 +61,11 @@ class FingerFrames:
     """
 
     def __init__(
-        self, scene: viser.SceneApi, name: str, fingers: Sequence[FingerParameters]
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        fingers: Sequence[FingerParameters],
+        detail: Detail,
     ) -> None:
         self._frames: list[viser.FrameHandle] = []
         self.names: list[list[str]] = []
@@ -74,15 +78,21 @@ class FingerFrames:
                 self._frames.append(frame)
                 origin = np.array([length, 0.0])
             self.names.append(names)
-        self._angles = [math.nan] * len(self._frames)
+        self._followers = [Follower(detail, _turning(frame)) for frame in self._frames]
 
     def update(self, joint_positions: NDArray[np.float64]) -> None:
         """Turns every link to its joint angle, shape ``(fingers, joints)`` [rad]."""
-        angles = joint_positions.ravel().tolist()
-        for frame, angle, before in zip(self._frames, angles, self._angles, strict=True):
-            if angle != before:
-                frame.wxyz = turn(angle)
-        self._angles = angles
+        for follower, angle in zip(self._followers, joint_positions.reshape(-1, 1), strict=True):
+            follower.follow(angle)
+
+
+def _turning(frame: viser.FrameHandle) -> Callable[[NDArray[np.float64]], None]:
+    """Turns a link to its joint angle."""
+
+    def draw(angle: NDArray[np.float64]) -> None:
+        frame.wxyz = turn(float(angle[0]))
+
+    return draw
 
 
 class HandView:
@@ -93,6 +103,7 @@ class HandView:
         name: Name of the node that they are below.
         fingers: Bases and link lengths.
         surfaces: Colours.
+        detail: How finely it is drawn.
     """
 
     def __init__(
@@ -101,8 +112,9 @@ class HandView:
         name: str,
         fingers: Sequence[FingerParameters],
         surfaces: Surfaces,
+        detail: Detail,
     ) -> None:
-        self._frames = FingerFrames(scene, name, fingers)
+        self._frames = FingerFrames(scene, name, fingers, detail)
         for i, finger in enumerate(fingers):
             for k, path in enumerate(self._frames.names[i]):
                 _add_link(scene, path, LinkShape(finger.link_lengths, k), surfaces)

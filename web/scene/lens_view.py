@@ -17,6 +17,7 @@ from core.types import ContactPhase
 from web.colours import PHASES
 from web.sampling import Sample
 from web.scene.contact_view import ContactView
+from web.scene.detail import Detail, Follower
 from web.scene.glass import Pane, add_pane, glass, lettering
 from web.scene.layout import SceneLayout, nice_at_least
 from web.scene.marks import FullScale, sizes_in_lens
@@ -30,7 +31,6 @@ Points = NDArray[np.float64]
 _RIM_SEGMENTS = 72
 _SPOT_SEGMENTS = 36
 _GLASS_DEPTH = -0.01
-_FINEST_MOVE = 5e-4
 _TITLE_HEIGHT = 0.135
 
 
@@ -45,6 +45,7 @@ class LensView:
         layout: Where the lenses go.
         index: Which contact.
         surfaces: Colours.
+        detail: How finely it is drawn.
     """
 
     def __init__(
@@ -56,12 +57,20 @@ class LensView:
         layout: SceneLayout,
         index: int,
         surfaces: Surfaces,
+        detail: Detail,
     ) -> None:
+        self._detail = detail
         self._frame, self._index = frame, index
         self._centre, self._radius = layout.lens_centres[index], layout.lens_radius
         self._sizes = sizes_in_lens(self._radius)
         self._marks = ContactView(
-            scene, f"{name}/contact", self._centre, frame, layout.magnification, self._sizes
+            scene,
+            f"{name}/contact",
+            self._centre,
+            frame,
+            layout.magnification,
+            self._sizes,
+            detail,
         )
         self._add_glass(scene, name, surfaces)
         self._rim = self._add_rim(scene, name, surfaces)
@@ -78,12 +87,13 @@ class LensView:
         self._titles = self._add_titles(scene, name, finger, surfaces)
         self._add_labels(scene, name)
         self._phase: ContactPhase | None = None
-        self._spot = np.full(2, np.inf)
+        self._follow_spot = Follower(detail, self._draw_leader)
+        self._follow_stub = Follower(detail, self._draw_stub)
 
     def magnify(self, magnification: float) -> None:
         """Sets how much larger than life the lens shows its contact."""
         self._marks.magnification = magnification
-        self._spot = np.full(2, np.inf)
+        self._follow_spot.forget()
         step = nice_at_least(0.15 * self._radius / magnification)
         count = int(0.9 * self._radius / magnification / step)
         numbers = np.arange(-count, count + 1)[:, None]
@@ -124,11 +134,10 @@ class LensView:
             slips = phase is not ContactPhase.STICK
             for title, visible in zip(self._titles, (not slips, slips), strict=True):
                 title.visible = visible
-        if not np.allclose(spot, self._spot, rtol=0.0, atol=_FINEST_MOVE):
-            self._spot = spot
-            self._leader.points = self._leader_to(spot)
-        self._stub.points = self._stub_of(sample)
-        self._update_words(sample, pale_slip)
+        self._follow_spot.follow(spot)
+        self._follow_stub.follow(self._stub_of(sample))
+        if self._detail.with_numbers:
+            self._update_words(sample, pale_slip)
 
     def _add_glass(self, scene: viser.SceneApi, name: str, surfaces: Surfaces) -> None:
         """The background: a disc, and the half of it that is the object."""
@@ -196,13 +205,17 @@ class LensView:
             )
         )
 
-    def _leader_to(self, spot: Points) -> NDArray[np.float32]:
+    def _draw_leader(self, spot: Points) -> None:
         """The line from the ring around the magnified spot to the lens."""
         towards = (self._centre - spot) / math.hypot(*(self._centre - spot))
         start = spot + self._radius / self._marks.magnification * towards
-        return lift(np.array([[start, self._centre - self._radius * towards]]), -0.1)
+        line = np.array([[start, self._centre - self._radius * towards]])
+        self._leader.points = lift(line, -0.1)
 
-    def _stub_of(self, sample: Sample) -> NDArray[np.float32]:
+    def _draw_stub(self, line: Points) -> None:
+        self._stub.points = lift(line, self._sizes.depth - 0.02)
+
+    def _stub_of(self, sample: Sample) -> Points:
         """The end of the last link, seen through the lens."""
         angle = float(sample.joint_positions[self._index].sum())
         back = -np.array([math.cos(angle), math.sin(angle)])
@@ -211,8 +224,7 @@ class LensView:
             self._frame.normal
         )
         length = _distance_to_rim(ball, back, 0.92 * self._radius)
-        line = self._centre + np.array([[ball, ball + length * back]])
-        return lift(line, self._sizes.depth - 0.02)
+        return self._centre + np.array([[ball, ball + length * back]])
 
     def _update_words(self, sample: Sample, pale_slip: float | None) -> None:
         lines = [f"slip {_millimetres(sample.slip[self._index])}"]

@@ -12,6 +12,7 @@ from core.geometry import ContactFrame
 from core.scenario import ObjectParameters
 from web.colours import GHOST
 from web.sampling import Sample
+from web.scene.detail import Detail, Follower
 from web.scene.shapes import circle, extrude, lift, polyline, position, rectangle, turn
 from web.scene.surfaces import Surfaces
 
@@ -26,18 +27,18 @@ _FACE_WIDTH = 0.012
 class PoseFrame:
     """A node that stands where a pose says."""
 
-    def __init__(self, scene: viser.SceneApi, name: str) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, detail: Detail) -> None:
         self.name = name
         self._frame = scene.add_frame(name, show_axes=False)
-        self._pose: tuple[float, ...] | None = None
+        self._follower = Follower(detail, self._draw)
 
     def update(self, pose: NDArray[np.float64]) -> None:
         """Moves to a pose x, y, theta [m, m, rad]."""
-        now = tuple(pose.tolist())
-        if now != self._pose:
-            self._pose = now
-            self._frame.position = position(pose)
-            self._frame.wxyz = turn(now[2])
+        self._follower.follow(pose)
+
+    def _draw(self, pose: NDArray[np.float64]) -> None:
+        self._frame.position = position(pose)
+        self._frame.wxyz = turn(float(pose[2]))
 
 
 class ObjectView:
@@ -49,6 +50,7 @@ class ObjectView:
         body: The object.
         frames: Anchor, tangent and normal of each contact; their faces are drawn stronger.
         surfaces: Colours.
+        detail: How finely it is drawn.
     """
 
     def __init__(
@@ -58,9 +60,10 @@ class ObjectView:
         body: ObjectParameters,
         frames: Sequence[ContactFrame],
         surfaces: Surfaces,
+        detail: Detail,
     ) -> None:
         outline = rectangle(body.half_width, body.face_half_length)
-        self.body = PoseFrame(scene, f"{name}/body")
+        self.body = PoseFrame(scene, f"{name}/body", detail)
         scene.add_mesh_simple(
             f"{name}/body/block",
             *extrude(outline, -HALF_DEPTH, HALF_DEPTH),
@@ -72,7 +75,7 @@ class ObjectView:
         scene.add_line_segments(f"{name}/body/edges", edges, edge, thickness=0.005)
         scene.add_line_segments(f"{name}/body/faces", _faces(frames), edge, thickness=_FACE_WIDTH)
         _add_centre(scene, f"{name}/body/centre", 0.2 * float(outline.max()), surfaces)
-        self._desired = PoseFrame(scene, f"{name}/desired")
+        self._desired = PoseFrame(scene, f"{name}/desired", detail)
         scene.add_line_segments(f"{name}/desired/outline", _dashes(outline), GHOST, thickness=0.008)
 
     def update(self, sample: Sample) -> None:

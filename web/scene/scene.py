@@ -15,6 +15,7 @@ from core.scenario import Scenario
 from web.look import Look
 from web.sampling import Sample
 from web.scene.contact_view import ContactView
+from web.scene.detail import Detail
 from web.scene.ghost_view import GhostView
 from web.scene.hand_view import HandView
 from web.scene.layout import SceneLayout, lay_out, nice_at_least
@@ -42,7 +43,7 @@ class Scene:
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
-        self._look = Look()
+        self._look, self._detail = Look(), Detail()
         self._views: _Views | None = None
         self._view_shape: object = None
         self._ghost: GhostView | None = None
@@ -73,10 +74,17 @@ class Scene:
             self._show_ghost(ghost, views, layout)
         return layout
 
-    def update(self, sample: Sample, ghost: Sample | None = None) -> None:
-        """Shows an instant of the run, and one of the run that is drawn pale."""
+    def update(self, sample: Sample, ghost: Sample | None = None, *, moving: bool = False) -> None:
+        """Shows an instant of the run, and one of the run that is drawn pale.
+
+        Args:
+            sample: The instant of the run.
+            ghost: That of the run that is drawn pale, if there is one.
+            moving: Whether others follow at once: then what nobody can see is left out.
+        """
         if self._views is None or self._run is None:
             return
+        self._detail.begin_frame(moving=moving)
         with self._stage.atomic():
             if self._ghost is not None and ghost is not None:
                 self._ghost.update(ghost, self._run.magnification)
@@ -107,7 +115,9 @@ class Scene:
         shape = (_shape(scenario), self._look.dark)
         if self._views is None or self._view_shape != shape:
             self.remove()
-            self._views = _make_views(self._stage.scene, scenario, layout, dark=self._look.dark)
+            self._views = _make_views(
+                self._stage.scene, scenario, layout, self._detail, dark=self._look.dark
+            )
             self._view_shape = shape
         return self._views
 
@@ -128,6 +138,7 @@ class Scene:
                 views.frames,
                 layout,
                 surfaces_for(dark=self._look.dark),
+                self._detail,
             )
             self._ghost_shape = shape
         self._ghost.show(visible=True, lenses=self._look.lenses)
@@ -199,16 +210,21 @@ def _shape(scenario: Scenario) -> object:
 
 
 def _make_views(
-    scene: viser.SceneApi, scenario: Scenario, layout: SceneLayout, *, dark: bool
+    scene: viser.SceneApi,
+    scenario: Scenario,
+    layout: SceneLayout,
+    detail: Detail,
+    *,
+    dark: bool,
 ) -> _Views:
     surfaces, body = surfaces_for(dark=dark), scenario.object
     frames = tuple(contact_frame(body, finger) for finger in scenario.fingers)
     root = scene.add_frame(_ROOT, show_axes=False)
-    held = ObjectView(scene, f"{_ROOT}/object", body, frames, surfaces)
+    held = ObjectView(scene, f"{_ROOT}/object", body, frames, surfaces, detail)
     sizes = sizes_on_hand(min(body.half_width, body.face_half_length))
     spots = [f"{held.body.name}/contact{i}" for i in range(len(frames))]
     contacts = tuple(
-        ContactView(scene, spot, np.asarray(frame.anchor), frame, 1.0, sizes)
+        ContactView(scene, spot, np.asarray(frame.anchor), frame, 1.0, sizes, detail)
         for spot, frame in zip(spots, frames, strict=True)
     )
     rings = tuple(
@@ -217,10 +233,10 @@ def _make_views(
     )
     lens_root = scene.add_frame(f"{_ROOT}/lenses", show_axes=False)
     lenses = tuple(
-        LensView(scene, f"{_ROOT}/lenses/{i}", frame, name, layout, i, surfaces)
+        LensView(scene, f"{_ROOT}/lenses/{i}", frame, name, layout, i, surfaces, detail)
         for i, (frame, name) in enumerate(zip(frames, scenario.finger_names, strict=True))
     )
-    hand = HandView(scene, f"{_ROOT}/fingers", scenario.fingers, surfaces)
+    hand = HandView(scene, f"{_ROOT}/fingers", scenario.fingers, surfaces, detail)
     return _Views(root, frames, hand, held, contacts, rings, lens_root, lenses)
 
 

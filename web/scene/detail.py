@@ -1,0 +1,69 @@
+"""How finely an instant is drawn: what nobody can see need not be sent."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Detail", "Follower"]
+
+_SMALLEST_MOVE = 1e-3
+_NUMBERS_INTERVAL = 0.1
+
+
+class Detail:
+    """What all nodes of a picture are drawn by.
+
+    Attributes:
+        least_move: How far something must be from where it is drawn, to be drawn anew [m]: less
+            than half a pixel while the play head moves, nothing at all while it rests.
+        with_numbers: Whether numbers are told: nobody reads thirty a second.
+    """
+
+    def __init__(self) -> None:
+        self.least_move = 0.0
+        self.with_numbers = True
+        self._told_at = 0.0
+
+    def begin_frame(self, *, moving: bool) -> None:
+        """Decides about the next frame.
+
+        Args:
+            moving: Whether the play head moves.
+        """
+        now = time.monotonic()
+        self.least_move = _SMALLEST_MOVE if moving else 0.0
+        self.with_numbers = not moving or now - self._told_at >= _NUMBERS_INTERVAL
+        if self.with_numbers:
+            self._told_at = now
+
+
+class Follower:
+    """Keeps one thing of the picture where it should be.
+
+    Args:
+        detail: How finely.
+        draw: Draws it anew; takes coordinates of any shape.
+    """
+
+    def __init__(self, detail: Detail, draw: Callable[[NDArray[np.float64]], None]) -> None:
+        self._detail, self._draw = detail, draw
+        self._drawn: NDArray[np.float64] | None = None
+
+    def follow(self, coordinates: NDArray[np.float64]) -> None:
+        """Draws it anew if it is too far from where it is drawn.
+
+        Args:
+            coordinates: Where it should be [m], or angles [rad], of the same shape each time.
+        """
+        drawn = self._drawn
+        if drawn is None or np.abs(coordinates - drawn).max() > self._detail.least_move:
+            self._drawn = coordinates.copy()
+            self._draw(coordinates)
+
+    def forget(self) -> None:
+        """Draws it anew next time, wherever it is."""
+        self._drawn = None
