@@ -12,9 +12,9 @@ from server.app import create_app
 from server.settings import Settings
 from server.viewer_relay import add_viewer_routes
 from web.dashboard import Dashboard
+from web.library.replay import Source
 from web.page.head import head_html
 from web.page.routes import add_page_routes
-from web.replay import Source
 
 __all__ = ["create_dashboard_app"]
 

@@ -12,10 +12,10 @@ from server.run_service import RunService
 from server.study_service import StudyService
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
+from web.library.replay import Source
 from web.pacing import FramePacer
 from web.page.session_directory import SessionDirectory
-from web.replay import Source
-from web.saved_runs import SavedRuns
+from web.scenario.saved_runs import SavedRuns
 from web.services import Services
 from web.session import Session
 from web.theme import apply_theme

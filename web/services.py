@@ -8,7 +8,7 @@ from server.run_service import RunService
 from server.study_service import StudyService
 from web.pacing import FramePacer
 from web.page.session_directory import SessionDirectory
-from web.saved_runs import SavedRuns
+from web.scenario.saved_runs import SavedRuns
 
 __all__ = ["Services"]
 

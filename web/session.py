@@ -25,14 +25,14 @@ from web.desks.recordings_desk import RecordingsDesk
 from web.desks.run_desk import RunDesk
 from web.desks.scenario_desk import ScenarioDesk
 from web.desks.study_desk import StudyDesk
-from web.draft import Draft
-from web.exporting import ExportFile
+from web.export.state import ExportFile
 from web.intents.intent import Close, Intent
 from web.intents.mailbox import Mailbox
-from web.playback import WindowChoice
-from web.replay import Source
+from web.library.replay import Source
+from web.scenario.draft import Draft
 from web.screen import Screen
 from web.services import Services
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, ViewState
 
 __all__ = ["Session"]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from web.draft import Draft
-from web.playback import (
+from web.library.replay import Replay
+from web.scenario.draft import Draft
+from web.timeline.playback import (
     Playback,
     TimeWindow,
     WindowChoice,
@@ -13,7 +14,6 @@ from web.playback import (
     whole_window,
     window_of,
 )
-from web.replay import Replay
 from web.view import RunStage, RunStatus, Shown, ViewState
 
 __all__ = ["show", "show_replay", "with_status"]

@@ -8,18 +8,18 @@ from functools import cached_property
 
 from core.exceptions import FieldError, ScenarioError
 from core.result import RunResult
-from web.charts_view import ChartsView
-from web.comparing import Comparing
-from web.draft import Draft
-from web.editing import Editing
-from web.exporting import Exporting
+from web.charts.state import ChartsView
+from web.compare.state import Comparing
+from web.export.state import Exporting
+from web.library.replay import Replay
+from web.library.shelf import Shelf
 from web.look import Look
-from web.playback import Playback, WindowChoice
-from web.replay import Replay
 from web.room import Room
 from web.sampling import Sample, Sampler
-from web.shelf import Shelf
+from web.scenario.draft import Draft
+from web.scenario.editing import Editing
 from web.study.state import StudyView
+from web.timeline.playback import Playback, WindowChoice
 from web.words import error_words
 
 __all__ = ["Ghost", "RunStage", "RunStatus", "Shown", "ViewState"]

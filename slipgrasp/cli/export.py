@@ -134,9 +134,9 @@ def _write_stream(
 
         write_npz(result, stream)
     elif chosen == "html":
-        from web import scene_export
+        from web.export import replay_page
 
-        scene_export.write_html(result, stream, update, **({} if fps is None else {"fps": fps}))
+        replay_page.write_html(result, stream, update, **({} if fps is None else {"fps": fps}))
     else:
         from recordings.export import animation
 

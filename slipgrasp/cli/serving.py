@@ -17,7 +17,7 @@ from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.cli.announcing_server import AnnouncingServer
-    from web.replay import Source
+    from web.library.replay import Source
 
 __all__ = ["add_executor", "add_limits", "add_port", "serve_dashboard"]
 

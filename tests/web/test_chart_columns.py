@@ -11,9 +11,9 @@ from core.loading import with_values
 from core.result import RunResult
 from core.simulator import simulate
 from core.trace import Trace, TraceShape
-from web.chart_columns import Drawing, event_rows, read_rows, rows_to_draw
-from web.charts import Chart, Line, charts_of, contact_charts
-from web.playback import TimeWindow, slip_window, whole_window
+from web.charts.charts import Chart, Line, charts_of, contact_charts
+from web.charts.columns import Drawing, event_rows, read_rows, rows_to_draw
+from web.timeline.playback import TimeWindow, slip_window, whole_window
 
 
 def long_trace(rows: int) -> Trace:

@@ -8,7 +8,7 @@ import pytest
 from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
-from web.charts import Chart, charts_of, rate_of_change
+from web.charts.charts import Chart, charts_of, rate_of_change
 from web.sampling import locate
 
 

@@ -14,12 +14,12 @@ from core.result import RunResult
 from core.simulator import simulate
 from server.viewer_server import ViewerServer
 from tests.web.listening_gui import ListeningClient
-from web.charts import charts_of
+from web.charts.charts import charts_of
 from web.desks.charts_desk import ChartsDesk
-from web.draft import Draft
 from web.intents.charts import ToggleLine
 from web.panels.charts_panel import ChartsPanel, is_reading_due
-from web.playback import Playback, TimeWindow, WindowChoice, slip_window, whole_window
+from web.scenario.draft import Draft
+from web.timeline.playback import Playback, TimeWindow, WindowChoice, slip_window, whole_window
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 

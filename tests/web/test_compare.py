@@ -13,21 +13,21 @@ from recordings.comparison import compare
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
 from server.viewer_server import ViewerServer
-from web.comparing import Comparing
-from web.difference_words import amount, column_words, number, scale_of, value_words
-from web.draft import Draft
+from web.compare.pairing import with_pale_run
+from web.compare.state import Comparing
+from web.compare.words import amount, column_words, number, scale_of, value_words
 from web.intents.compare import (
     SwapRuns,
 )
 from web.intents.intent import Intent
+from web.library.replay import open_replay
+from web.library.shelf import Shelf
 from web.page.intents_schema import PageGestures
-from web.pairing import with_pale_run
 from web.panels.compare_html import MOST_PHASE_CHANGES, findings_html, first_divergence
 from web.panels.compare_panel import NONE, ON_SCREEN, ComparePanel, compare_html
-from web.playback import WindowChoice
-from web.replay import open_replay
-from web.shelf import Shelf
+from web.scenario.draft import Draft
 from web.showing import show, show_replay
+from web.timeline.playback import WindowChoice
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 HOSTILE = "<img src=x onerror=alert(1)>"

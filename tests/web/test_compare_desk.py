@@ -12,8 +12,8 @@ import pytest
 from core.result import RunResult
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
+from web.compare.pairing import can_swap, pair_of, with_pale_run
 from web.desks.compare_desk import CompareDesk
-from web.draft import Draft
 from web.intents.compare import (
     CompareRuns,
     CompareUnreadable,
@@ -23,12 +23,12 @@ from web.intents.compare import (
     SwapRuns,
 )
 from web.intents.intent import Intent
-from web.pairing import can_swap, pair_of, with_pale_run
+from web.library.replay import open_replay
+from web.library.shelf import Shelf
 from web.panels.compare_panel import compare_html
-from web.playback import WindowChoice, slip_window
-from web.replay import open_replay
-from web.shelf import Shelf
+from web.scenario.draft import Draft
 from web.showing import show, show_replay
+from web.timeline.playback import WindowChoice, slip_window
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 REST = 1.0

@@ -12,7 +12,7 @@ from core.loading import with_values
 from core.result import RunResult
 from core.scenario import Change
 from core.simulator import simulate
-from web.draft import Draft, TimedEdit, Value, change_time
+from web.scenario.draft import Draft, TimedEdit, Value, change_time
 
 MASS, FRICTION, WIDTH = "object.mass", "fingers.0.friction", "object.half_width"
 

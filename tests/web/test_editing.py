@@ -10,9 +10,6 @@ from core.loading import load_scenario, scenario_to_toml
 from core.result import RunResult
 from core.scenario import Change
 from web.desks.scenario_desk import ScenarioDesk
-from web.draft import Draft, TimedEdit
-from web.editing import Editing, Reach
-from web.history import History
 from web.intents.compare import EndComparison
 from web.intents.intent import Intent
 from web.intents.scenario import (
@@ -26,7 +23,10 @@ from web.intents.scenario import (
     SetParameter,
     Undo,
 )
-from web.playback import Playback, TimeWindow, WindowChoice
+from web.scenario.draft import Draft, TimedEdit
+from web.scenario.editing import Editing, Reach
+from web.scenario.history import History
+from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import RunStage, RunStatus, Shown, ViewState
 
 MASS, INERTIA = "object.mass", "object.inertia"

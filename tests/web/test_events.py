@@ -12,7 +12,7 @@ from core.result import RunResult
 from core.scenario import Change
 from core.simulator import simulate
 from core.types import Outcome
-from web.events import EventKind, events_of, neighbouring_event_time
+from web.timeline.events import EventKind, events_of, neighbouring_event_time
 
 
 @pytest.fixture(scope="module")

@@ -16,12 +16,12 @@ from core.simulator import simulate
 from server.viewer_server import ViewerServer
 from tests.web.listening_gui import ListeningClient
 from tests.web.test_charts_panel import view_of
-from web.charts_figure import ChartsHeading, charts_svg, draw_charts_figure
-from web.charts_view import ChartsView
+from web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
+from web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
+from web.charts.state import ChartsView
 from web.desks.export_desk import ExportDesk
-from web.drawn_charts import ChartedRun, DrawnChart, drawn_charts
-from web.export_worker import ExportWorker
-from web.exporting import ExportFile, Exporting, file_name
+from web.export.state import ExportFile, Exporting, file_name
+from web.export.worker import ExportWorker
 from web.intents.export import (
     CancelExport,
     ExportCharts,
@@ -33,7 +33,7 @@ from web.intents.export import (
 )
 from web.intents.intent import Intent
 from web.panels.export_panel import ExportPanel
-from web.playback import slip_window
+from web.timeline.playback import slip_window
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 SVG = "{http://www.w3.org/2000/svg}"

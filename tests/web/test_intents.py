@@ -7,13 +7,13 @@ import pytest
 from core.exceptions import ScenarioError
 from core.result import RunResult
 from web.desks.playback_desk import PlaybackDesk
-from web.draft import Draft
 from web.intents.mailbox import Mailbox, coalesce
 from web.intents.playback import Seek, Step, TogglePlay
 from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter
 from web.pacing import FRAME_INTERVAL, FramePacer, is_save_due
-from web.playback import Playback, TimeWindow, WindowChoice
-from web.preview_worker import is_outdated
+from web.scenario.draft import Draft
+from web.scenario.preview_worker import is_outdated
+from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import RunStage, RunStatus, Shown, ViewState
 
 

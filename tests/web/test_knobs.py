@@ -11,13 +11,13 @@ from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, parameter_definitions, with_values
 from core.scenario import Scenario
 from server.viewer_server import ViewerServer
-from web.draft import Draft
-from web.editing import Gesture
 from web.intents.intent import Intent
 from web.panels.knobs_panel import KnobsPanel
 from web.panels.parameter_inputs import as_text, parse_text, slider_range
-from web.parameter_groups import Entry, group_parameters, knob_label, value_words
-from web.playback import Playback, TimeWindow, WindowChoice
+from web.scenario.draft import Draft
+from web.scenario.editing import Gesture
+from web.scenario.parameter_groups import Entry, group_parameters, knob_label, value_words
+from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import RunStage, RunStatus, ViewState
 
 NAMES = ("left", "right")

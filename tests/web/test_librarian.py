@@ -22,8 +22,8 @@ from web.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from web.librarian import Librarian
-from web.shelf import OUTCOME_CHOICES, ROWS_PER_PAGE, ShelfFilter
+from web.library.librarian import Librarian
+from web.library.shelf import OUTCOME_CHOICES, ROWS_PER_PAGE, ShelfFilter
 
 ALL = ShelfFilter()
 HOSTILE = "<img src=x onerror=alert(1)>"

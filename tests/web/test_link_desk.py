@@ -8,13 +8,13 @@ import pytest
 
 from core.result import RunResult
 from web.desks.link_desk import LinkDesk, linked_time
-from web.draft import Draft
 from web.intents.intent import Intent
 from web.intents.link import OpenLink
 from web.intents.recordings import OpenRecording, RecordingOpened, RecordingUnreadable
-from web.playback import WindowChoice
-from web.replay import Replay
+from web.library.replay import Replay
+from web.scenario.draft import Draft
 from web.showing import show_replay
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, ViewState
 
 RUN = "abcdefghijkl"

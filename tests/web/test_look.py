@@ -13,14 +13,14 @@ from core.loading import load_scenario
 from server.viewer_server import ViewerServer
 from web.camera import FrontCamera
 from web.desks.picture_desk import PictureDesk
-from web.draft import Draft
 from web.intents.intent import Intent
 from web.intents.picture import PageMeasured, SetLook, ToggleDark
 from web.look import Look
 from web.page.intents_schema import PageGestures
 from web.panels.look_panel import LookPanel
-from web.playback import WindowChoice
 from web.room import MARGIN, Room, guess_room, panel_sizes
+from web.scenario.draft import Draft
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, ViewState
 
 ROOM = Room(1440, 900, 740, 900, 220)

@@ -21,8 +21,8 @@ from web.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from web.play_head import choice_after, moved
-from web.playback import Playback, TimeWindow, WindowChoice
+from web.timeline.play_head import choice_after, moved
+from web.timeline.playback import Playback, TimeWindow, WindowChoice
 
 PLAYING = Playback(time=1.5, window=TimeWindow(1.0, 3.0), speed=0.5, playing=True)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.result import RunResult
-from web.playback import (
+from web.timeline.playback import (
     SPEEDS,
     Playback,
     TimeWindow,

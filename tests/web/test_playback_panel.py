@@ -11,15 +11,15 @@ import pytest
 
 from core.result import RunResult
 from server.viewer_server import ViewerServer
-from web.draft import Draft
 from web.intents.playback import Seek, SetSpeed
+from web.library.replay import Replay
 from web.page.intents_schema import PageGestures
 from web.page.keys import KEYS, keys_html, keys_of
 from web.panels.beacon_panel import BeaconPanel, linked_run
 from web.panels.playback_panel import PlaybackPanel
-from web.playback import Playback, WindowChoice, start_playback
-from web.replay import Replay
-from web.transport import transport_html
+from web.scenario.draft import Draft
+from web.timeline.playback import Playback, WindowChoice, start_playback
+from web.timeline.transport import transport_html
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 

@@ -18,8 +18,8 @@ from server.run_service import RunService
 from server.settings import Settings
 from web.intents.intent import Intent
 from web.intents.runs import RunFinished, RunSaved, SaveFailed
-from web.preview_worker import PreviewWorker
-from web.saved_runs import SavedRuns
+from web.scenario.preview_worker import PreviewWorker
+from web.scenario.saved_runs import SavedRuns
 
 CASE = load_scenario("paper-case-1")
 # Sampled at 10 kHz for ten minutes: long enough to be given up.

@@ -11,7 +11,6 @@ from core.result import RunResult
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
 from web.desks.recordings_desk import RecordingsDesk, relist_interval
-from web.draft import Draft
 from web.intents.intent import Intent
 from web.intents.recordings import (
     AnnotateRecording,
@@ -24,8 +23,9 @@ from web.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from web.playback import WindowChoice
-from web.shelf import ROWS_PER_PAGE, Notice, Shelf
+from web.library.shelf import ROWS_PER_PAGE, Notice, Shelf
+from web.scenario.draft import Draft
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, ViewState
 
 

@@ -10,12 +10,12 @@ import pytest
 from core.result import RunResult
 from recordings.store import RecordingStore
 from server.viewer_server import ViewerServer
-from web.draft import Draft
 from web.intents.intent import Intent
+from web.library.shelf import Notice, Shelf, ShelfFilter
 from web.panels.recordings_html import chosen_html, row_words, rows_html
 from web.panels.recordings_panel import RecordingsPanel
-from web.playback import WindowChoice
-from web.shelf import Notice, Shelf, ShelfFilter
+from web.scenario.draft import Draft
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, Shown, ViewState
 
 HOSTILE = "<img src=x onerror=alert(1)>"

@@ -25,7 +25,7 @@ from tests.web.conftest import PATIENCE, dismiss_warning
 from tests.web.driving import number_field, pause, pause_at, picture, set_number, wait_until
 from web.app import create_dashboard_app
 from web.colours import PHASES
-from web.replay import moment_words, open_replay
+from web.library.replay import moment_words, open_replay
 
 # The playback panel says whether it shows a live run; above it there is nothing but the scene.
 ABOVE_PLAYBACK = 355

@@ -17,17 +17,17 @@ from server.settings import Settings
 from server.study_service import StudyService
 from web.desks.run_desk import RunDesk
 from web.desks.scenario_desk import ScenarioDesk
-from web.draft import Draft
 from web.intents.compare import EndComparison
 from web.intents.intent import Intent
 from web.intents.scenario import ChoosePreset, Redo, ResetScenario, SetParameter, Undo
+from web.library.replay import open_replay
 from web.pacing import FramePacer
 from web.page.session_directory import SessionDirectory
-from web.playback import TimeWindow, WindowChoice
-from web.replay import open_replay
-from web.saved_runs import SavedRuns
+from web.scenario.draft import Draft
+from web.scenario.saved_runs import SavedRuns
 from web.services import Services
 from web.showing import show_replay
+from web.timeline.playback import TimeWindow, WindowChoice
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 MASS, INERTIA = "object.mass", "object.inertia"

@@ -12,14 +12,14 @@ import viser
 from core.exceptions import FieldError
 from core.result import RunResult
 from server.viewer_server import ViewerServer
-from web.draft import Draft
-from web.editing import Editing, Reach
 from web.intents.intent import Intent
 from web.intents.scenario import ChoosePreset, ChooseReach, ResetScenario, Undo
+from web.library.replay import Replay
 from web.panels.scenario_file_panel import ScenarioFilePanel, file_errors_html
 from web.panels.scenario_panel import ScenarioPanel, changes_html, ghost_html, reach_html
-from web.playback import Playback, TimeWindow, WindowChoice
-from web.replay import Replay
+from web.scenario.draft import Draft
+from web.scenario.editing import Editing, Reach
+from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 MASS = "object.mass"

@@ -18,7 +18,7 @@ from core.simulator import simulate
 from core.types import ContactPhase
 from tests.web.conftest import PATIENCE, dismiss_warning
 from web.colours import PHASES
-from web.scene_export import MAX_FRAMES, frame_times, write_html
+from web.export.replay_page import MAX_FRAMES, frame_times, write_html
 
 
 def write(result: RunResult, path: Path) -> Path:

@@ -11,8 +11,8 @@ import pytest
 from core.result import RunResult
 from core.types import ContactPhase
 from web.colours import PHASES, css
-from web.playback import Playback, TimeWindow, slip_window
-from web.strip import axis_ticks, phase_spans, strip_html
+from web.timeline.playback import Playback, TimeWindow, slip_window
+from web.timeline.strip import axis_ticks, phase_spans, strip_html
 from web.view import Ghost, Shown
 
 

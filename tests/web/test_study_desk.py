@@ -20,7 +20,6 @@ from server.settings import Settings
 from server.study_service import StudyService
 from tests.web.studying import PLAN, quick_scenario
 from web.desks.study_desk import StudyDesk
-from web.draft import Draft
 from web.intents.intent import Intent
 from web.intents.recordings import OpenRecording
 from web.intents.study import (
@@ -34,10 +33,11 @@ from web.intents.study import (
     ShowPlan,
     StartStudy,
 )
-from web.playback import WindowChoice
+from web.scenario.draft import Draft
 from web.study.plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
 from web.study.state import Followed, StudyView
 from web.study.words import progress_words
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, ViewState
 
 WEIGHT = "controller.lyapunov_weight"

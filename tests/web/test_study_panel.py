@@ -14,18 +14,18 @@ from server.live_study import StudyState, StudyStatus
 from server.viewer_server import ViewerServer
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import PLAN, quick_scenario
-from web.draft import Draft
 from web.intents.intent import Intent
+from web.library.replay import Replay
 from web.panels.study_inputs import run_of_places
 from web.panels.study_panel import StudyPanel
-from web.playback import WindowChoice
-from web.replay import Replay
+from web.scenario.draft import Draft
 from web.study.drawing import draw_map
 from web.study.html import plan_html, summary_html
 from web.study.picture import MapPicture
 from web.study.plan import COMPARISONS, offers_of, study_of
 from web.study.state import Followed, Member, Price, StudyView
 from web.study.words import list_label, number_words, progress_words, share_words, time_words
+from web.timeline.playback import WindowChoice
 from web.view import RunStage, RunStatus, Shown, ViewState
 
 PLANNED = StudyView(offers=offers_of(quick_scenario()), plan=PLAN)

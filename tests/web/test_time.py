@@ -15,8 +15,8 @@ from tests.server.serving import RunningServer
 from tests.web.conftest import PATIENCE, dismiss_warning
 from tests.web.driving import pause, pause_at, wait_until
 from tests.web.serving_process import ServerProcess
-from web.events import neighbouring_event_time
-from web.playback import slip_window
+from web.timeline.events import neighbouring_event_time
+from web.timeline.playback import slip_window
 
 pytestmark = [
     pytest.mark.browser,

@@ -12,7 +12,7 @@ from core.result import RunResult
 from core.simulator import simulate
 from core.types import Outcome, Reason, RunWarning
 from web.panels.outcome_panel import outcome_html
-from web.verdict import describe_outcome
+from web.scenario.verdict import describe_outcome
 from web.view import RunStage, RunStatus, Shown
 from web.words import error_words, key_words, unit_words
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar
 
-from web.charts import charts_of
+from web.charts.charts import charts_of
 from web.desks.desk import Desk
 from web.intents.charts import ToggleLine
 from web.intents.intent import Intent

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import ClassVar
 
 from recordings.store import RecordingStore
-from web.comparer import Comparer
-from web.comparing import Comparing, Pair
+from web.compare.comparer import Comparer
+from web.compare.pairing import pair_of, swapped, with_pale_run, without_pale_run
+from web.compare.state import Comparing, Pair
 from web.desks.desk import Desk
 from web.intents.compare import (
     CompareRuns,
@@ -19,7 +20,6 @@ from web.intents.compare import (
     SwapRuns,
 )
 from web.intents.intent import Intent, Send
-from web.pairing import pair_of, swapped, with_pale_run, without_pale_run
 from web.showing import show_replay
 from web.view import ViewState
 

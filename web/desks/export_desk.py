@@ -7,10 +7,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
+from web.charts.drawn import ChartedRun, drawn_charts
 from web.desks.desk import Desk
-from web.drawn_charts import ChartedRun, drawn_charts
-from web.export_worker import ExportWorker
-from web.exporting import ExportFile, Exporting, file_name
+from web.export.replay_page import write_html
+from web.export.state import ExportFile, Exporting, file_name
+from web.export.worker import ExportWorker
 from web.intents.export import (
     CancelExport,
     ExportCharts,
@@ -21,7 +22,6 @@ from web.intents.export import (
     ExportReplay,
 )
 from web.intents.intent import Intent, Send
-from web.scene_export import write_html
 from web.view import Shown, ViewState
 from web.words import milliseconds
 
@@ -96,7 +96,7 @@ class ExportDesk(Desk):
 def _charts_file(view: ViewState, shown: Shown) -> bytes:
     """The charts as they stand."""
     # Drawing imports matplotlib, which takes a second; most sessions never need it.
-    from web.charts_figure import ChartsHeading, charts_svg
+    from web.charts.figure import ChartsHeading, charts_svg
 
     assert view.playback is not None
     ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None

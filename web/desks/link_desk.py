@@ -10,7 +10,7 @@ from web.desks.desk import Desk
 from web.intents.intent import Intent, Send
 from web.intents.link import OpenLink
 from web.intents.recordings import OpenRecording, RecordingOpened, RecordingUnreadable
-from web.playback import whole_window
+from web.timeline.playback import whole_window
 from web.view import ViewState
 
 __all__ = ["LinkDesk", "linked_time"]

@@ -20,7 +20,7 @@ from web.intents.playback import (
     Zoom,
 )
 from web.pacing import FramePacer
-from web.play_head import choice_after, moved
+from web.timeline.play_head import choice_after, moved
 from web.view import ViewState
 
 __all__ = ["PlaybackDesk"]

@@ -23,9 +23,9 @@ from web.intents.recordings import (
     RecordingUnreadable,
 )
 from web.intents.runs import RunSaved
-from web.librarian import Librarian
-from web.replay import Source
-from web.shelf import Notice, Shelf, ShelfFilter
+from web.library.librarian import Librarian
+from web.library.replay import Source
+from web.library.shelf import Notice, Shelf, ShelfFilter
 from web.showing import show_replay, with_status
 from web.view import RunStage, RunStatus, ViewState
 

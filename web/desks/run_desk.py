@@ -10,11 +10,11 @@ from core.exceptions import ScenarioError
 from core.scenario import Scenario
 from core.simulator import kernel_progress
 from web.desks.desk import Desk
-from web.draft import Draft
 from web.intents.intent import Intent, Send
 from web.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
 from web.pacing import is_save_due
-from web.preview_worker import PreviewWorker
+from web.scenario.draft import Draft
+from web.scenario.preview_worker import PreviewWorker
 from web.services import Services
 from web.showing import show, show_replay, with_status
 from web.view import Ghost, RunStage, RunStatus, Shown, ViewState

@@ -10,8 +10,6 @@ from core.exceptions import ScenarioError
 from core.field_errors import shortened
 from core.loading import scenario_from_toml
 from web.desks.desk import Desk
-from web.draft import Draft
-from web.history import Turn
 from web.intents.compare import EndComparison
 from web.intents.intent import Intent
 from web.intents.scenario import (
@@ -25,6 +23,8 @@ from web.intents.scenario import (
     SetParameter,
     Undo,
 )
+from web.scenario.draft import Draft
+from web.scenario.history import Turn
 from web.showing import with_status
 from web.view import RunStatus, ViewState
 

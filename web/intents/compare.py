@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from recordings.comparison import Comparison
-from web.comparing import Pair
+from web.compare.state import Pair
 from web.intents.intent import Intent, LatestIntent
-from web.replay import Replay
+from web.library.replay import Replay
 
 __all__ = [
     "CompareRuns",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from web.exporting import ExportFile
+from web.export.state import ExportFile
 from web.intents.intent import Intent, LatestIntent
 
 __all__ = [

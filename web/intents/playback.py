@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from web.intents.intent import Intent, LatestIntent
-from web.playback import WindowChoice
+from web.timeline.playback import WindowChoice
 
 __all__ = [
     "ChangeSpeed",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from recordings.stored_run import StoredRun
 from web.intents.intent import Intent, LatestIntent
-from web.replay import Replay
+from web.library.replay import Replay
 
 __all__ = [
     "AnnotateRecording",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from web.draft import Value
-from web.editing import Reach
 from web.intents.intent import Intent, LatestIntent
+from web.scenario.draft import Value
+from web.scenario.editing import Reach
 
 __all__ = [
     "ChoosePreset",

@@ -27,8 +27,8 @@ from web.intents.playback import (
 from web.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
 from web.intents.scenario import Redo, RemoveChange, RemoveChanges, Undo
 from web.intents.study import OpenMember
-from web.playback import WindowChoice
 from web.room import Room
+from web.timeline.playback import WindowChoice
 
 __all__ = ["MAX_GESTURES", "Gesture", "PageGestures"]
 

@@ -8,13 +8,13 @@ from itertools import zip_longest
 
 import viser
 
-from web.chart_html import note_html, readings_html
-from web.chart_plot import Plot
-from web.charts import CHART_TABS
-from web.charts_view import ChartsView
-from web.drawn_charts import ChartedRun, DrawnChart, drawn_charts, remarks_on
-from web.playback import Playback, TimeWindow
+from web.charts.charts import CHART_TABS
+from web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
+from web.charts.html import note_html, readings_html
+from web.charts.plot import Plot
+from web.charts.state import ChartsView
 from web.sampling import locate
+from web.timeline.playback import Playback, TimeWindow
 from web.view import Ghost, Shown, ViewState
 
 __all__ = ["ChartsPanel", "is_reading_due"]

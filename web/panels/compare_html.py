@@ -10,7 +10,7 @@ from core.types import ContactPhase
 from recordings.comparison import Comparison
 from recordings.differences import ParameterDifference, PhaseDifference, SignalDifference
 from web.colours import PHASES, css
-from web.difference_words import (
+from web.compare.words import (
     MISSING,
     Scale,
     amount,

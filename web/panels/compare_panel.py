@@ -7,15 +7,15 @@ from html import escape
 import viser
 
 from recordings.stored_run import StoredRun
+from web.compare.pairing import can_swap, pair_of
 from web.intents.compare import CompareRuns
 from web.intents.intent import Send
+from web.library.replay import moment_words
 from web.page.markup import click_attribute
-from web.pairing import can_swap, pair_of
 from web.panels.compare_html import findings_html, first_divergence
 from web.panels.outcome_panel import box_html
 from web.panels.recordings_html import row_words
-from web.replay import moment_words
-from web.verdict import describe_outcome
+from web.scenario.verdict import describe_outcome
 from web.view import Shown, ViewState
 
 __all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]

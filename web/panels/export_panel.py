@@ -8,7 +8,7 @@ import viser
 
 from server.schemas import API_PATH
 from web.colours import tone
-from web.exporting import Exporting
+from web.export.state import Exporting
 from web.intents.export import CancelExport, ExportCharts, ExportPicture, ExportReplay
 from web.intents.intent import Intent, Send
 from web.panels.beacon_panel import linked_run

@@ -12,11 +12,11 @@ from core.loading import parameter_definitions
 from core.parameters import Parameter
 from core.scenario import Scenario
 from web.colours import tone
-from web.draft import Draft, change_time
-from web.editing import Editing
 from web.intents.intent import Send
 from web.panels.parameter_inputs import Knob, add_knob
-from web.parameter_groups import Entry, Group, group_parameters
+from web.scenario.draft import Draft, change_time
+from web.scenario.editing import Editing
+from web.scenario.parameter_groups import Entry, Group, group_parameters
 from web.view import ViewState
 from web.words import error_words
 

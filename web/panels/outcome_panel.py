@@ -11,8 +11,8 @@ import viser
 from core.result import RunResult
 from server.schemas import API_PATH
 from web.colours import FINGERS, GHOST, css, tone
-from web.replay import Replay
-from web.verdict import Verdict, describe_outcome
+from web.library.replay import Replay
+from web.scenario.verdict import Verdict, describe_outcome
 from web.view import RunStage, RunStatus, Shown, ViewState
 from web.words import milliseconds
 

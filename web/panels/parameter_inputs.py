@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import viser
 
 from core.parameters import Parameter
-from web.draft import Value
 from web.intents.intent import Send
 from web.intents.scenario import SetParameter
-from web.parameter_groups import Entry
+from web.scenario.draft import Value
+from web.scenario.parameter_groups import Entry
 
 __all__ = [
     "Knob",

@@ -8,11 +8,11 @@ import viser
 
 from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, Rgb, css
 from web.intents.intent import Send
+from web.library.replay import Replay
 from web.page.intents_schema import PageGestures
 from web.page.keys import KEYS, keys_of
-from web.replay import Replay
-from web.strip import PHASE_WORDS, clock_words, strip_html
-from web.transport import transport_html
+from web.timeline.strip import PHASE_WORDS, clock_words, strip_html
+from web.timeline.transport import transport_html
 from web.view import Ghost, Shown, ViewState
 
 __all__ = ["PlaybackPanel", "caption_html"]

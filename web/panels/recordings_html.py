@@ -10,10 +10,10 @@ from recordings.stored_run import StoredRun
 from server.routes.recordings import UPLOAD_PATH
 from server.schemas import API_PATH
 from web.colours import tone
+from web.library.replay import moment_words
+from web.library.shelf import ROWS_PER_PAGE, Shelf
 from web.panels.clickable import clickable
 from web.panels.outcome_panel import box_html
-from web.replay import moment_words
-from web.shelf import ROWS_PER_PAGE, Shelf
 
 __all__ = ["RowWords", "chosen_html", "row_words", "rows_html", "run_label", "upload_html"]
 

@@ -15,9 +15,9 @@ from web.intents.recordings import (
     FilterRecordings,
     OpenRecording,
 )
+from web.library.shelf import OUTCOME_CHOICES, Shelf
 from web.panels.confirmation import ask_to_confirm
 from web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
-from web.shelf import OUTCOME_CHOICES, Shelf
 from web.view import ViewState
 
 __all__ = ["RecordingsPanel"]

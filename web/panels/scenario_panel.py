@@ -8,8 +8,6 @@ from typing import Any
 import viser
 
 from core.loading import preset_names
-from web.draft import Draft, TimedEdit, change_time
-from web.editing import Reach
 from web.intents.intent import Intent, Send
 from web.intents.scenario import (
     ChoosePreset,
@@ -21,8 +19,10 @@ from web.intents.scenario import (
 from web.page.keys import keys_of
 from web.page.markup import click_attribute
 from web.panels.parameter_inputs import as_text
-from web.parameter_groups import value_words
-from web.playback import Playback
+from web.scenario.draft import Draft, TimedEdit, change_time
+from web.scenario.editing import Reach
+from web.scenario.parameter_groups import value_words
+from web.timeline.playback import Playback
 from web.view import Ghost, ViewState
 
 __all__ = ["ScenarioPanel", "changes_html", "ghost_html", "reach_html"]

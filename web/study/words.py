@@ -8,7 +8,7 @@ from typing import Any
 from core.parameters import Parameter, describe
 from core.scenario import Scenario
 from server.live_study import StudyState, StudyStatus
-from web.replay import moment_words
+from web.library.replay import moment_words
 from web.words import key_words, unit_words
 
 __all__ = [

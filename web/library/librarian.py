@@ -20,8 +20,8 @@ from web.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from web.replay import Source, open_replay
-from web.shelf import ROWS_PER_PAGE, ShelfFilter
+from web.library.replay import Source, open_replay
+from web.library.shelf import ROWS_PER_PAGE, ShelfFilter
 
 __all__ = ["NUM_RECENT", "Librarian"]
 

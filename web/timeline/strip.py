@@ -15,9 +15,9 @@ import numpy as np
 from core.result import RunResult
 from core.types import ContactPhase
 from web.colours import PHASES, css
-from web.events import EventKind, RunEvent, events_of
 from web.page.markup import click_attribute
-from web.playback import Playback, TimeWindow
+from web.timeline.events import EventKind, RunEvent, events_of
+from web.timeline.playback import Playback, TimeWindow
 from web.view import Ghost
 
 __all__ = ["PHASE_WORDS", "Tick", "axis_ticks", "clock_words", "phase_spans", "strip_html"]

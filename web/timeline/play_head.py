@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 
 from core.result import RunResult
-from web.events import neighbouring_event_time
 from web.intents.intent import Intent
 from web.intents.playback import (
     ChangeSpeed,
@@ -20,7 +19,8 @@ from web.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from web.playback import (
+from web.timeline.events import neighbouring_event_time
+from web.timeline.playback import (
     SPEEDS,
     Playback,
     WindowChoice,

@@ -15,10 +15,10 @@ from core.result import RunResult
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
 from web.sampling import Sampler
+from web.scenario.verdict import describe_outcome
 from web.scene.layout import SceneLayout
 from web.scene.scene import Scene
 from web.scene.shapes import position
-from web.verdict import describe_outcome
 
 __all__ = ["MAX_FRAMES", "frame_times", "write_html"]
 

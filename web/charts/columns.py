@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from core.trace import Trace
 from core.types import ContactPhase
-from web.charts import Chart, Line
-from web.playback import TimeWindow
+from web.charts.charts import Chart, Line
 from web.sampling import locate
+from web.timeline.playback import TimeWindow
 
 __all__ = ["Drawing", "event_rows", "is_slipping", "read_rows", "rows_inside", "rows_to_draw"]
 

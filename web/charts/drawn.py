@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from core.result import RunResult
 from core.trace import Trace
-from web.chart_columns import Drawing, event_rows, rows_inside
-from web.charts import Chart, charts_of
-from web.charts_view import ChartsView
-from web.playback import TimeWindow
+from web.charts.charts import Chart, charts_of
+from web.charts.columns import Drawing, event_rows, rows_inside
+from web.charts.state import ChartsView
+from web.timeline.playback import TimeWindow
 
 __all__ = ["ChartedRun", "DrawnChart", "drawn_charts", "remarks_on"]
 

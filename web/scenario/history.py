@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from web.draft import Draft
+from web.scenario.draft import Draft
 
 __all__ = ["History", "Turn"]
 

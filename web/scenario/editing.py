@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from core.exceptions import FieldError
-from web.draft import Draft, Value, change_time
-from web.history import History
+from web.scenario.draft import Draft, Value, change_time
+from web.scenario.history import History
 
 __all__ = ["Editing", "Gesture", "Reach"]
 

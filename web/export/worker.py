@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from web.exporting import ExportFile
+from web.export.state import ExportFile
 from web.intents.export import ExportFailed, ExportFinished, ExportMoved
 from web.intents.intent import Intent, Send
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 import viser
 from viser import uplot
 
-from web.chart_html import head_html
-from web.charts import Chart, Line
+from web.charts.charts import Chart, Line
+from web.charts.drawn import DrawnChart
+from web.charts.html import head_html
 from web.colours import SHADE, css, legible
-from web.drawn_charts import DrawnChart
 
 __all__ = ["Plot"]
 

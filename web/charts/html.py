@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from web.charts import Chart, Line
+from web.charts.charts import Chart, Line
 from web.colours import css, legible
 from web.page.markup import click_attribute
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from recordings.figures.files import save_figure
 from recordings.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
 from recordings.palette import MARK, SHADE, Rgb
-from web.charts import Line
-from web.drawn_charts import DrawnChart, remarks_on
+from web.charts.charts import Line
+from web.charts.drawn import DrawnChart, remarks_on
 
 __all__ = ["ChartsHeading", "charts_svg", "draw_charts_figure"]
 

@@ -8,11 +8,11 @@ from core.result import RunResult
 from recordings.comparison import IncomparableError, compare
 from recordings.exceptions import RecordingError
 from recordings.store import RecordingStore
-from web.comparing import Pair
+from web.compare.state import Pair
 from web.errands import Errands
 from web.intents.compare import CompareUnreadable, RunsCompared, RunsOpened
 from web.intents.intent import Send
-from web.replay import open_replay
+from web.library.replay import open_replay
 
 __all__ = ["Comparer"]
 

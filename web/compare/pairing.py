@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from web.comparing import Comparing, Pair
-from web.playback import TimeWindow, WindowChoice, slip_window, whole_window, window_of
-from web.replay import Replay, moment_words
+from web.compare.state import Comparing, Pair
+from web.library.replay import Replay, moment_words
 from web.showing import show_replay
+from web.timeline.playback import TimeWindow, WindowChoice, slip_window, whole_window, window_of
 from web.view import Ghost, Shown, ViewState
 
 __all__ = ["can_swap", "pair_of", "swapped", "with_pale_run", "without_pale_run"]

@@ -14,7 +14,7 @@ from recordings.exceptions import RecordingError
 from server.run_service import RunService
 from web.intents.intent import Send
 from web.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
-from web.saved_runs import SavedRuns
+from web.scenario.saved_runs import SavedRuns
 
 __all__ = ["PreviewWorker", "is_outdated"]
 

@@ -10,7 +10,7 @@ from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, parameter_definitions, preset_names, with_values
 from core.parameters import Parameter
 from core.scenario import Scenario
-from web.replay import Replay
+from web.library.replay import Replay
 
 __all__ = ["Draft", "TimedEdit", "Value", "change_time"]
 

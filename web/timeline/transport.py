@@ -7,7 +7,7 @@ from typing import Any
 
 from web.page.keys import keys_of
 from web.page.markup import CHOSEN, change_attribute, click_attribute
-from web.playback import SPEEDS, Playback, WindowChoice
+from web.timeline.playback import SPEEDS, Playback, WindowChoice
 
 __all__ = ["transport_html"]
 

@@ -1,0 +1,1 @@
+"""Stored runs as a user finds and opens them."""
