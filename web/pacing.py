@@ -13,7 +13,7 @@ FRAME_INTERVAL = 1.0 / 30.0
 """Least time from one frame to the next while the play head moves [s]."""
 
 _REST_BEFORE_SAVING = 0.5
-_DRAWING_SHARE = 0.4
+_DRAWING_SHARE = 0.62
 _FORGOTTEN_AFTER = 2.0
 _WEIGHT = 0.1
 

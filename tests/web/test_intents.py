@@ -97,7 +97,7 @@ def test_one_viewer_is_drawn_thirty_frames_and_many_share_the_processor() -> Non
     for session in range(20):
         pacer.drew(session, 0.003, now=10.5)
     crowded = pacer.interval(10.6)
-    assert 20 * 0.003 / crowded < 0.5
+    assert 20 * 0.003 / crowded < 0.7
     assert crowded < 0.2
     assert pacer.interval(20.0) == FRAME_INTERVAL
 

@@ -57,7 +57,7 @@ def counting(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
 
 
 def force_length(server: ViewerServer) -> float:
-    points = node(server, "/hand/lenses/0/contact/tip/force").points
+    points = node(server, "/hand/lenses/0/contact/tip/arrows").points
     return float(np.linalg.norm(points[0, 1] - points[0, 0]))
 
 

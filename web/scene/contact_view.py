@@ -56,14 +56,12 @@ class ContactView:
         self._trail = _add_trail(scene, f"{name}/trail", sizes)
         self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
         self._add_fingertip(scene, f"{name}/tip")
-        self._force = _add_arrow(scene, f"{name}/tip/force", sizes)
-        self._motion = _add_arrow(scene, f"{name}/tip/motion", sizes)
+        self._arrows = _add_arrows(scene, f"{name}/tip/arrows", sizes)
         self._cone = _ConeView(scene, f"{name}/tip/cone", frame, sizes)
         self._phase: ContactPhase | None = None
         self._follow_tip = Follower(detail, self._draw_tip)
         self._follow_trail = Follower(detail, self._draw_trail)
-        self._follow_force = Follower(detail, self._draw_force)
-        self._follow_motion = Follower(detail, self._draw_motion)
+        self._follow_arrows = Follower(detail, self._draw_arrows)
 
     def update(self, sample: Sample, index: int, full: FullScale, believed: float | None) -> None:
         """Shows the contact at an instant.
@@ -82,9 +80,10 @@ class ContactView:
             self._colour(phase)
         self._follow_tip.follow(marks.tip)
         self._follow_trail.follow(marks.trail)
-        self._follow_force.follow(marks.force)
-        if phase is not ContactPhase.STICK:
-            self._follow_motion.follow(marks.motion)
+        force = np.stack([np.zeros(2), marks.force])
+        # Where nothing slips, the second arrow hides in the first.
+        motion = force if phase is ContactPhase.STICK else marks.motion
+        self._follow_arrows.follow(np.stack([force, motion]))
         self._cone.update(float(sample.friction[index]), believed)
 
     def show_cone(self, visible: bool) -> None:
@@ -97,11 +96,8 @@ class ContactView:
     def _draw_trail(self, trail: NDArray[np.float64]) -> None:
         self._trail.points = lift(trail, self._sizes.depth + 0.002)
 
-    def _draw_force(self, force: NDArray[np.float64]) -> None:
-        self._force.points = lift(np.array([[np.zeros(2), force]]), self._sizes.depth + 0.02)
-
-    def _draw_motion(self, motion: NDArray[np.float64]) -> None:
-        self._motion.points = lift(motion[None], self._sizes.depth + 0.02)
+    def _draw_arrows(self, arrows: NDArray[np.float64]) -> None:
+        self._arrows.points = lift(arrows, self._sizes.depth + 0.02)
 
     def _add_fingertip(self, scene: viser.SceneApi, name: str) -> None:
         """A ball that touches the face from outside, and a halo while it slips."""
@@ -121,8 +117,8 @@ class ContactView:
         colour = PHASES[phase]
         self._ball.color = colour
         self._halo.colors = np.array(colour, dtype=np.uint8)
-        self._force.colors = self._motion.colors = np.array([glow(colour)], dtype=np.uint8)
-        self._halo.visible = self._motion.visible = phase is not ContactPhase.STICK
+        self._arrows.colors = np.array([glow(colour)] * 2, dtype=np.uint8)
+        self._halo.visible = phase is not ContactPhase.STICK
 
 
 class _ConeView:
@@ -174,11 +170,12 @@ def _add_trail(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.Line
     return scene.add_line_segments(name, np.zeros((2, 2, 3)), colours, thickness=sizes.trail_width)
 
 
-def _add_arrow(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.ArrowsHandle:
+def _add_arrows(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.ArrowsHandle:
+    """The force and the slip velocity of one fingertip: one node is moved faster than two."""
     return scene.add_arrows(
         name,
-        np.zeros((1, 2, 3)),
-        np.zeros((1, 3), dtype=np.uint8),
+        np.zeros((2, 2, 3)),
+        np.zeros((2, 3), dtype=np.uint8),
         shaft_radius=sizes.shaft_radius,
         head_radius=2.6 * sizes.shaft_radius,
         head_length=5.0 * sizes.shaft_radius,
