@@ -38,6 +38,7 @@ __all__ = [
     "css",
     "glow",
     "legible",
+    "sign",
     "tone",
 ]
 
@@ -72,6 +73,12 @@ def legible(colour: Rgb, *, dark: bool) -> Rgb:
     share = _WHITE_ON_DARK if dark else 0.0
     red, green, blue = (round(channel + share * (255 - channel)) for channel in colour)
     return (red, green, blue)
+
+
+def sign(colour: Rgb) -> str:
+    """The CSS colour of a small sign or word in a colour of the palette, on any page."""
+    own = css(colour)
+    return f"light-dark({own}, color-mix(in srgb, {own} 80%, white))"
 
 
 def tone(name: str) -> str:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import viser
-
 from web.camera import Picture
 
 __all__ = ["MARGIN", "PanelSizes", "Room", "guess_room", "panel_sizes"]
@@ -15,7 +13,6 @@ MARGIN = 12
 """Between the playback panel and the edges of the scene [px]."""
 
 _LEAST_PLAYBACK = 240
-_ROOM_FOR_ICONS = 1200
 _USUAL_COVER = 240
 _USUAL_SIZE = (1440, 900)
 
@@ -50,17 +47,12 @@ class Room:
 
 
 class PanelSizes(NamedTuple):
-    """Widths of the columns, and height of a chart [px]; whether there is room for icons."""
+    """Widths of the columns, and height of a chart [px]."""
 
     results: int
     study: int
     scenario: int
     chart: int
-    icons: bool
-
-    def tab_icon(self, icon: viser.IconName) -> viser.IconName | None:
-        """The icon of a tab; where there is little room, its words are worth more."""
-        return icon if self.icons else None
 
 
 def panel_sizes(width: int, height: int) -> PanelSizes:
@@ -69,7 +61,7 @@ def panel_sizes(width: int, height: int) -> PanelSizes:
     scenario = min(max(round(0.22 * width), 250), 320)
     chart = min(max((height - 340) // 3 - 48, 130), 190)
     study = min(max(round(0.4 * width), results), 620)
-    return PanelSizes(results, study, scenario, chart, icons=width >= _ROOM_FOR_ICONS)
+    return PanelSizes(results, study, scenario, chart)
 
 
 def guess_room(width: int, height: int) -> Room:

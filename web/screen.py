@@ -57,14 +57,14 @@ class Screen:
         self._export = ExportPanel(gui, send)
         self._knobs = KnobsPanel(gui, view.draft.base, send)
         self._results = gui.add_panel()
-        with self._results.add_tab("Run", sizes.tab_icon(viser.Icon.CHART_LINE)):
+        with self._results.add_tab("Run", viser.Icon.CHART_LINE):
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)
-        with self._results.add_tab("Recordings", sizes.tab_icon(viser.Icon.LIST)):
+        with self._results.add_tab("Recordings", viser.Icon.LIST):
             self._recordings = RecordingsPanel(gui, send)
-        with self._results.add_tab("Compare", sizes.tab_icon(viser.Icon.ARROWS_DIFF)):
+        with self._results.add_tab("Compare", viser.Icon.ARROWS_DIFF):
             self._compare = ComparePanel(gui, send)
-        with self._results.add_tab("Study", sizes.tab_icon(viser.Icon.GRID_DOTS)):
+        with self._results.add_tab("Study", viser.Icon.GRID_DOTS):
             self._study = StudyPanel(gui, send, self._widen_results)
         self._results.dock_left()
         self._controls = gui.add_panel()

@@ -104,14 +104,10 @@ class Session:
             self._loop(self._open_screen())
         except Exception:
             # The edge of the thread: one broken session must neither end silently nor spread.
-            # A viewer that leaves in the middle of a frame is no error.
+            # A viewer that leaves in the middle of a frame is no error. The page itself sees
+            # that its session is gone, and says so.
             if not self._gone.wait(_TIME_TO_LEAVE):
                 _logger.exception("session %d ended by an error", self._client.client_id)
-                self._client.add_notification(
-                    "This session ended by an internal error",
-                    "Reload the page to go on; runs that were saved are safe.",
-                    color="red",
-                )
         finally:
             self._directory.remove(self._key)
             for worker in self._workers():
@@ -125,10 +121,10 @@ class Session:
             self._view = desk.start(self._view)
         while True:
             intents = self._mailbox.receive(self._wait())
-            if any(isinstance(intent, Close) for intent in intents):
-                return
             for intent in intents:
                 self._take(intent)
+            if any(isinstance(intent, Close) for intent in intents):
+                return
             now = time.monotonic()
             for desk in self._desks:
                 self._view = desk.pass_time(now, self._view)

@@ -272,9 +272,10 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
 
 def test_pages_have_a_place_for_the_tables_of_every_part():
     text = PAGE.read_text() + PAGE.with_name("scaling.md").read_text()
-    names = {*PARTS, "setting", "profile", "bombs"} - {"scaling", "cluster"}
+    names = {*PARTS, "setting", "profile", "bombs"} - {"scaling", "cluster", "dashboard"}
     names |= {"scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
+    names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
     for name in names:
         assert text.index(f"<!-- {name} -->") < text.index(f"<!-- end {name} -->")
 

@@ -51,8 +51,3 @@ def test_each_map_of_the_page_is_made_by_one_command_from_a_file_beside_it(name,
     assert choose_axes(study) == axes
     preset = "paper-case-1" if "case-1" in name else "paper-case-2"
     assert study.base_name == preset, "the paper's law, as it is printed"
-
-
-def test_every_picture_and_link_of_the_page_is_there():
-    for target in re.findall(r"\]\(([^)#]+)", PAGE):
-        assert (DOCS / target).exists(), target

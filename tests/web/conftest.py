@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    ConsoleMessage,
+    Page,
+    ViewportSize,
+    expect,
+    sync_playwright,
+)
 from playwright.sync_api import TimeoutError as PlaywrightTimeoutError
 
 from core.loading import load_scenario, with_values
@@ -19,6 +27,7 @@ from server.settings import Settings
 from server.viewer_server import ViewerServer
 from tests.ensure_programs import HOW_TO_FIX, find_chromium
 from tests.server.serving import RunningServer, serve
+from tests.web.driving import pause
 from web.app import create_dashboard_app
 
 # Software rendering, as on a machine without a screen.
@@ -31,6 +40,8 @@ FLAGS = (
     "--hide-scrollbars",
 )
 PATIENCE = 60_000
+SMALL = ViewportSize(width=1000, height=700)
+LARGE = ViewportSize(width=1280, height=800)
 
 
 @pytest.fixture(scope="session")
@@ -92,15 +103,65 @@ def browser() -> Iterator[Browser]:
 
 
 @dataclass
-class Viewing:
-    """A page of the dashboard, and what its console complained about."""
+class Visitors:
+    """Opens pages of a dashboard, and hears what their consoles complain about.
 
-    page: Page
+    Attributes:
+        browser: Where the pages are.
+        server: The dashboard.
+    """
+
+    browser: Browser
+    server: RunningServer
     complaints: list[str] = field(default_factory=list)
+    _pages: list[Page] = field(default_factory=list)
 
-    def hear(self, message: ConsoleMessage) -> None:
+    def open(self, query: str = "") -> Page:
+        """A small page for what does not depend on looks; it is at rest.
+
+        Args:
+            query: The rest of its address, such as that of a link.
+        """
+        return self._open(SMALL, f"fixedDpr=0.3&{query}")
+
+    def open_to_look(self) -> Page:
+        """A page whose picture is looked at, at rest."""
+        page = self._open(LARGE, "fixedDpr=0.5")
+        dismiss_warning(page)
+        return page
+
+    def close(self) -> None:
+        for page in self._pages:
+            page.close()
+
+    def _open(self, size: ViewportSize, query: str) -> Page:
+        page = self.browser.new_page(viewport=size)
+        self._pages.append(page)
+        page.set_default_timeout(PATIENCE)
+        page.on("console", self._hear)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        # A fixed resolution: viser else lowers it while the machine is slow.
+        page.goto(f"{self.server.url}/?{query}")
+        page.locator(".sg-transport").wait_for()
+        # A picture that plays keeps a machine busy that draws without a graphics card.
+        if "t=" in query:
+            page.get_by_role("button", name="Play", exact=True).wait_for()
+        else:
+            pause(page)
+        return page
+
+    def _hear(self, message: ConsoleMessage) -> None:
         if message.type == "error":
             self.complaints.append(message.text)
+
+
+@contextmanager
+def visitors_of(browser: Browser, server: RunningServer) -> Iterator[Visitors]:
+    """Visitors of a dashboard; none of their pages may have complained in the end."""
+    visitors = Visitors(browser, server)
+    yield visitors
+    visitors.close()
+    assert visitors.complaints == []
 
 
 def dismiss_warning(page: Page) -> None:
@@ -113,25 +174,24 @@ def dismiss_warning(page: Page) -> None:
 
 
 @pytest.fixture
-def open_dashboard(browser: Browser, dashboard: RunningServer) -> Iterator[object]:
-    """Opens pages that show the dashboard; none of them may have complained in the end."""
-    opened: list[Viewing] = []
+def visitors(browser: Browser, dashboard: RunningServer) -> Iterator[Visitors]:
+    with visitors_of(browser, dashboard) as visitors:
+        yield visitors
 
-    def open_page() -> Page:
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(PATIENCE)
-        viewing = Viewing(page)
-        page.on("console", viewing.hear)
-        page.on("pageerror", lambda error: viewing.complaints.append(str(error)))
-        opened.append(viewing)
-        # A fixed resolution: viser else lowers it while the machine is slow.
-        page.goto(f"{dashboard.url}/?fixedDpr=0.5")
-        page.get_by_text("Held", exact=True).wait_for()
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
+    """A small page that the tests of a module share: each begins where the last one ended."""
+    with visitors_of(browser, dashboard) as visitors:
+        page = visitors.open()
         page.get_by_text("Saved as").wait_for()
-        dismiss_warning(page)
-        return page
+        yield page
 
-    yield open_page
-    for viewing in opened:
-        viewing.page.close()
-    assert [complaint for viewing in opened for complaint in viewing.complaints] == []
+
+@pytest.fixture(scope="module")
+def seen_page(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
+    """A page to look at that the tests of a module share."""
+    with visitors_of(browser, dashboard) as visitors:
+        page = visitors.open_to_look()
+        page.get_by_text("Saved as").wait_for()
+        yield page

@@ -39,8 +39,12 @@ def knob(page: Page, label: str) -> Locator:
 
 
 def set_number(page: Page, label: str, value: str) -> None:
+    """Pastes a number over the one in a field, as a user does."""
     field = number_field(page, label)
-    field.fill(value)
+    # What is filled in without the focus is lost on viser's page, if the program set the field.
+    field.click()
+    field.press("Control+a")
+    page.keyboard.insert_text(value)
     field.press("Enter")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -40,10 +39,7 @@ def drag_over(page: Page, chart: int, start: float, end: float) -> None:
     page.mouse.up()
 
 
-def test_charts_zoom_together_read_the_play_head_and_hide_lines(
-    open_dashboard: Callable[[], Page],
-) -> None:
-    page = open_dashboard()
+def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> None:
     pause_at(page, 0.05)
     wait_until(lambda: legend(page, "slip") != ["", ""], "the legend stays empty")
     slip = float(legend(page, "slip")[0])
@@ -72,12 +68,11 @@ def test_charts_zoom_together_read_the_play_head_and_hide_lines(
 
     page.locator(".u-over").first.dblclick()
     wait_until(lambda: shown_times(page) == (0.0, 7.0), "a double click does not show the run")
+    page.get_by_role("button", name="slip", exact=True).click()
+    wait_until(lambda: shown_times(page) == (start, end), "the slip is not shown again")
 
 
-def test_picture_charts_and_replay_arrive_as_files(
-    open_dashboard: Callable[[], Page], tmp_path: Path
-) -> None:
-    page = open_dashboard()
+def test_picture_charts_and_replay_arrive_as_files(page: Page, tmp_path: Path) -> None:
     pause_at(page, 0.05)
     page.get_by_text("Export", exact=True).click()
     contents: dict[str, bytes] = {}

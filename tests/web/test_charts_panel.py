@@ -156,6 +156,21 @@ def test_a_ghost_is_pale_in_every_chart_and_named(page: Page, case_2: RunResult)
     assert "Pale" not in page.notes()
 
 
+def test_time_has_the_scale_of_the_strip_also_where_a_run_or_its_ghost_ends_early(
+    page: Page, case_2: RunResult
+) -> None:
+    early = simulate(with_values(case_2.scenario, {"fingers.0.friction": 0.3}))
+    assert early.end_time < 0.1
+    for result, ghost in ((case_2, None), (early, case_2), (case_2, early)):
+        view = view_of(result)
+        pale = Ghost(Shown(2, ghost, 0.01), "before") if ghost else None
+        page.panel.update(replace(view, ghost=pale))
+        window = slip_window(result)
+        for plot in page.client.plots:
+            assert plot.scales is not None
+            assert plot.scales["x"].get("range") == (window.start, window.end)
+
+
 def test_it_is_said_where_not_every_sample_is_drawn(page: Page, case_2: RunResult) -> None:
     scenario = with_values(load_scenario("paper-case-2"), {"simulation.output_rate": 1000.0})
     fine = simulate(scenario)

@@ -151,7 +151,7 @@ def test_the_run_before_a_change_is_compared_too_but_not_while_a_knob_moves(
         comparison.view = show(
             comparison.view, Shown(ticket, sluggish, 0.1), RunStage.PREVIEW, afresh=False
         )
-        comparison.view = replace(comparison.view, ghost=Ghost(before, "before the change"))
+        comparison.view = replace(comparison.view, ghost=Ghost(before, "the run before"))
         comparison.view = comparison.desk.pass_time(now, comparison.view)
         assert 0.0 < (comparison.desk.wait(now, comparison.view) or 0.0) < REST
     assert comparison.answers.empty()
@@ -159,7 +159,7 @@ def test_the_run_before_a_change_is_compared_too_but_not_while_a_knob_moves(
     comparison.hear(RunsCompared)
     assert comparison.view.comparing.pair == (12, before.ticket)
     html = compare_html(comparison.view)
-    assert "before the change" in html
+    assert "the run before" in html
     assert re.search(r"controller lyapunov weight</th><td[^>]*>1</td><td[^>]*>20</td>", html)
 
 

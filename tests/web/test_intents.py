@@ -9,7 +9,7 @@ from core.result import RunResult
 from web.desks.playback_desk import PlaybackDesk
 from web.intents.mailbox import Mailbox, coalesce
 from web.intents.playback import Seek, Step, TogglePlay
-from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter
+from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter, Undo
 from web.pacing import FRAME_INTERVAL, FramePacer, is_save_due
 from web.scenario.draft import Draft
 from web.scenario.preview_worker import is_outdated
@@ -31,6 +31,16 @@ def test_intents_that_add_up_are_all_kept_in_order() -> None:
 def test_a_reset_stays_where_it_was_among_the_edits() -> None:
     early, late = SetParameter("object.mass", 2.0), SetParameter("object.inertia", 0.02)
     assert coalesce([early, ResetScenario(), late]) == [early, ResetScenario(), late]
+
+
+def test_a_knob_acts_at_the_play_head_that_it_was_turned_at() -> None:
+    turned = SetParameter("object.mass", 1.7)
+    assert coalesce([Seek(0.9), Seek(1.0), turned, Seek(2.0)]) == [Seek(1.0), turned, Seek(2.0)]
+
+
+def test_what_is_undone_is_what_was_asked_for_before_it() -> None:
+    first, second = SetParameter("object.mass", 1.7), SetParameter("object.mass", 1.9)
+    assert coalesce([first, Undo(), second]) == [first, Undo(), second]
 
 
 def test_the_mailbox_gives_a_whole_batch_and_then_nothing() -> None:
@@ -79,6 +89,14 @@ def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) ->
     desk.pass_time(1.0, view)
     desk.pass_time(1.04, view)
     assert desk.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
+
+
+def test_play_goes_on_from_where_the_play_head_rested(case_1: RunResult) -> None:
+    view, desk = _view(case_1, playing=False), PlaybackDesk(FramePacer())
+    desk.pass_time(1.0, view)
+    resumed = desk.pass_time(4.0, desk.take(TogglePlay(), view))
+    assert resumed.playback is not None
+    assert (resumed.playback.time, resumed.playback.playing) == (0.2, True)
 
 
 def test_the_play_head_moves_with_the_clock_times_its_speed(case_1: RunResult) -> None:

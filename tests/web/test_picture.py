@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page
@@ -17,8 +15,6 @@ pytestmark = [
     # A viewer may leave in the middle of a frame.
     pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
 ]
-
-OpenDashboard = Callable[[], Page]
 
 
 def pixels_of(seen: np.ndarray, phase: ContactPhase) -> int:
@@ -35,10 +31,8 @@ def checkbox(page: Page, label: str) -> Locator:
     return row.locator("input[type=checkbox]").last
 
 
-def test_switches_of_the_picture_and_the_way_back_to_the_front(
-    open_dashboard: OpenDashboard,
-) -> None:
-    page = open_dashboard()
+def test_switches_of_the_picture_and_the_way_back_to_the_front(seen_page: Page) -> None:
+    page = seen_page
     pause_at(page, 0.08)
     usual = picture(page)
     page.get_by_text("Picture", exact=True).click()

@@ -21,7 +21,7 @@ from recordings.store import RecordingStore
 from recordings.writer import write_recording
 from server.settings import Settings
 from tests.server.serving import RunningServer, serve
-from tests.web.conftest import PATIENCE, dismiss_warning
+from tests.web.conftest import visitors_of
 from tests.web.driving import number_field, pause, pause_at, picture, set_number, wait_until
 from web.app import create_dashboard_app
 from web.colours import PHASES
@@ -32,7 +32,7 @@ ABOVE_PLAYBACK = 355
 CHARTS = "Object.values(window.__viserTestpoints.uplots).map(u => u.chart)"
 
 
-def refuse_to_simulate(*_: object) -> None:
+def refuse_to_simulate(*_: object, **__: object) -> None:
     raise AssertionError("the kernel was called")
 
 
@@ -49,27 +49,39 @@ def recording(case_1: RunResult, tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def replaying(recording: Path, tmp_path: Path) -> Iterator[RunningServer]:
+@pytest.fixture(scope="module")
+def opened(case_1: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording that the dashboard opens on."""
+    path = tmp_path_factory.mktemp("opened") / "evidence.mcap"
+    write_recording(case_1, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def replaying(opened: Path) -> Iterator[RunningServer]:
     """A dashboard that opens on a recording."""
-    settings = Settings(data_directory=tmp_path / "data")
-    with serve(settings, create_dashboard_app(settings, recording)) as running:
+    settings = Settings(data_directory=opened.parent / "data")
+    with serve(settings, create_dashboard_app(settings, opened)) as running:
         yield running
 
 
 @pytest.fixture
-def computing(tmp_path: Path) -> Iterator[RunningServer]:
-    """A dashboard that opens on a run of its own, the only one in its store."""
+def live_page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
+    """A page that shows a run of its own, the only one in its store."""
     settings = Settings(data_directory=tmp_path / "data")
-    with serve(settings, create_dashboard_app(settings)) as running:
-        yield running
+    with (
+        serve(settings, create_dashboard_app(settings)) as running,
+        visitors_of(browser, running) as visitors,
+    ):
+        yield visitors.open_to_look()
 
 
-def open_page(browser: Browser, server: RunningServer) -> Page:
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(PATIENCE)
-    page.goto(f"{server.url}/?fixedDpr=0.5")
-    return page
+@pytest.fixture
+def replay_page(browser: Browser, replaying: RunningServer) -> Iterator[Page]:
+    with visitors_of(browser, replaying) as visitors:
+        page = visitors.open_to_look()
+        page.get_by_text("Replay of evidence.mcap").wait_for()
+        yield page
 
 
 def chart_values(page: Page) -> list[list[list[float]]]:
@@ -82,64 +94,37 @@ def chart_pictures(page: Page) -> list[bytes]:
     return [base64.b64decode(url.partition(",")[2]) for url in urls]
 
 
-def open_only_run(page: Page) -> None:
-    page.get_by_role("tab", name="Recordings").click()
-    page.locator(".sg-row").get_by_label("Open ").click()
-    page.get_by_text("Replay of").wait_for(state="attached")
-
-
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
 def test_the_pictures_of_a_live_run_and_of_its_replay_are_equal(
-    browser: Browser, computing: RunningServer, monkeypatch: pytest.MonkeyPatch
+    live_page: Page, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    page = open_page(browser, computing)
+    page = live_page
     page.get_by_text("Saved as").wait_for()
-    dismiss_warning(page)
     pause_at(page, 0.08)
     live = picture(page, ABOVE_PLAYBACK)
     live_charts, live_values = chart_pictures(page), chart_values(page)
     slipping = np.abs(live - PHASES[ContactPhase.SLIP_FORWARD]).max(axis=2) < 30
     assert slipping.sum() > 150
     monkeypatch.setattr(entry, "advance", refuse_to_simulate)
-    open_only_run(page)
+    page.get_by_role("tab", name="Recordings").click()
+    page.locator(".sg-row").get_by_label("Open ").click()
+    page.get_by_text("Replay of").wait_for(state="attached")
     page.get_by_role("tab", name="Run").click()
     pause_at(page, 0.08)
     assert np.array_equal(picture(page, ABOVE_PLAYBACK), live)
     assert chart_pictures(page) == live_charts
     assert chart_values(page) == live_values
-    page.close()
 
 
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_dashboard_that_opens_on_a_recording_shows_the_values_of_the_file(
-    no_kernel: None, browser: Browser, replaying: RunningServer, recording: Path
+def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
+    no_kernel: None, replay_page: Page, replaying: RunningServer, opened: Path
 ) -> None:
-    page = open_page(browser, replaying)
-    page.get_by_text("Replay of evidence.mcap").wait_for()
+    page, store = replay_page, replaying.app.state.run_service.store
+    num_runs = store.count()
     page.get_by_text("2.59 mm left").wait_for()
-    page.get_by_role("button", name="whole run").click()
-    page.wait_for_function(f"Math.abs({CHARTS}[0].scales.x.max - 7) < 1e-3")
-    trace = read_recording(recording).trace
-    times, _, left, right = chart_values(page)[0]
-    rows = np.searchsorted(trace.times, times[1:-1], side="left")
-    assert np.array_equal(trace.times[rows], times[1:-1])
-    shown = np.array([left[1:-1], right[1:-1]]).T
-    both_sides = 1e3 * trace.slip[rows], 1e3 * trace.slip[np.minimum(rows + 1, len(trace) - 1)]
-    assert ((shown == both_sides[0]) | (shown == both_sides[1])).all()
-    assert replaying.app.state.run_service.store.count() == 0
-    page.close()
-
-
-@pytest.mark.browser
-@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_replay_is_played_and_scrubbed_with_the_real_controls(
-    no_kernel: None, browser: Browser, replaying: RunningServer
-) -> None:
-    page = open_page(browser, replaying)
-    page.get_by_text("Replay of evidence.mcap").wait_for()
-    dismiss_warning(page)
     pause_at(page, 0.02)
     early = picture(page)
     field = page.get_by_label("time [s]", exact=True)
@@ -151,48 +136,48 @@ def test_a_replay_is_played_and_scrubbed_with_the_real_controls(
     assert np.array_equal(picture(page), early)
     page.get_by_role("button", name="Play", exact=True).click()
     page.locator(".sg-clock", has_text="20.0 ms").wait_for(state="detached")
-    page.close()
-
-
-@pytest.mark.browser
-@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_knob_makes_a_live_run_of_a_recording_and_there_is_a_way_back(
-    browser: Browser, replaying: RunningServer
-) -> None:
-    page = open_page(browser, replaying)
-    page.get_by_text("Replay of evidence.mcap").wait_for()
     pause(page)
-    assert number_field(page, "mass [kg]").input_value() == "1"
-    set_number(page, "mass [kg]", "1.4")
-    page.get_by_text("Live run").wait_for()
-    page.get_by_text("Saved as").wait_for()
-    store = replaying.app.state.run_service.store
-    (change,) = store.open(store.list()[0].id).scenario.changes
-    assert (change.parameter, change.value) == ("object.mass", 1.4)
-    page.get_by_role("button", name="reset").click()
-    page.get_by_text("Replay of evidence.mcap").wait_for()
-    page.get_by_text("2.59 mm left").wait_for()
-    assert number_field(page, "mass [kg]").input_value() == "1"
-    page.close()
+
+    page.get_by_role("button", name="whole run").click()
+    page.wait_for_function(f"Math.abs({CHARTS}[0].scales.x.max - 7) < 1e-3")
+    trace = read_recording(opened).trace
+    times, _, left, right = chart_values(page)[0]
+    rows = np.searchsorted(trace.times, times[1:-1], side="left")
+    assert np.array_equal(trace.times[rows], times[1:-1])
+    shown = np.array([left[1:-1], right[1:-1]]).T
+    both_sides = 1e3 * trace.slip[rows], 1e3 * trace.slip[np.minimum(rows + 1, len(trace) - 1)]
+    assert ((shown == both_sides[0]) | (shown == both_sides[1])).all()
+    assert store.count() == num_runs
 
 
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_a_run_that_is_damaged_is_explained_in_the_list(
+def test_a_knob_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explained(
     browser: Browser, replaying: RunningServer, case_2: RunResult
 ) -> None:
     store = replaying.app.state.run_service.store
-    stored = store.save(case_2)
-    page = open_page(browser, replaying)
-    page.get_by_text("Replay of evidence.mcap").wait_for()
-    page.get_by_role("tab", name="Recordings").click()
-    opening = page.locator(".sg-row").get_by_label("Open ")
-    opening.wait_for()
-    stored.path.write_bytes(stored.path.read_bytes()[:5000])
-    opening.click()
-    page.get_by_text("is damaged").wait_for()
-    assert page.get_by_text("Replay", exact=True).count() == 1
-    page.close()
+    with visitors_of(browser, replaying) as visitors:
+        page = visitors.open()
+        page.get_by_text("Replay of evidence.mcap").wait_for()
+        assert number_field(page, "mass [kg]").input_value() == "1"
+        set_number(page, "mass [kg]", "1.4")
+        page.get_by_text("Live run").wait_for()
+        page.get_by_text("Saved as").wait_for()
+        (change,) = store.open(store.list()[0].id).scenario.changes
+        assert (change.parameter, change.value) == ("object.mass", 1.4)
+        page.get_by_role("button", name="reset").click()
+        page.get_by_text("Replay of evidence.mcap").wait_for()
+        page.get_by_text("2.59 mm left").wait_for()
+        assert number_field(page, "mass [kg]").input_value() == "1"
+
+        page.get_by_role("tab", name="Recordings").click()
+        stored = store.save(case_2)
+        opening = page.get_by_label(f"Open {stored.id}", exact=True)
+        opening.wait_for()
+        stored.path.write_bytes(stored.path.read_bytes()[:5000])
+        opening.click()
+        page.get_by_text("is damaged").wait_for()
+        assert page.get_by_text("Replay", exact=True).count() == 1
 
 
 def test_a_file_that_is_still_written_is_opened_as_far_as_it_goes(

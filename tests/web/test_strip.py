@@ -82,7 +82,7 @@ def test_crowded_events_share_a_mark_that_tells_how_many_there_are(case_2: RunRe
 
 
 def test_the_pale_run_has_a_thin_lane_below_each_lane(case_1: RunResult, case_2: RunResult) -> None:
-    ghost = Ghost(Shown(2, case_1, 0.0), "before the change")
+    ghost = Ghost(Shown(2, case_1, 0.0), "the run before")
     with_ghost = ElementTree.fromstring(strip_html(case_2, playback(case_2), ghost))
     assert len(with_ghost.findall(".//svg[@class='sg-ghost-lane']")) == 2
     without = strip_html(case_2, playback(case_2), None)

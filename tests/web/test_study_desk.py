@@ -29,9 +29,11 @@ from web.intents.study import (
     ListStudies,
     OpenMember,
     OpenStudy,
+    SeePlan,
     SetRange,
     ShowPlan,
     StartStudy,
+    StudiesListed,
 )
 from web.scenario.draft import Draft
 from web.study.plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
@@ -154,7 +156,24 @@ def test_what_a_browser_makes_up_changes_nothing(room: Room) -> None:
     assert room.study.member is None
 
 
-def test_a_plan_that_rests_is_priced_and_one_that_changes_no_longer(room: Room) -> None:
+def test_a_plan_that_nobody_sees_is_not_priced(room: Room) -> None:
+    for is_visible in (None, True, False):
+        if is_visible is not None:
+            room.do(SeePlan(is_visible))
+        later = time.monotonic() + 60.0
+        is_wanted = room.desk.wait(later, room.view) is not None
+        assert is_wanted == bool(is_visible)
+    room.view = room.desk.pass_time(later, room.view)
+    room.desk.workers[0].close()
+    room.desk.workers[0].join(30.0)
+    asked = [room.answers.get() for _ in range(room.answers.qsize())]
+    assert [type(intent) for intent in asked] == [StudiesListed]
+
+
+def test_a_plan_that_is_seen_and_rests_is_priced_and_one_that_changes_no_longer(
+    room: Room,
+) -> None:
+    room.do(SeePlan(True))
     study = room.until(lambda study: study.price)
     assert study.price is not None
     assert 0.0 < study.price.seconds < 60.0

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import re
 
 import pytest
 from playwright.sync_api import Locator, Page
 
 from tests.server.serving import RunningServer
-from tests.web.driving import pause
 
 pytestmark = [
     pytest.mark.browser,
     # A viewer may leave in the middle of a frame.
     pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
 ]
-
-OpenDashboard = Callable[[], Page]
 
 
 def choose(page: Page, label: str, option: str) -> None:
@@ -30,18 +27,23 @@ def run_of(mark: Locator) -> int:
     return int(json.loads(mark.get_attribute("data-sg-intent") or "{}")["index"])
 
 
+def wait_for_run(page: Page, index: int) -> None:
+    """Waits until a run of the study is on the screen."""
+    title = re.compile(rf"and gravity, run {index}$")
+    page.locator("b:visible", has_text=title).first.wait_for()
+
+
 def test_two_parameters_are_chosen_the_map_fills_and_a_click_opens_a_run(
-    open_dashboard: OpenDashboard, dashboard: RunningServer
+    page: Page, dashboard: RunningServer
 ) -> None:
-    page = open_dashboard()
-    pause(page)
     page.get_by_role("tab", name="Study").click()
     choose(page, "upwards", "Gravity [m/s²]")
     for count in page.locator("xpath=//label[normalize-space(.)='values']/../../..").all():
         field = count.locator("input:visible").last
         field.fill("4")
         field.press("Enter")
-    page.get_by_text("16 runs", exact=True).wait_for()
+    page.locator("b", has_text=re.compile(r"^16 runs$")).wait_for()
+    page.get_by_text("of computing").wait_for()
     page.get_by_role("button", name="Run the study").click()
     page.get_by_text("Completed: 16 runs.").wait_for()
     marks = page.locator(".sg-map rect[data-sg-intent]")
@@ -51,11 +53,11 @@ def test_two_parameters_are_chosen_the_map_fills_and_a_click_opens_a_run(
     index = run_of(marks.nth(9))
     marks.nth(9).click()
     page.locator(".sg-map-ring").wait_for()
-    page.locator("b:visible", has_text=f"and gravity, run {index}").first.wait_for()
+    wait_for_run(page, index)
 
     choose(page, "object mass [kg]", "0.2")
     page.get_by_role("button", name="Open this run").click()
-    page.locator("b:visible", has_text=f"and gravity, run {index % 4}").first.wait_for()
+    wait_for_run(page, index % 4)
     assert page.locator(".sg-map-ring").count() == 1
 
     with dashboard.client() as client:

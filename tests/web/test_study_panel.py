@@ -93,6 +93,7 @@ def test_a_plan_stands_in_its_inputs_with_units_and_bounds(bench: Bench) -> None
     assert up.key.value == "Friction of all fingers"
     assert tuple(bench.panel.plan.inputs.comparison.options)[1:] == tuple(COMPARISONS)
     assert bench.panel.plan.run.visible
+    assert "<b>9 runs</b>" in bench.panel.plan.price.content
     assert not bench.panel.map.map.visible
     assert bench.asked == []
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,8 +12,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from recordings.store import RecordingStore
 from tests.server.serving import RunningServer
-from tests.web.conftest import PATIENCE, dismiss_warning
-from tests.web.driving import pause, pause_at, wait_until
+from tests.web.conftest import PATIENCE, SMALL, Visitors
+from tests.web.driving import pause_at, wait_until
 from tests.web.serving_process import ServerProcess
 from web.timeline.events import neighbouring_event_time
 from web.timeline.playback import slip_window
@@ -23,8 +23,6 @@ pytestmark = [
     # A viewer may leave in the middle of a frame.
     pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
 ]
-
-OpenDashboard = Callable[[], Page]
 
 
 def state(page: Page) -> dict:
@@ -46,14 +44,10 @@ def wait_for_time(page: Page, seconds: float) -> None:
 
 
 def test_the_keyboard_alone_plays_steps_jumps_and_chooses(
-    open_dashboard: OpenDashboard, dashboard: RunningServer
+    page: Page, dashboard: RunningServer
 ) -> None:
-    page = open_dashboard()
     run = RecordingStore(dashboard.data_directory).open(state(page)["run"])
     window, keyboard = slip_window(run), page.keyboard
-    if state(page)["playing"]:
-        keyboard.press("Space")
-    page.get_by_role("button", name="Play", exact=True).wait_for()
     keyboard.press("Home")
     wait_for_time(page, window.start)
     after = neighbouring_event_time(run, window.start, 1)
@@ -95,13 +89,13 @@ def test_the_keyboard_alone_plays_steps_jumps_and_chooses(
     keyboard.press("p")
     page.get_by_role("button", name="Pause", exact=True).wait_for()
     expect(page.locator(".sg-clock")).not_to_have_text("50.0 ms")
+    keyboard.press("Space")
+    page.get_by_role("button", name="Play", exact=True).wait_for()
 
 
 def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_play_head(
-    open_dashboard: OpenDashboard,
+    page: Page,
 ) -> None:
-    page = open_dashboard()
-    pause(page)
     told, track = state(page), page.locator("[data-sg-track]")
     box = track.bounding_box()
     assert box is not None
@@ -132,50 +126,51 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
         }""",
         arg=rested,
     )
+    for share in (0.3, 0.7):
+        page.get_by_role("button", name="Play", exact=True).click()
+        page.get_by_role("button", name="Pause", exact=True).wait_for()
+        page.mouse.click(x + share * box["width"], y)
+        page.get_by_role("button", name="Play", exact=True).wait_for()
+        wait_until(
+            lambda share=share: abs(state(page)["time"] - time_at(share)) < one_pixel,
+            "it was not caught",
+        )
+        # What the page held back is void by now: it shows what the session says.
+        page.wait_for_function("() => !document.querySelector('[data-sg-time]').matches(':focus')")
+        exact = f"{state(page)['time']:.6f}".rstrip("0").rstrip(".")
+        expect(page.get_by_label("time [s]", exact=True)).to_have_value(exact)
+        clock = page.locator(".sg-clock").inner_text()
+        assert float(clock.removesuffix(" ms")) == pytest.approx(
+            1e3 * state(page)["time"], abs=0.06
+        )
 
 
-def open_link(browser: Browser, server: RunningServer, query: str) -> Page:
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(PATIENCE)
-    page.goto(f"{server.url}/?fixedDpr=0.5&{query}")
-    page.locator(".sg-transport").wait_for()
-    return page
-
-
-def test_a_link_shows_somebody_else_the_same_run_at_the_same_time(
-    browser: Browser, open_dashboard: OpenDashboard, dashboard: RunningServer
+def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_the_page(
+    page: Page, visitors: Visitors, dashboard: RunningServer
 ) -> None:
-    mine = open_dashboard()
-    mine.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    pause_at(mine, 0.08)
-    mine.get_by_role("button", name="Copy link").click()
-    mine.locator("[data-sg-copied]").wait_for()
-    link = mine.evaluate("navigator.clipboard.readText()")
-    run = state(mine)["run"]
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    pause_at(page, 0.08)
+    page.get_by_role("button", name="Copy link").click()
+    page.locator("[data-sg-copied]").wait_for()
+    link = page.evaluate("navigator.clipboard.readText()")
+    run = state(page)["run"]
     assert link == f"{dashboard.url}/?run={run}&t=0.08"
-    mine.close()
-    theirs = open_link(browser, dashboard, link.partition("?")[2])
+    theirs = visitors.open(link.partition("?")[2])
     wait_for_time(theirs, 0.08)
     assert state(theirs)["run"] == run
     theirs.get_by_text("Replay", exact=True).wait_for()
-    theirs.close()
 
-
-def test_a_link_to_nowhere_and_a_session_that_broke_are_told_on_the_page(
-    browser: Browser, dashboard: RunningServer
-) -> None:
-    page = open_link(browser, dashboard, "run=nope&t=soon")
-    expect(page.locator("#sg-notice")).to_contain_text("there is no recording 'nope'")
-    page.get_by_role("button", name="Dismiss").click()
-    expect(page.locator("#sg-notice")).to_have_count(0)
-    pause_at(page, 0.05)
+    theirs.goto(f"{dashboard.url}/?fixedDpr=0.3&run=nope&t=soon")
+    expect(theirs.locator("#sg-notice")).to_contain_text("there is no recording 'nope'")
+    theirs.get_by_role("button", name="Dismiss").click()
+    expect(theirs.locator("#sg-notice")).to_have_count(0)
+    pause_at(theirs, 0.05)
     # What a session does when it ends by an error.
-    dashboard.app.state.dashboard.directory.remove(state(page)["session"])
-    page.locator("#sg-alarm").get_by_text("ended by an internal error").wait_for()
-    page.get_by_role("button", name="Start again").click()
-    page.locator(".sg-transport").wait_for()
-    expect(page.locator("#sg-alarm")).to_have_count(0)
-    page.close()
+    dashboard.app.state.dashboard.directory.remove(state(theirs)["session"])
+    theirs.locator("#sg-alarm").get_by_text("ended by an internal error").wait_for()
+    theirs.get_by_role("button", name="Start again").click()
+    theirs.locator(".sg-transport").wait_for()
+    expect(theirs.locator("#sg-alarm")).to_have_count(0)
 
 
 @pytest.fixture
@@ -189,11 +184,10 @@ def process(tmp_path: Path) -> Iterator[ServerProcess]:
 def test_a_page_survives_its_server_and_shows_the_same_again(
     browser: Browser, process: ServerProcess
 ) -> None:
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page = browser.new_page(viewport=SMALL)
     page.set_default_timeout(PATIENCE)
-    page.goto(f"{process.url}/?fixedDpr=0.5")
+    page.goto(f"{process.url}/?fixedDpr=0.3")
     page.get_by_text("Saved as").wait_for()
-    dismiss_warning(page)
     pause_at(page, 0.08)
     before = state(page)
     page.evaluate("window.sameDocument = true")

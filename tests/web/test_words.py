@@ -143,9 +143,9 @@ def test_units_for_labels() -> None:
     assert (unit_words("kg m^2"), unit_words("1"), unit_words("")) == (" [kg m²]", "", "")
 
 
-def test_the_card_links_to_the_saved_run(case_1: RunResult) -> None:
+def test_the_card_names_the_saved_run(case_1: RunResult) -> None:
     card = outcome_html(RunStatus(RunStage.SAVED, run_id="abc123abc123"), Shown(1, case_1, 0.02))
-    assert "href='/api/v1/runs/abc123abc123/recording'" in card
+    assert "Saved as <b>abc123abc123</b>" in card
     assert "Held" in card
     assert "Computed in 20 ms" in card
 
@@ -171,3 +171,13 @@ def test_nothing_from_outside_becomes_markup() -> None:
 def test_the_card_explains_the_first_compilation() -> None:
     card = outcome_html(RunStatus(RunStage.COMPILING), None)
     assert "compiled for this machine, once" in card
+
+
+def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult) -> None:
+    card = outcome_html(RunStatus(RunStage.PREVIEW), Shown(1, case_2, 0.02))
+    plain, unfolded = card.split("<details data-sg-fold='outcome'>")
+    assert "Both fingertips slipped" in plain
+    assert "friction 1.2 where there is 0.25" in plain
+    assert "Try:" in plain
+    assert "At the end it squeezes with" in unfolded
+    assert "least margin" in unfolded

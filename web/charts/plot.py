@@ -41,7 +41,7 @@ class Plot:
             _series(drawn, dark),
             axes=_axes(drawn.chart),
             bands=_bands(drawn.own.chart),
-            scales=_scales(drawn.chart),
+            scales=_scales(drawn),
             legend=uplot.Legend(show=False),
             # The page's own script zooms all charts at once.
             cursor=uplot.Cursor(
@@ -62,7 +62,7 @@ class Plot:
         if look != self._look:
             self._look = look
             self._lines.series = _series(drawn, dark)
-            self._lines.scales = _scales(drawn.chart)
+            self._lines.scales = _scales(drawn)
             self._lines.bands = _bands(drawn.own.chart)
             self._lines.axes = _axes(drawn.chart)
         self._lines.data = drawn.columns()
@@ -73,17 +73,28 @@ def _look(drawn: DrawnChart, dark: bool) -> object:
     ghost = drawn.ghost.chart.lines if drawn.ghost else ()
     lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]
     pale = [line.colour for line in ghost]
-    return (drawn.chart.unit, drawn.chart.least, drawn.own.chart.bands, lines, pale, dark)
+    window, chart = drawn.own.window, drawn.chart
+    return (window, chart.unit, chart.least, drawn.own.chart.bands, lines, pale, dark)
 
 
-def _scales(chart: Chart) -> dict[str, uplot.Scale]:
+def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
+    """Time from end to end of the window, whatever is drawn in it.
+
+    Left to itself, viser's page keeps how far the lines reached in the chart before: after a
+    run that ended early, or together with a ghost, time would have another scale than the strip.
+    """
+    chart, window = drawn.chart, drawn.own.window
     y = uplot.Scale(auto=True)
     if chart.least > 0.0:
         # At least from -least to +least, and some room beyond what lies outside.
         room = {"pad": _PAD, "mode": 1}
         limits = {"min": {"soft": -chart.least, **room}, "max": {"soft": chart.least, **room}}
         y = uplot.Scale(range=limits)
-    return {"x": uplot.Scale(time=False), "y": y, "share": uplot.Scale(range=(0.0, 1.0))}
+    return {
+        "x": uplot.Scale(time=False, range=(window.start, window.end)),
+        "y": y,
+        "share": uplot.Scale(range=(0.0, 1.0)),
+    }
 
 
 def _axes(chart: Chart) -> tuple[uplot.Axis, ...]:

@@ -20,6 +20,7 @@ from web.intents.compare import (
     SwapRuns,
 )
 from web.intents.intent import Intent, Send
+from web.intents.recordings import OpenRecording
 from web.showing import show_replay
 from web.view import ViewState
 
@@ -46,6 +47,7 @@ class CompareDesk(Desk):
     )
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
+        self._send = send
         self._comparer = Comparer(store, send)
         self.workers = (self._comparer,)
         # Requests for runs count up from zero; these tickets never meet theirs.
@@ -58,7 +60,7 @@ class CompareDesk(Desk):
         """Asks for two runs, shows them, or shows what tells them apart."""
         match intent:
             case CompareRuns(a, b):
-                return self._open(view, a, b) if b else without_pale_run(view)
+                return self._open(view, a, b) if b else self._open_alone(view, a)
             case EndComparison():
                 return without_pale_run(view)
             case SwapRuns():
@@ -98,9 +100,18 @@ class CompareDesk(Desk):
         self._asked = pair
         self._comparer.compare(pair, view.shown.result, view.ghost.shown.result)
 
+    def _open_alone(self, view: ViewState, a: str) -> ViewState:
+        """Shows one run with none below it."""
+        if a and not _is_shown(a, view):
+            self._send(OpenRecording(a))
+        return without_pale_run(view)
+
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
-        replay = view.shown.replay if view.shown else None
-        is_there = replay is not None and a == replay.run_id
         number = view.opening + 1
-        self._comparer.open(number, "" if is_there else a, b)
+        self._comparer.open(number, "" if _is_shown(a, view) else a, b)
         return replace(view, opening=number)
+
+
+def _is_shown(run_id: str, view: ViewState) -> bool:
+    replay = view.shown.replay if view.shown else None
+    return replay is not None and run_id == replay.run_id

@@ -56,6 +56,8 @@ class PlaybackDesk(Desk):
         if view.shown is None or view.playback is None:
             return view
         playback = moved(view.playback, intent, view.shown.result)
+        if playback.playing and not view.playback.playing:
+            self._passed = None  # Time that passed while it stood still does not move it.
         choice = choice_after(view.choice, intent, view.playback, playback)
         return replace(view, choice=choice, playback=playback)
 

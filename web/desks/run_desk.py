@@ -23,7 +23,7 @@ __all__ = ["RunDesk"]
 
 _UNNOTICED_WAIT = 0.3
 _LOOK_AGAIN = 0.1
-_GHOST_LABEL = "before the change"
+_GHOST_LABEL = "the run before"
 
 
 class RunDesk(Desk):

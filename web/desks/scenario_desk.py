@@ -49,6 +49,8 @@ class ScenarioDesk(Desk):
 
     def take(self, intent: Intent, view: ViewState) -> ViewState:
         """Makes the draft that is asked for."""
+        if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
+            view = replace(view, editing=replace(view.editing, file_errors=()))
         match intent:
             case SetParameter():
                 return _moved(view, intent, time.monotonic())

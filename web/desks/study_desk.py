@@ -21,6 +21,7 @@ from web.intents.study import (
     MemberRefused,
     OpenMember,
     OpenStudy,
+    SeePlan,
     SetRange,
     ShowPlan,
     SizeMap,
@@ -41,7 +42,10 @@ __all__ = ["StudyDesk"]
 
 LOOK_EVERY = 0.5
 REST_BEFORE_PRICE = 1.0
-"""How long plan and draft rest before the study is priced, which simulates the base once [s]."""
+"""How long plan and draft rest before the study is priced, which simulates the base once [s].
+
+Whoever does not look at the plan need not know its price.
+"""
 
 PlanIntent = ChooseVaried | SetRange | ChooseComparison
 
@@ -64,6 +68,7 @@ class StudyDesk(Desk):
         CancelStudy,
         OpenStudy,
         OpenMember,
+        SeePlan,
         ShowPlan,
         SizeMap,
         ListStudies,
@@ -120,7 +125,7 @@ class StudyDesk(Desk):
             self._planned, self._planned_at = planned, now
             self._pricing = 0  # An answer about what was planned before comes too late.
             return replace(view, study=replace(view.study, price=None, problems=()))
-        if view.study.is_planning and now - self._planned_at >= REST_BEFORE_PRICE:
+        if view.study.is_plan_seen and now - self._planned_at >= REST_BEFORE_PRICE:
             self._planned_at = math.inf
             return self._ask_for_price(view)
         return view
@@ -128,7 +133,7 @@ class StudyDesk(Desk):
     def wait(self, now: float, view: ViewState) -> float | None:
         """Comes back while a study is followed, or is to be priced."""
         waits = [self._look_at - now] if self._followed_id is not None else []
-        if view.study.is_planning and math.isfinite(self._planned_at):
+        if view.study.is_plan_seen and math.isfinite(self._planned_at):
             waits.append(self._planned_at + REST_BEFORE_PRICE - now)
         return max(min(waits), 0.0) if waits else None
 
@@ -185,6 +190,8 @@ class StudyDesk(Desk):
                 self._clerk.list()
             case ShowPlan(is_shown):
                 return replace(study, is_planning=is_shown or study.followed is None)
+            case SeePlan(is_visible):
+                return replace(study, is_plan_seen=is_visible)
             case SizeMap(is_wide):
                 return replace(study, is_wide=is_wide)
             case StudiesListed(studies):

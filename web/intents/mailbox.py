@@ -6,6 +6,8 @@ import queue
 from collections.abc import Sequence
 
 from web.intents.intent import Intent
+from web.intents.playback import Seek
+from web.intents.scenario import SetParameter
 
 __all__ = ["Mailbox", "coalesce"]
 
@@ -19,10 +21,14 @@ def coalesce(intents: Sequence[Intent]) -> list[Intent]:
     seen: set[object] = set()
     for intent in reversed(intents):
         subject = intent.subject
-        if subject is not None:
-            if subject in seen:
-                continue
+        if subject in seen:
+            continue
+        if subject is None:
+            seen.clear()  # It builds on what was asked before it.
+        else:
             seen.add(subject)
+        if isinstance(intent, SetParameter):
+            seen.discard(Seek)  # It acts where the play head stands then.
         kept.append(intent)
     return kept[::-1]
 

@@ -32,7 +32,7 @@ class ListRecordings(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class FilterRecordings(LatestIntent):
-    """The user wants to see some of the stored runs only; see `web.shelf.ShelfFilter`."""
+    """The user wants to see some of the stored runs only; see `web.library.shelf.ShelfFilter`."""
 
     text: str
     outcome: str

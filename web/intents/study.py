@@ -18,6 +18,7 @@ __all__ = [
     "MemberRefused",
     "OpenMember",
     "OpenStudy",
+    "SeePlan",
     "SetRange",
     "ShowPlan",
     "SizeMap",
@@ -88,6 +89,13 @@ class ShowPlan(LatestIntent):
     """The user wants to plan a study, or to go back to the map."""
 
     is_shown: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SeePlan(LatestIntent):
+    """The plan has come into the user's sight, or is hidden behind another tab."""
+
+    is_visible: bool
 
 
 @dataclass(frozen=True, slots=True)

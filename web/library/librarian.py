@@ -61,11 +61,11 @@ class Librarian:
 
     def annotate(self, request: AnnotateRecording) -> None:
         """Asks to have written about a run what a user wrote."""
-        self._errands.ask(partial(self._annotate, request))
+        self._errands.ask(partial(self._annotate, request), must=True)
 
     def delete(self, request: DeleteRecording) -> None:
         """Asks to have a run deleted."""
-        self._errands.ask(partial(self._delete, request))
+        self._errands.ask(partial(self._delete, request), must=True)
 
     def close(self) -> None:
         """Ends the thread once it has answered what it is at."""

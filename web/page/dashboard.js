@@ -7,6 +7,9 @@
 //   charts.js    values and marks in the charts, and zoom by dragging over them
 //   picture.js   the picture of the scene as a file
 //   room.js      how much room the page has
+//   numbers.js   numbers as people write them, where viser would read others
+//   folds.js     what is unfolded
+//   welcome.js   a few words for who is here for the first time
 //   uploads.js   recordings that the user sends
 //   link.js      the address of the page: a run and a time
 //   banner.js    whether the server is there, and what the page has to say
@@ -14,12 +17,15 @@ import { watchBeacon } from "./beacon.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";
 import { startClock } from "./clock.js";
+import { startFolds } from "./folds.js";
 import { startGestures } from "./gestures.js";
 import { startKeyboard } from "./keyboard.js";
 import { startLink } from "./link.js";
+import { startNumbers } from "./numbers.js";
 import { startPicture } from "./picture.js";
 import { startRoom } from "./room.js";
 import { startUploads } from "./uploads.js";
+import { startWelcome } from "./welcome.js";
 
 startLink();
 startClock();
@@ -27,6 +33,9 @@ startGestures();
 startCharts();
 startPicture();
 startUploads();
+startFolds();
+startNumbers();
+startWelcome();
 startRoom();
 startKeyboard();
 startBanner();

@@ -3,8 +3,14 @@
 //   data-sg-change='{"kind": …}'   a new value of an input or select asks for it, "$value" replaced
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
 //                                  head there
-import { hold, state } from "./beacon.js";
+//   data-sg-visible='{"kind": …}'  coming into sight tells so with "is_visible", and going out of it
+import { hold, onFrame, state } from "./beacon.js";
 import { post } from "./post.js";
+
+const LOOK_EVERY_MS = 200;
+let lookedAt = -Infinity;
+let lookedFor = "";
+let visible = new Set();
 
 /** Begins to listen. */
 export function startGestures() {
@@ -12,6 +18,7 @@ export function startGestures() {
   document.addEventListener("keydown", onKey);
   document.addEventListener("change", onValue);
   document.addEventListener("pointerdown", onPress);
+  onFrame(look);
 }
 
 function onClick(event) {
@@ -39,6 +46,22 @@ function onValue(event) {
     field === "$value" ? value : field,
   ]);
   post(Object.fromEntries(intent));
+}
+
+function look() {
+  const now = performance.now();
+  if (now - lookedAt < LOOK_EVERY_MS || state.session === "") return;
+  lookedAt = now;
+  // Another session knows nothing of what this page shows.
+  if (state.session !== lookedFor) visible = new Set();
+  lookedFor = state.session;
+  const before = visible;
+  const marked = [...document.querySelectorAll("[data-sg-visible]")];
+  visible = new Set(marked.filter((one) => one.checkVisibility()).map((one) => one.dataset.sgVisible));
+  for (const text of new Set([...before, ...visible])) {
+    const isVisible = visible.has(text);
+    if (isVisible !== before.has(text)) post({ ...JSON.parse(text), is_visible: isVisible });
+  }
 }
 
 function onPress(event) {

@@ -26,7 +26,7 @@ from web.intents.playback import (
 )
 from web.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
 from web.intents.scenario import Redo, RemoveChange, RemoveChanges, Undo
-from web.intents.study import OpenMember
+from web.intents.study import OpenMember, SeePlan
 from web.room import Room
 from web.timeline.playback import WindowChoice
 
@@ -200,6 +200,14 @@ class _OpenMember(Gesture):
         return OpenMember(self.index)
 
 
+class _SeePlan(Gesture):
+    kind: Literal["see-plan"]
+    is_visible: bool
+
+    def intent(self) -> Intent:
+        return SeePlan(self.is_visible)
+
+
 class _Undo(Gesture):
     kind: Literal["undo"]
 
@@ -268,7 +276,8 @@ _AnyGesture = Annotated[
     | _RemoveChanges
     | _SwapRuns
     | _EndComparison
-    | _OpenMember,
+    | _OpenMember
+    | _SeePlan,
     Field(discriminator="kind"),
 ]
 

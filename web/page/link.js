@@ -41,6 +41,8 @@ function follow(now, before) {
 
 /** Lets the address follow, once the play head rests: browsers count how often it changes. */
 function writeAddress() {
+  // Until a run is shown, the address still says which one was asked for.
+  if (state.run === "" && atRest === "") return;
   if (state.session === "" || state.playing || performance.now() - movedAt < SETTLED_MS) return;
   const resting = `${state.run} ${timeNow()}`;
   if (resting === atRest) return;

@@ -8,11 +8,13 @@ from html import escape
 
 import viser
 
+from web.timeline.playback import Playback, TimeWindow
 from web.view import RunStage, ViewState
 
 __all__ = ["BeaconPanel", "beacon_html", "linked_run"]
 
 _INTERVAL = 0.5
+_AT_START = Playback(time=0.0, window=TimeWindow(0.0, 1.0), speed=1.0, playing=False)
 
 
 class BeaconPanel:
@@ -31,9 +33,7 @@ class BeaconPanel:
 
     def update(self, view: ViewState) -> None:
         """Tells what has changed, and now and then where the moving play head stands."""
-        if view.playback is None:
-            return
-        now, playback = time.monotonic(), view.playback
+        now, playback = time.monotonic(), view.playback or _AT_START
         moving = None if playback.playing else playback.time
         telling = (linked_run(view), view.notice, playback.window, playback.speed, moving)
         if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
@@ -51,10 +51,9 @@ def beacon_html(key: str, view: ViewState) -> str:
 
     Args:
         key: The key of the session.
-        view: What is on the screen; with a play head.
+        view: What is on the screen; until a run is, the play head stands at the start.
     """
-    assert view.playback is not None
-    playback = view.playback
+    playback = view.playback or _AT_START
     state = {
         "session": key,
         "run": linked_run(view),

@@ -22,7 +22,7 @@ from web.compare.words import (
     time_words,
     value_words,
 )
-from web.panels.clickable import clickable
+from web.page.markup import clickable
 from web.words import key_words, unit_words
 
 __all__ = ["findings_html", "first_divergence"]

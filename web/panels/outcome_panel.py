@@ -9,18 +9,18 @@ from html import escape
 import viser
 
 from core.result import RunResult
-from server.schemas import API_PATH
-from web.colours import FINGERS, GHOST, css, tone
+from core.types import ContactPhase
+from web.colours import FINGERS, GHOST, PHASES, css, sign, tone
 from web.library.replay import Replay
 from web.scenario.verdict import Verdict, describe_outcome
 from web.view import RunStage, RunStatus, Shown, ViewState
 from web.words import milliseconds
 
-__all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html"]
+__all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html", "welcome_html"]
 
 _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
-_WORDS = "font-size:0.9em"
-_SMALL = "font-size:0.8em;opacity:0.8"
+_SMALL = "sg-small"
+_TOLD = 2
 
 
 class OutcomePanel:
@@ -31,6 +31,7 @@ class OutcomePanel:
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
+        self._welcome = gui.add_html(welcome_html())
         self._card = gui.add_html("")
         self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
         self._shown: tuple[RunStatus, int] | None = None
@@ -46,8 +47,28 @@ class OutcomePanel:
 
     def remove(self) -> None:
         """Takes everything off the page."""
+        self._welcome.remove()
         self._card.remove()
         self._busy.remove()
+
+
+def welcome_html() -> str:
+    """What one sees, for who is here for the first time; the page's script knows who is not."""
+    sticks, forward, backward = (
+        f"<b style='color:{sign(PHASES[phase])}'>{word}</b>"
+        for phase, word in (
+            (ContactPhase.STICK, "blue"),
+            (ContactPhase.SLIP_FORWARD, "orange"),
+            (ContactPhase.SLIP_BACKWARD, "pink"),
+        )
+    )
+    return (
+        "<div class='sg-welcome'>A hand holds an object by friction alone. The lenses magnify "
+        f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
+        "<b>Move a knob on the right</b>, and the run is computed anew at once. "
+        "<button type='button' data-sg-welcomed title='Does not show this again'>Got it</button>"
+        "</div>"
+    )
 
 
 def outcome_html(status: RunStatus, shown: Shown | None) -> str:
@@ -60,11 +81,18 @@ def outcome_html(status: RunStatus, shown: Shown | None) -> str:
     note = status_html(status, shown)
     is_first = status.stage in (RunStage.REFUSED, RunStage.REPLAY)
     parts = [note, verdict] if is_first else [verdict, note]
-    return f"<div style='padding:0.5em 0.75em;line-height:1.4'>{''.join(parts)}</div>"
+    return f"<div class='sg-outcome'>{''.join(parts)}</div>"
 
 
 def _card_html(result: RunResult) -> str:
-    return _verdict_html(describe_outcome(result)) + _metrics_html(result) + _warnings_html(result)
+    """What matters most in plain sight; the rest unfolds, and then stays so."""
+    verdict = describe_outcome(result)
+    rest = _paragraph(escape(" ".join(verdict.sentences[_TOLD:])))
+    return (
+        f"{_verdict_html(verdict)}{_warnings_html(result)}"
+        "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
+        f"{rest}{_metrics_html(result)}</details>"
+    )
 
 
 def status_html(status: RunStatus, shown: Shown | None) -> str:
@@ -91,43 +119,30 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
         return box_html("Not saved", map(escape, status.messages))
     speed = f"Computed in {milliseconds(shown.elapsed)}. " if shown else ""
     if status.stage is RunStage.SAVED:
-        return _paragraph(speed + _saved_html(status.run_id), _SMALL)
+        return _paragraph(f"{speed}Saved as <b>{escape(status.run_id)}</b>.", _SMALL)
     return _paragraph(f"{speed}A preview; it is saved once the knobs rest.", _SMALL)
-
-
-def _saved_html(run_id: str) -> str:
-    return f"Saved as <b>{escape(run_id)}</b>: {_links_html(run_id)}"
-
-
-def _links_html(run_id: str) -> str:
-    run = f"{API_PATH}/runs/{escape(run_id)}"
-    return (
-        f"<a href='{run}/recording' download>MCAP</a>, <a href='{run}/signals.csv' download>CSV</a>"
-    )
 
 
 def _replay_html(replay: Replay) -> str:
     """That nothing was computed, and where the numbers come from."""
     how = " It is not finished: this is what it holds so far." if replay.is_unfinished else ""
-    links = f" {_links_html(replay.run_id)}" if replay.run_id else ""
     program = f"Computed by slipgrasp {escape(replay.result.provenance.program)}."
     return (
-        f"<div style='border-left:4px solid {css(GHOST)};padding-left:0.6em;margin-bottom:0.6em'>"
+        f"<div class='sg-box sg-replay' style='--sg-tone:{css(GHOST)}'>"
         f"<b>Replay of {escape(replay.name)}</b>"
-        f"{_paragraph(f'Recorded {escape(replay.recorded)}. {program}{how}{links}', _SMALL)}</div>"
+        f"{_paragraph(f'Recorded {escape(replay.recorded)}. {program}{how}', _SMALL)}</div>"
     )
 
 
 def _verdict_html(verdict: Verdict) -> str:
-    colour = tone(verdict.tone)
     head = (
-        f"<div style='font-weight:700;font-size:1.15em;color:{colour};"
-        f"border-left:4px solid {colour};padding-left:0.5em'>{escape(verdict.headline)}</div>"
+        f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
+        "</div>"
     )
-    body = _paragraph(escape(" ".join(verdict.sentences)), _WORDS)
+    body = _paragraph(escape(" ".join(verdict.sentences[:_TOLD])))
     if not verdict.suggestion:
         return head + body
-    return head + body + _paragraph(f"<b>Try:</b> {escape(verdict.suggestion)}", _WORDS)
+    return head + body + _paragraph(f"<b>Try:</b> {escape(verdict.suggestion)}")
 
 
 def _warnings_html(result: RunResult) -> str:
@@ -149,7 +164,7 @@ def _times(count: int) -> str:
 def _metrics_html(result: RunResult) -> str:
     """One row per finger, and how far the object was from where it should be."""
     head = "".join(
-        f"<th style='text-align:right;font-weight:500' title='{hint}'>{title}</th>"
+        f"<th title='{hint}'>{title}</th>"
         for title, hint in (
             ("slip path", "Way the fingertip slid on its face"),
             ("peak Fₙ", "Largest normal force"),
@@ -163,8 +178,7 @@ def _metrics_html(result: RunResult) -> str:
         f"Object off its desired pose: {1e3 * math.hypot(x, y):.1f} mm and "
         f"{abs(math.degrees(tilt)):.1f}° at the end, {1e3 * rms:.1f} mm rms."
     )
-    table = f"<table style='width:100%;border-spacing:0'><tr><th></th>{head}</tr>{rows}</table>"
-    return f"<div style='{_SMALL};margin-top:0.4em'>{table}{tracking}</div>"
+    return f"<table><tr><th></th>{head}</tr>{rows}</table>{_paragraph(tracking, _SMALL)}"
 
 
 def _finger_rows(result: RunResult) -> Iterator[str]:
@@ -174,22 +188,18 @@ def _finger_rows(result: RunResult) -> Iterator[str]:
         values = (
             f"{1e3 * metrics.slip_path[i]:.2f} mm",
             f"{metrics.peak_normal_force[i]:.1f} N",
-            "–" if margin is None else f"{margin:.2f} N",
+            "–" if margin is None else f"{round(margin, 2) + 0.0:.2f} N",
         )
-        cells = "".join(f"<td style='text-align:right'>{value}</td>" for value in values)
-        swatch = f"<span style='color:{css(FINGERS[i % len(FINGERS)])}'>●</span>"
+        cells = "".join(f"<td>{value}</td>" for value in values)
+        swatch = f"<span style='color:{sign(FINGERS[i % len(FINGERS)])}'>●</span>"
         yield f"<td>{swatch} {escape(name)}</td>{cells}"
 
 
-def _paragraph(text: str, style: str = "") -> str:
-    return f"<p style='margin:0.25em 0 0 0;{style}'>{text}</p>"
+def _paragraph(text: str, kind: str = "") -> str:
+    return f"<p class='{kind}'>{text}</p>" if text else ""
 
 
 def box_html(title: str, sentences: Iterator[str] | list[str]) -> str:
     """Something that went wrong: a title, and sentences that are HTML already."""
-    red = tone("bad")
-    body = "".join(_paragraph(sentence) for sentence in sentences if sentence)
-    return (
-        f"<div style='border-left:4px solid {red};padding-left:0.6em;margin-bottom:0.5em'>"
-        f"<b style='color:{red}'>{title}</b>{body}</div>"
-    )
+    body = "".join(map(_paragraph, sentences))
+    return f"<div class='sg-box' style='--sg-tone:{tone('bad')}'><b>{title}</b>{body}</div>"

@@ -6,7 +6,7 @@ from html import escape
 
 import viser
 
-from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, Rgb, css
+from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, Rgb, css, sign
 from web.intents.intent import Send
 from web.library.replay import Replay
 from web.page.intents_schema import PageGestures
@@ -40,11 +40,12 @@ class PlaybackPanel:
         if view.shown is None or view.playback is None:
             return
         playback = view.playback
-        drawn = (view.shown, view.ghost, playback.window)
+        drawn = (view.shown, view.ghost, playback.window, view.draft.origin)
         if drawn != self._drawn:
             self._drawn = drawn
             strip = strip_html(view.shown.result, playback, view.ghost)
-            self.strip.content = caption_html(view.shown, view.ghost, playback.time) + strip
+            caption = caption_html(view.shown, view.ghost, playback.time, view.draft.origin)
+            self.strip.content = caption + strip
         controls = (playback.playing, playback.speed, view.choice)
         if controls != self._controls:
             self._controls = controls
@@ -68,18 +69,19 @@ def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHan
     return command
 
 
-def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
+def caption_html(shown: Shown, ghost: Ghost | None, time: float, origin: str) -> str:
     """Where the run comes from, what the colours mean, and the time.
 
     Args:
         shown: The run.
         ghost: The run that is drawn pale.
         time: Where the play head stands at first [s].
+        origin: What a live run started from.
     """
     legend = "".join(
         f'<span><i style="color:{colour}">{sign}</i> {word}</span>'
         for sign, colour, word in (
-            *(("■", css(PHASES[phase]), word) for phase, word in PHASE_WORDS.items()),
+            *(("■", sign(PHASES[phase]), word) for phase, word in PHASE_WORDS.items()),
             ("━", _legible(CONE), "friction cone"),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
@@ -87,9 +89,9 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     )
     pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
     return (
-        f'<div class="sg-caption">{_origin_html(shown.replay)}'
-        f'<span class="sg-legend">{legend}{pale}</span>'
-        f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b></div>'
+        f'<div class="sg-caption">{_origin_html(shown.replay, origin)}'
+        f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b>'
+        f'<span class="sg-legend">{legend}{pale}</span></div>'
     )
 
 
@@ -98,11 +100,11 @@ def _legible(colour: Rgb) -> str:
     return f"color-mix(in srgb, {css(colour)} 80%, currentColor)"
 
 
-def _origin_html(replay: Replay | None) -> str:
+def _origin_html(replay: Replay | None, origin: str) -> str:
     """Whether this was computed just now, or what recording it is read from."""
     if replay is None:
-        return '<b class="sg-origin">Live run</b>'
+        return f'<span class="sg-origin"><b>Live run</b> of {escape(origin)}</span>'
     return (
-        f'<span class="sg-origin"><b style="color:white;background:{css(GHOST)}">Replay</b> '
+        f'<span class="sg-origin"><b class="sg-badge" style="background:{css(GHOST)}">Replay</b> '
         f"<b>{escape(replay.name)}</b>, recorded {escape(replay.recorded)}</span>"
     )

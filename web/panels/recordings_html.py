@@ -12,7 +12,7 @@ from server.schemas import API_PATH
 from web.colours import tone
 from web.library.replay import moment_words
 from web.library.shelf import ROWS_PER_PAGE, Shelf
-from web.panels.clickable import clickable
+from web.page.markup import clickable
 from web.panels.outcome_panel import box_html
 
 __all__ = ["RowWords", "chosen_html", "row_words", "rows_html", "run_label", "upload_html"]

@@ -60,8 +60,10 @@ class ScenarioPanel:
             "stays as it is. On the whole run: it has its value from the start.",
         )
         self.note = gui.add_html("")
+        self.changes = gui.add_html("")
         self._connect()
         self._noted: tuple[object, ...] | None = None
+        self._listed: tuple[object, ...] | None = None
         self._shown: Draft | None = None
 
     def update(self, view: ViewState) -> None:
@@ -71,18 +73,18 @@ class ScenarioPanel:
             self._show_origin(view)
             self._shown = draft
         self.reach.value = view.editing.reach.value
-        noted = (draft, view.editing.reach, _resting_time(view.playback), view.ghost)
+        noted = (view.editing.reach, _resting_time(view.playback))
         if noted != self._noted:
             self._noted = noted
-            self.note.content = (
-                reach_html(view.editing.reach, view.playback)
-                + changes_html(draft)
-                + ghost_html(view.ghost)
-            )
+            self.note.content = reach_html(view.editing.reach, view.playback)
+        listed = (draft, view.ghost)
+        if listed != self._listed:
+            self._listed = listed
+            self.changes.content = changes_html(draft) + ghost_html(view.ghost)
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for element in (self.origin, self.steps, self.reach, self.note):
+        for element in (self.origin, self.steps, self.reach, self.note, self.changes):
             element.remove()
 
     def _connect(self) -> None:

@@ -16,6 +16,7 @@ from web.intents.study import (
     SizeMap,
     StartStudy,
 )
+from web.page.markup import visible_attribute
 from web.panels.study_inputs import MemberInputs, PlanInputs
 from web.study.html import links_html, plan_html, summary_html
 from web.study.map_html import map_html
@@ -29,8 +30,9 @@ _NEW, _WIDER, _NARROWER = "new study", "wider", "narrower"
 _NO_STUDY = "choose …"
 _NONE: tuple[str, ...] = (_NO_STUDY,)
 _INTRO = (
-    "<div style='padding:0.5em 0.75em 0;font-size:0.85em'>Vary two parameters of the scenario in "
-    "the editor, and see where the object is held: one run for every pair of values.</div>"
+    f"<div {visible_attribute('see-plan')} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
+    "Vary two parameters of the scenario in the editor, and see where the object is held: "
+    "one run for every pair of values.</div>"
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from dataclasses import dataclass
@@ -19,6 +20,9 @@ from web.scenario.saved_runs import SavedRuns
 __all__ = ["PreviewWorker", "is_outdated"]
 
 _PATIENCE = 0.15
+_INTERNAL_ERROR = "an internal error; the log of the server tells more"
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +94,15 @@ class PreviewWorker:
 
     def _work(self) -> None:
         while (job := self._next()) is not None:
-            if isinstance(job, _Simulate):
-                self._run(job)
-            else:
-                self._keep(job)
+            try:
+                if isinstance(job, _Simulate):
+                    self._run(job)
+                else:
+                    self._keep(job)
+            except Exception:
+                # The edge of the thread: one failure must neither end it nor leave a user waiting.
+                _logger.exception("a run of the dashboard failed")
+                self._send(SaveFailed(job.ticket, _INTERNAL_ERROR))
 
     def _next(self) -> _Simulate | _Save | None:
         """The next thing to do, runs first; None when closed and everything is saved."""

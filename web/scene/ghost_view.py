@@ -14,6 +14,7 @@ from web.sampling import Sample
 from web.scene.detail import Detail, Follower
 from web.scene.hand_view import FingerFrames, LinkShape
 from web.scene.layout import SceneLayout
+from web.scene.lens_view import LENS_DEPTH
 from web.scene.marks import MarkSizes, sizes_in_lens, sizes_on_hand
 from web.scene.object_view import HALF_DEPTH, PoseFrame
 from web.scene.shapes import circle, extrude, lift, polyline, position, rectangle
@@ -65,7 +66,9 @@ class GhostView:
             )
             for i, f in enumerate(own)
         ]
-        self._lens_root = scene.add_frame(f"{name}/lenses", show_axes=False)
+        self._lens_root = scene.add_frame(
+            f"{name}/lenses", show_axes=False, position=position(np.zeros(2), LENS_DEPTH)
+        )
         lens_sizes = sizes_in_lens(layout.lens_radius)
         self._magnified = {
             i: _GhostTip(

@@ -16,7 +16,7 @@ from web.scene.surfaces import Surfaces
 __all__ = ["FingerFrames", "HandView", "LinkShape"]
 
 _THICKNESS = 0.05
-_JOINT_RADIUS = 0.055
+_JOINT_RADIUS = 0.07
 _TIP_SHARE = 0.36
 _TIP_GAP = 0.035
 

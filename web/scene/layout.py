@@ -14,9 +14,10 @@ from web.sampling import Sampler
 
 __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
 
-_MARGIN_LOW = np.array([0.3, 0.28])
-_MARGIN_HIGH = np.array([0.3, 0.1])
+_MARGIN_LOW = np.array([0.24, 0.26])
+_MARGIN_HIGH = np.array([0.24, 0.1])
 _LARGEST_LENS = 0.6
+_LENS_WIDTH = 0.46
 _LENS_SHARE = 0.64
 _LARGEST_MAGNIFICATION = 200.0
 
@@ -60,7 +61,7 @@ def lay_out(result: RunResult) -> SceneLayout:
     low = joints.min(axis=0) - _MARGIN_LOW
     high = joints.max(axis=0) + _MARGIN_HIGH
     width = high[0] - low[0]
-    radius = min(0.43 * width / len(fingers), _LARGEST_LENS)
+    radius = min(_LENS_WIDTH * width / len(fingers), _LARGEST_LENS)
     middle = low[0] + width * (np.arange(len(fingers)) + 0.5) / len(fingers)
     height = high[1] + 0.08 + radius
     slip = float(np.abs(result.trace.slip).max())

@@ -24,9 +24,12 @@ from web.scene.marks import FullScale, sizes_in_lens
 from web.scene.shapes import circle, lift, polyline, position
 from web.scene.surfaces import Surfaces
 
-__all__ = ["LensView", "spot_ring"]
+__all__ = ["LENS_DEPTH", "LensView", "spot_ring"]
 
 Points = NDArray[np.float64]
+
+LENS_DEPTH = 0.15
+"""How much nearer to the eye than the hand all lenses are [m], so that no finger covers one."""
 
 _RIM_SEGMENTS = 72
 _SPOT_SEGMENTS = 36
@@ -210,7 +213,7 @@ class LensView:
         towards = (self._centre - spot) / math.hypot(*(self._centre - spot))
         start = spot + self._radius / self._marks.magnification * towards
         line = np.array([[start, self._centre - self._radius * towards]])
-        self._leader.points = lift(line, -0.1)
+        self._leader.points = lift(line, -0.1 - LENS_DEPTH)
 
     def _draw_stub(self, line: Points) -> None:
         self._stub.points = lift(line, self._sizes.depth - 0.02)

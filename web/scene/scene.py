@@ -19,9 +19,10 @@ from web.scene.detail import Detail
 from web.scene.ghost_view import GhostView
 from web.scene.hand_view import HandView
 from web.scene.layout import SceneLayout, lay_out, nice_at_least
-from web.scene.lens_view import LensView, spot_ring
+from web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
 from web.scene.marks import FullScale, sizes_on_hand
 from web.scene.object_view import ObjectView
+from web.scene.shapes import position
 from web.scene.surfaces import surfaces_for
 
 __all__ = ["Scene", "Stage"]
@@ -231,7 +232,9 @@ def _make_views(
         scene.add_line_segments(f"{spot}/ring", spot_ring(1.0), surfaces.leader, thickness=0.006)
         for spot in spots
     )
-    lens_root = scene.add_frame(f"{_ROOT}/lenses", show_axes=False)
+    lens_root = scene.add_frame(
+        f"{_ROOT}/lenses", show_axes=False, position=position(np.zeros(2), LENS_DEPTH)
+    )
     lenses = tuple(
         LensView(scene, f"{_ROOT}/lenses/{i}", frame, name, layout, i, surfaces, detail)
         for i, (frame, name) in enumerate(zip(frames, scenario.finger_names, strict=True))

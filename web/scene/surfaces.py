@@ -45,8 +45,8 @@ class Surfaces(NamedTuple):
 
 _BRIGHT = Surfaces(
     link=LINK,
-    link_edge=(96, 106, 122),
-    link_inset=(176, 185, 197),
+    link_edge=(70, 80, 96),
+    link_inset=(178, 187, 199),
     joint=JOINT,
     mount=MOUNT,
     ground=GROUND,

@@ -58,7 +58,7 @@ class StudyClerk:
 
     def start(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
         """Asks for a study to be run; ``number`` is what the answer is known by."""
-        self.errands.ask(partial(self._start, number, plan, scenario, origin), "start")
+        self.errands.ask(partial(self._start, number, plan, scenario, origin), "start", must=True)
 
     def look(self, number: int, study_id: str) -> None:
         """Asks how far a study is; ``number`` is that of the request to follow it."""
@@ -66,7 +66,7 @@ class StudyClerk:
 
     def cancel(self, number: int, study_id: str) -> None:
         """Asks for a study to end."""
-        self.errands.ask(partial(self._cancel, number, study_id), "cancel")
+        self.errands.ask(partial(self._cancel, number, study_id), "cancel", must=True)
 
     def record(self, study_id: str, index: int) -> None:
         """Asks for the recording of a run of a study."""

@@ -78,8 +78,10 @@ def _lumped(x: MapAxis, y: MapAxis, num_panels: int) -> int:
     """How many cells along each side become one, so that there are not too many."""
     if x.edges is None or y.edges is None:
         return 1
-    cells = (len(x.edges) - 1) * (len(y.edges) - 1) * num_panels
-    return max(math.ceil(math.sqrt(cells / MOST_CELLS)), 1)
+    columns, rows, step = len(x.edges) - 1, len(y.edges) - 1, 1
+    while math.ceil(columns / step) * math.ceil(rows / step) * num_panels > MOST_CELLS:
+        step += 1
+    return step
 
 
 def _coarser(axis: MapAxis, step: int) -> MapAxis:

@@ -81,7 +81,8 @@ class StudyView:
         followed: The study on the screen.
         member: The run of it that was asked for last.
         listed: The newest studies of the store.
-        is_planning: Whether the plan is on the screen, rather than the map.
+        is_planning: Whether the panel shows the plan, rather than the map.
+        is_plan_seen: Whether its tab is in front, so that the user sees the plan.
         is_wide: Whether the map has more room than other panels.
         message: Why a study could not be opened, if so.
     """
@@ -95,6 +96,7 @@ class StudyView:
     member: Member | None = None
     listed: tuple[StudyStatus, ...] = ()
     is_planning: bool = True
+    is_plan_seen: bool = False
     is_wide: bool = False
     message: str = ""
 

@@ -76,7 +76,7 @@ def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
     """The play head at the time that an intent names."""
     match intent:
         case Seek(seconds) if math.isfinite(seconds):
-            return playback.seek(seconds)
+            return playback.reach(seconds, whole_window(result))
         case Step(direction):
             time = neighbouring_time(result, playback.time, direction)
             return playback.reach(time, whole_window(result))

@@ -14,7 +14,7 @@ import numpy as np
 
 from core.result import RunResult
 from core.types import ContactPhase
-from web.colours import PHASES, css
+from web.colours import PHASES, css, sign
 from web.page.markup import click_attribute
 from web.timeline.events import EventKind, RunEvent, events_of
 from web.timeline.playback import Playback, TimeWindow
@@ -171,7 +171,7 @@ def _mark_html(events: Sequence[RunEvent], window: TimeWindow) -> str:
     told = [f"{clock_words(e.time)}: {e.text}" for e in events[:_TOLD_EVENTS]]
     if len(events) > _TOLD_EVENTS:
         told.append(f"and {len(events) - _TOLD_EVENTS} more")
-    colour = "currentColor" if event.phase is None else css(PHASES[event.phase])
+    colour = "currentColor" if event.phase is None else sign(PHASES[event.phase])
     return (
         f'<span class="sg-mark" role="button" {click_attribute("seek", time=event.time)} '
         f'style="left:{100 * share:.2f}%;color:{colour}" title="{escape(chr(10).join(told))}">'

@@ -1,0 +1,51 @@
+"""The README and the pages of docs: what they point at is there, the keys are those of the page."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from web.page.keys import KEYS, keys_of
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(ROOT.glob("*.md")) + sorted((ROOT / "docs").glob("*.md"))
+TARGET = re.compile(r'\]\(([^)\s]+)\)|(?:src|srcset|href)="([^"]+)"')
+
+
+def text_of(page):
+    """A page without its examples, in which brackets are code."""
+    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def targets(page):
+    """What a page points at in this repository: paths, maybe with the name of a section."""
+    found = ("".join(groups) for groups in TARGET.findall(text_of(page)))
+    return [target for target in found if "://" not in target]
+
+
+def sections(page):
+    """The names of a page's sections as they stand in links to them."""
+    heads = re.findall(r"^#+ (.+)$", text_of(page), re.M)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_everything_that_a_page_points_at_is_there(page):
+    for target in targets(page):
+        path, _, section = target.partition("#")
+        file = page.parent / path if path else page
+        assert file.exists(), target
+        assert not section or section in sections(file), target
+
+
+def test_every_picture_of_the_documentation_is_shown_somewhere():
+    shown = {(page.parent / target).resolve() for page in PAGES for target in targets(page)}
+    pictures = {path for path in (ROOT / "docs" / "images").rglob("*.*") if path.suffix != ".pdf"}
+    assert pictures - shown == set()
+
+
+def test_the_keys_of_the_guide_are_those_of_the_page():
+    guide = (ROOT / "docs" / "dashboard.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"^\| key \|.*\n\|.*\n((?:\|.*\n)+)", guide, re.M)
+    expected = [f"| {keys_of(**command.gesture)} | {command.text} |" for command in KEYS]
+    assert table.splitlines() == [*expected, "| ? | This list |"]
