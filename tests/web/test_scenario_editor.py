@@ -90,6 +90,7 @@ def test_a_typed_number_counts_to_the_last_digit_and_a_wrong_one_is_explained_be
     assert page.get_by_text("last run that worked").count() == 1
     set_number(page, INERTIA, "0.0123456789")
     wrong.wait_for(state="detached")
+    wait_until(lambda: newest(store).inertia == 0.0123456789, "no recording was saved")
     set_number(page, MASS, "4.56789")
     number_field(page, MASS).blur()
     wait_until(lambda: newest(store).mass == 4.56789, "no recording was saved")

@@ -118,13 +118,13 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
     assert abs(head["x"] + 1 - (x + 0.75 * box["width"])) < 2.0
     page.locator(".sg-mark").nth(1).click()
     expect(page.get_by_label("time [s]", exact=True)).not_to_have_value(f"{time_at(0.75):.6f}")
-    rested = state(page)
     page.wait_for_function(
-        """({run, time}) => {
+        """() => {
+            const told = JSON.parse(document.getElementById("sg-beacon").dataset.sgState);
             const query = new URLSearchParams(location.search);
-            return query.get("run") === run && Math.abs(Number(query.get("t")) - time) < 1e-6;
-        }""",
-        arg=rested,
+            return told.run !== "" && query.get("run") === told.run
+                && Math.abs(Number(query.get("t")) - told.time) < 1e-6;
+        }"""
     )
     for share in (0.3, 0.7):
         page.get_by_role("button", name="Play", exact=True).click()
