@@ -19,7 +19,11 @@ _MASS = "xpath=//label[normalize-space(.)='mass [kg]']/../../.."
 # The page's websocket lives in a worker. Its messages are noted there, by the clock, so that
 # a page that is busy drawing does not count as a message on its way.
 _LISTEN = """
-window.arrivals = []; window.charted = []; window.pressed = 0;
+const arrivals = []; let batches = 0; let pressed = 0;
+window.drawn = [];
+// Scene and charts; the card, the list and the comparison come later, once the knob rests.
+const isDrawing = message => message.type === 'GuiUpdateMessage'
+  ? 'data' in message.updates : /^(Scene|Set)/.test(message.type);
 const Plain = window.Worker;
 window.Worker = class extends Plain {
   constructor(url, options) {
@@ -35,15 +39,18 @@ window.Worker = class extends Plain {
       import(${JSON.stringify(String(url))});`;
     super(URL.createObjectURL(new Blob([spy], {type: 'text/javascript'})), {type: 'module'});
     this.addEventListener('message', event => {
-      if (event.data.type === 'arrival') window.arrivals.push(event.data.at);
-      if (event.data.type === 'message_batch')
-        window.charted.push(performance.timeOrigin + performance.now());
+      if (event.data.type === 'arrival') arrivals.push(event.data.at);
+      if (event.data.type === 'message_batch') {
+        const arrived = arrivals[batches++];
+        if (event.data.messages.some(isDrawing)) window.drawn.push(
+          [arrived - pressed, performance.timeOrigin + performance.now() - pressed]);
+      }
     });
   }
 };
 window.addEventListener('keydown', () => {
-  window.pressed = performance.timeOrigin + performance.now();
-  window.arrivals.length = 0; window.charted.length = 0;
+  pressed = performance.timeOrigin + performance.now();
+  window.drawn.length = 0;
 }, true);
 """
 
@@ -87,7 +94,5 @@ def _edit(page: Page, index: int) -> Edit:
     page.wait_for_timeout(_BETWEEN)
     slider.press("ArrowRight" if index % 2 == 0 else "ArrowLeft")
     page.wait_for_timeout(_QUIET)
-    arrived, handled = page.evaluate(
-        "[Math.max(...arrivals) - pressed, Math.max(...charted) - pressed]"
-    )
+    arrived, handled = page.evaluate("window.drawn.at(-1)")
     return Edit(1e-3 * arrived, 1e-3 * handled)

@@ -257,3 +257,14 @@ def test_a_scenario_with_lists_has_all_its_knobs(viewer_server: ViewerServer) ->
     panel.update(view_of(Draft.starting_from("recording", scenario)))
     assert panel.knob(GAIN, 1).value == "100, 90, 80"
     panel.remove()
+
+
+def test_a_number_beyond_the_slider_survives_a_page_that_cuts_it_off(
+    viewer_server: ViewerServer,
+) -> None:
+    panel, _ = panel_of(viewer_server, load_scenario("paper-case-1"))
+    knob = panel.knob(MASS)
+    widest = knob.input.max
+    assert knob.read(4.56789) == 4.56789
+    assert knob.read(widest) == 4.56789
+    assert knob.read(1.5) == 1.5

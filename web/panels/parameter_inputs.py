@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -33,6 +34,8 @@ Input = (
 )
 
 _STEPS_PER_SLIDER = 200
+# How long the page may not know yet that a slider is wider [s].
+_WIDENING = 2.0
 # Digits after the point that a field takes: all that a typed number could mean.
 _DECIMALS = 12
 
@@ -70,6 +73,27 @@ class Knob(ABC):
             self._send(SetParameter(self.key, self.read(event.target.value)))
 
 
+class _Outgrown(NamedTuple):
+    """A number that was typed, and the limits of the slider that it is beyond.
+
+    A field that the user leaves before the page knows that the slider is wider cuts the number
+    off at the limit that it knows.
+    """
+
+    number: float = math.nan
+    limits: tuple[float, ...] = ()
+    until: float = -math.inf
+
+    def by(self, number: float, limit: float, now: float) -> _Outgrown:
+        """With a number that is beyond a limit, perhaps the next digit of the same one."""
+        before = self.limits if now < self.until else ()
+        return _Outgrown(number, (*before, limit), now + _WIDENING)
+
+    def cuts_off(self, number: float, now: float) -> bool:
+        """Whether this is what the page makes of the number, and not the user."""
+        return now < self.until and number in self.limits
+
+
 class _SliderKnob(Knob):
     """A slider, and beside it a field that takes any number digit for digit."""
 
@@ -84,6 +108,7 @@ class _SliderKnob(Knob):
     ) -> None:
         super().__init__(parameter, widget, send)
         self._definitions = definitions
+        self._outgrown = _Outgrown()
         # Else the field would round what is typed to the steps of the slider.
         widget.precision = _DECIMALS
 
@@ -97,9 +122,14 @@ class _SliderKnob(Knob):
 
     def read(self, value: Any) -> Value:
         """The number; one that is beyond the slider widens it, or its field would cut it off."""
-        number = float(value)
-        if math.isfinite(number):
-            self._span(min(self.input.min, number), max(self.input.max, number))
+        number, now = float(value), time.monotonic()
+        if self._outgrown.cuts_off(number, now):
+            self.input.value = self._outgrown.number
+            return self._outgrown.number
+        low, high = self.input.min, self.input.max
+        if math.isfinite(number) and not low <= number <= high:
+            self._outgrown = self._outgrown.by(number, low if number < low else high, now)
+            self._span(min(low, number), max(high, number))
         return number
 
     def _span(self, low: float, high: float) -> None:
