@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import re
+import urllib.request
 from collections.abc import Callable, Iterator
+from html import unescape
 from types import TracebackType
 from typing import Any, Self
 
@@ -12,11 +16,12 @@ import zstandard
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-__all__ = ["HeadlessViewer", "camera_fields"]
+__all__ = ["HeadlessViewer", "beacon_state", "camera_fields"]
 
 _WIDTH, _HEIGHT = 1440, 900
 _HEADER_BYTES = 16
 _PATIENCE = 60.0
+_BEACON = re.compile(r'data-sg-state="([^"]*)"')
 
 
 class HeadlessViewer:
@@ -34,6 +39,8 @@ class HeadlessViewer:
         self._socket = connect(url, subprotocols=[protocol], compression=None, max_size=None)
         self._unzip = zstandard.ZstdDecompressor()
         self._uuids: dict[str, str] = {}
+        self._page = url.replace("ws", "http", 1).rstrip("/")
+        self._key = ""
         self.bytes_received = 0
         self._send("ViewerCameraMessage", camera_fields())
 
@@ -52,6 +59,17 @@ class HeadlessViewer:
         """Moves the control of that label."""
         self._send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
 
+    def post(self, **intent: object) -> None:
+        """Asks for what the page's own script would ask for, once the session has told its key."""
+        while not self._key:
+            list(self._receive())
+        request = urllib.request.Request(
+            f"{self._page}/dashboard/sessions/{self._key}/intents",
+            json.dumps([intent]).encode(),
+            {"Content-Type": "application/json"},
+        )
+        urllib.request.urlopen(request, timeout=_PATIENCE).close()
+
     def wait_for(self, condition: Callable[[dict[str, Any]], bool], times: int = 1) -> None:
         """Reads messages until so many of them meet a condition.
 
@@ -68,13 +86,27 @@ class HeadlessViewer:
         size = int.from_bytes(content[8:_HEADER_BYTES], "little")
         packed = self._unzip.decompress(content[_HEADER_BYTES : _HEADER_BYTES + size])
         for message in msgspec.msgpack.decode(packed)["messages"]:
+            self._hear(message)
             properties = message.get("props", {})
             if isinstance(properties, dict) and properties.get("label"):
                 self._uuids[properties["label"]] = message["uuid"]
             yield message
 
+    def _hear(self, message: dict[str, Any]) -> None:
+        """Takes the key of the session from its beacon."""
+        content = message.get("updates", {}).get("content", "")
+        state = beacon_state(content) if isinstance(content, str) else None
+        if state is not None:
+            self._key = state["session"]
+
     def _send(self, kind: str, fields: dict[str, object]) -> None:
         self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
+
+
+def beacon_state(content: str) -> dict[str, Any] | None:
+    """What a session tells the page's script of itself; None if these are other words."""
+    found = _BEACON.search(content)
+    return None if found is None else json.loads(unescape(found[1]))
 
 
 def camera_fields() -> dict[str, object]:

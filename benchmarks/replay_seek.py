@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import uvicorn
 
-from benchmarks.headless_viewer import HeadlessViewer
+from benchmarks.headless_viewer import HeadlessViewer, beacon_state
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
 from core.loading import load_scenario, with_values
@@ -81,24 +81,27 @@ def _serving(folder: Path, recording: Path) -> Iterator[str]:
 def _open_whole_run(viewer: HeadlessViewer) -> None:
     """Waits for the recording, stops the play head and spans the whole run."""
     viewer.wait_for(lambda message: "Replay" in _content(message))
-    viewer.set("play", "Pause")
-    viewer.set("show", "whole run")
-    # Only a value that the slider does not have yet is passed on.
-    viewer.set("time [s]", _FIRST_SEEK)
-    viewer.wait_for(lambda message: f"<b>{1e3 * _FIRST_SEEK:.1f} ms</b>" in _content(message))
+    viewer.post(kind="choose-window", choice="whole run")
+    viewer.post(kind="seek", time=_FIRST_SEEK)
+    viewer.wait_for(lambda message: _time_told(message) == _FIRST_SEEK)
 
 
 def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
     waits = []
     for target in np.random.default_rng(0).uniform(1.0, duration, seeks).round(2).tolist():
-        share = f"*{target / duration:.5f} "
         start = time.perf_counter()
-        viewer.set("time [s]", target)
-        # The picture comes first, then the clock, and the heads of the charts last.
-        viewer.wait_for(lambda message, share=share: share in _content(message), times=6)
+        viewer.post(kind="seek", time=target)
+        # The picture comes first, then the values of the charts, and the beacon last.
+        viewer.wait_for(lambda message, target=target: _time_told(message) == target)
         waits.append(time.perf_counter() - start)
         time.sleep(0.02)
     return waits
+
+
+def _time_told(message: dict[str, Any]) -> float | None:
+    """Where the beacon says that the play head rests [s]."""
+    state = beacon_state(_content(message))
+    return None if state is None or state["playing"] else state["time"]
 
 
 def _content(message: dict[str, Any]) -> str:

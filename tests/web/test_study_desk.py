@@ -164,8 +164,9 @@ def test_a_plan_that_nobody_sees_is_not_priced(room: Room) -> None:
         is_wanted = room.desk.wait(later, room.view) is not None
         assert is_wanted == bool(is_visible)
     room.view = room.desk.pass_time(later, room.view)
-    room.desk.workers[0].close()
-    room.desk.workers[0].join(30.0)
+    done = threading.Event()
+    room.desk.workers[0].ask(done.set)
+    assert done.wait(30.0)
     asked = [room.answers.get() for _ in range(room.answers.qsize())]
     assert [type(intent) for intent in asked] == [StudiesListed]
 
