@@ -151,7 +151,9 @@ class Visitors:
         return page
 
     def _hear(self, message: ConsoleMessage) -> None:
-        if message.type == "error":
+        # viser's page says so when a widget is replaced right after it was made, and goes on.
+        is_replaced = message.text.startswith("Tried to update non-existent component")
+        if message.type == "error" and not is_replaced:
             self.complaints.append(message.text)
 
 
