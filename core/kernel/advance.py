@@ -23,7 +23,8 @@ from core.kernel.jump import (
     select_again,
 )
 from core.kernel.jump import SINGULAR as FINGER_SINGULAR
-from core.kernel.model import MODEL, NUM_PIECES
+from core.kernel.model import MODEL
+from core.kernel.motion import NUM_PIECES
 from core.kernel.records import Record
 from core.kernel.run import (
     CHANGE_CAPACITY,

@@ -61,6 +61,6 @@ def functions_in_cache() -> set[str]:
 def kernel_name() -> str:
     """Name of this kernel: its sources and the compiler's version decide it."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())
     return f"kernel-{digest.hexdigest()[:16]}"

@@ -13,6 +13,7 @@ from core.kernel.grasp import choose_grasp_force
 from core.kernel.kinematics import to_contact_frame, to_inertial_frame
 from core.kernel.linear import solve_transposed
 from core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from core.kernel.motion import desired_motion
 from core.kernel.records import Floats, Integers, Record
 from core.kernel.reduced import cone_normal, inertial_force, tip_acceleration
 from core.kernel.wrench import distribute_wrench, share_wrench
@@ -40,31 +41,6 @@ def believe(truth: Record, unknowns: Record, state: Record, believed: Record) ->
             believed.friction[finger] = value
         elif kind == LINK_MASS:
             believed.link_masses[finger, unknowns.links[k]] = value
-
-
-@compiled
-def desired_motion(
-    motion: Record, piece: int, t: float, coordinate: int
-) -> tuple[float, float, float]:
-    """Desired position, velocity, acceleration of one coordinate on a piece of Eq. 64.
-
-    The piece is given, not found from ``t``, so that values at a break are one-sided.
-    """
-    begin = motion.start[coordinate]
-    slope = motion.acceleration[coordinate]
-    first, second, third = motion.breaks[0], motion.breaks[1], motion.breaks[2]
-    if piece == 0:
-        return begin + 0.5 * slope * t * t, slope * t, slope
-    speed = slope * first
-    begin += 0.5 * slope * first * first
-    if piece == 1:
-        return begin + speed * (t - first), speed, 0.0
-    begin += speed * (second - first)
-    if piece == 2:
-        s = t - second
-        return begin + speed * s - 0.5 * slope * s * s, speed - slope * s, -slope
-    s = third - second
-    return begin + speed * s - 0.5 * slope * s * s, 0.0, 0.0
 
 
 @compiled

@@ -11,6 +11,7 @@ import numpy as np
 from core.geometry import contact_frame
 from core.kernel.dop853 import DOP853
 from core.kernel.methods import DOPRI5, METHOD
+from core.kernel.motion import MOTION, pack_motion
 from core.kernel.records import (
     MAX_COORDINATES,
     MAX_FINGERS,
@@ -23,8 +24,6 @@ from core.scenario import ControllerParameters, Scenario
 from core.unknowns import parse_unknown
 
 __all__ = ["LAW", "MODEL", "TRUTH", "pack_model", "solve_lyapunov"]
-
-NUM_PIECES = 3
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 _UNKNOWN_KINDS = {
@@ -96,16 +95,6 @@ LAW = np.dtype(
     align=True,
 )
 
-# The desired motion of the object: three pieces and rest.
-MOTION = np.dtype(
-    [
-        ("start", np.float64, (3,)),
-        ("acceleration", np.float64, (3,)),
-        ("breaks", np.float64, (NUM_PIECES,)),  # ends of the pieces [s]
-    ],
-    align=True,
-)
-
 # Accuracy and limits of the integration.
 NUMERICS = np.dtype(
     [
@@ -148,7 +137,7 @@ def pack_model(scenario: Scenario) -> Record:
     _pack_truth(scenario, n, model["truth"])
     _pack_unknowns(scenario, p, model["unknowns"])
     _pack_law(scenario.controller, n, p, model["law"])
-    _pack_motion(scenario, model["motion"])
+    pack_motion(scenario.trajectory, model["motion"])
     simulation, numerics = scenario.simulation, model["numerics"]
     for name in NUMERICS.names or ():
         numerics[name] = getattr(simulation, name)
@@ -227,11 +216,3 @@ def solve_lyapunov(
     p22 = (weights / 2.0 + p12) / velocity_gains
     p11 = np.where(held, position_gains * p22 + velocity_gains * p12, 0.0)
     return p11, p12, p22
-
-
-def _pack_motion(scenario: Scenario, motion: np.void) -> None:
-    trajectory = scenario.trajectory
-    speeding, coasting = trajectory.acceleration_time, trajectory.coast_time
-    motion["start"] = trajectory.start
-    motion["acceleration"] = trajectory.acceleration
-    motion["breaks"] = speeding, speeding + coasting, speeding + coasting + speeding

@@ -1,0 +1,26 @@
+"""A scenario: everything that decides the result of a run, and nothing else.
+
+Every field carries its unit, bounds and a sentence (`core.parameters.Quantity`).
+Quantities are SI. The paper's two sample cases lie in ``core/presets``.
+"""
+
+from core.scenario.controller import ControllerParameters, Estimate
+from core.scenario.finger import FingerParameters
+from core.scenario.held_object import ObjectParameters
+from core.scenario.simulation import MAX_CHATTER_CHANGES, Change, SimulationParameters
+from core.scenario.trajectory import TrajectoryParameters
+from core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
+
+__all__ = [
+    "MAX_CHATTER_CHANGES",
+    "MAX_FINGERS",
+    "MAX_UNKNOWNS",
+    "Change",
+    "ControllerParameters",
+    "Estimate",
+    "FingerParameters",
+    "ObjectParameters",
+    "Scenario",
+    "SimulationParameters",
+    "TrajectoryParameters",
+]

@@ -1,0 +1,73 @@
+"""A finger and where it touches the object."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Ge, Gt, Le
+from pydantic.dataclasses import dataclass
+
+from core.parameters import Quantity
+from core.scenario.field_types import CONFIG, Coordinate
+
+__all__ = ["FingerParameters"]
+
+LinkMass = Annotated[float, Ge(1e-3), Le(1e3)]
+LinkLength = Annotated[float, Ge(1e-3), Le(1e2)]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class FingerParameters:
+    """A planar finger of two links whose tip touches one face of the object."""
+
+    link_masses: Annotated[
+        tuple[LinkMass, LinkMass],
+        Quantity("True mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
+    ] = (1.0, 1.0)
+    link_lengths: Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")] = (
+        1.0,
+        1.0,
+    )
+    base: Annotated[
+        tuple[Coordinate, Coordinate],
+        Quantity("Position (x, y) of the finger's first joint.", "m"),
+    ]
+    friction: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "True Coulomb friction coefficient between fingertip and object.",
+            "1",
+            typical=(0.05, 1.0),
+            changeable=True,
+        ),
+    ] = 0.25
+    face: Annotated[
+        Literal["left", "right", "bottom", "top"], Quantity("Face of the object the tip touches.")
+    ]
+    contact_offset: Annotated[
+        float,
+        Ge(-10.0),
+        Le(10.0),
+        Quantity(
+            "Where along the face's tangent the tip starts, from the middle of the face.", "m"
+        ),
+    ] = 0.0
+    elbow: Annotated[
+        Literal["up", "down"],
+        Quantity(
+            "Branch of the inverse kinematics: sign of the second joint angle, up = negative."
+        ),
+    ] = "up"
+    link_centre_fractions: Annotated[
+        tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
+        Quantity("Centre of mass of a link as a fraction of its length.", "1"),
+    ] = (0.5, 0.5)
+    link_inertia_fractions: Annotated[
+        tuple[Annotated[float, Gt(0.0), Le(1.0)], Annotated[float, Gt(0.0), Le(1.0)]],
+        Quantity(
+            "Inertia of a link about its centre of mass, divided by mass times length squared.",
+            "1",
+        ),
+    ] = (1.0 / 12.0, 1.0 / 12.0)

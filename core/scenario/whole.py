@@ -1,0 +1,56 @@
+"""A whole scenario."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any
+
+from annotated_types import Len
+from pydantic.dataclasses import dataclass
+
+from core.parameters import Quantity
+from core.scenario.controller import ControllerParameters, Estimate
+from core.scenario.field_types import CONFIG
+from core.scenario.finger import FingerParameters
+from core.scenario.held_object import ObjectParameters
+from core.scenario.simulation import Change, SimulationParameters
+from core.scenario.trajectory import TrajectoryParameters
+
+__all__ = ["Scenario"]
+
+MAX_FINGERS = 6
+MAX_UNKNOWNS = 32
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class Scenario:
+    """A hand, an object, a desired motion, a controller and its ignorance.
+
+    Two scenarios that are equal give runs that are equal to the last bit.
+    """
+
+    title: Annotated[str, Len(0, 200), Quantity("What this scenario shows, in a sentence.")] = ""
+    object: ObjectParameters = ObjectParameters()
+    fingers: Annotated[tuple[FingerParameters, ...], Len(2, MAX_FINGERS)]
+    trajectory: TrajectoryParameters = TrajectoryParameters()
+    controller: ControllerParameters = ControllerParameters()
+    estimates: Annotated[tuple[Estimate, ...], Len(0, MAX_UNKNOWNS)] = ()
+    simulation: SimulationParameters = SimulationParameters()
+    changes: Annotated[tuple[Change, ...], Len(0, 1000)] = ()
+
+    @property
+    def finger_names(self) -> tuple[str, ...]:
+        """What to call the fingers: the faces they touch, numbered where several share one."""
+        faces = [finger.face for finger in self.fingers]
+        return tuple(
+            face if faces.count(face) == 1 else f"{face} {faces[: i + 1].count(face)}"
+            for i, face in enumerate(faces)
+        )
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The scenario as nested plain values, without what was left out (None)."""
+        mapping: dict[str, Any] = asdict(self)
+        mapping["estimates"] = [
+            {k: v for k, v in e.items() if v is not None} for e in mapping["estimates"]
+        ]
+        return mapping

@@ -1,0 +1,32 @@
+"""What a single field cannot say: conditions between the fields of a scenario."""
+
+from __future__ import annotations
+
+from core.exceptions import ScenarioError
+from core.scenario import Scenario
+from core.validation.control import check_control, check_gains, check_least_gain
+from core.validation.estimates import check_estimates
+from core.validation.hand import check_start_pose
+from core.validation.times import check_times
+
+__all__ = ["check_scenario"]
+
+_CHECKS = (
+    check_start_pose,
+    check_estimates,
+    check_gains,
+    check_least_gain,
+    check_control,
+    check_times,
+)
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Raises if the fields of a scenario do not fit together.
+
+    Raises:
+        ScenarioError: With one entry per wrong field.
+    """
+    errors = [error for check in _CHECKS for error in check(scenario)]
+    if errors:
+        raise ScenarioError(errors)

@@ -1,0 +1,59 @@
+"""Whether the fingers stand on their faces and reach them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from core.exceptions import FieldError
+from core.geometry import contact_frame, tip_distance
+from core.scenario import FingerParameters, Scenario
+
+__all__ = ["check_start_pose"]
+
+MIN_SINE_OF_SECOND_JOINT = 1e-3
+
+
+def check_start_pose(scenario: Scenario) -> Iterator[FieldError]:
+    """Every fingertip starts on its face and within the reach of its finger."""
+    for i, finger in enumerate(scenario.fingers):
+        frame = contact_frame(scenario.object, finger)
+        if not frame.slip_minimum < 0.0 < frame.slip_maximum:
+            half = 0.5 * (frame.slip_maximum - frame.slip_minimum)
+            yield FieldError(
+                field=f"fingers.{i}.contact_offset",
+                value=finger.contact_offset,
+                limit=f"-{half:g} … {half:g} m",
+                message=(
+                    f"fingers.{i}.contact_offset is {finger.contact_offset:g} m, beyond the end of"
+                    f" the face at {half:g} m"
+                ),
+            )
+        yield from _check_reach(i, finger, tip_distance(scenario, i))
+
+
+def _check_reach(i: int, finger: FingerParameters, distance: float) -> Iterator[FieldError]:
+    first, second = finger.link_lengths
+    cosine = (distance**2 - first**2 - second**2) / (2.0 * first * second)
+    near, far = abs(first - second), first + second
+    if abs(cosine) > 1.0:
+        yield FieldError(
+            field=f"fingers.{i}.base",
+            value=distance,
+            limit=f"{near:g} … {far:g} m",
+            message=(
+                f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
+                f"finger reaches {near:g} … {far:g} m; move the base, the start pose or lengthen "
+                "the links"
+            ),
+        )
+    elif math.sqrt(1.0 - cosine**2) < MIN_SINE_OF_SECOND_JOINT:
+        yield FieldError(
+            field=f"fingers.{i}.base",
+            value=distance,
+            limit=f"inside {near:g} … {far:g} m",
+            message=(
+                f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} "
+                "m from the base; move the base or the start pose"
+            ),
+        )
