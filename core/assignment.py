@@ -11,7 +11,8 @@ from core.scenario import Scenario
 
 __all__ = ["assign", "replaced"]
 
-_PLAIN_TYPES = (float, int, str, list, tuple)
+_PLAIN_TYPES = (float, int, bool, str, list, tuple)
+_GROWABLE = ("estimates", "pulses", "patches", "changes")
 
 
 def replaced(node: Any, path: list[str], value: Any) -> Any:
@@ -36,15 +37,14 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     *parents, last = key.split(".")
     node: Any = mapping
     for part in parents:
-        node = _child(
-            node, part, growable=node is mapping.get("changes") or node is mapping.get("estimates")
-        )
+        node = _child(node, part, growable=any(node is mapping.get(name) for name in _GROWABLE))
         if node is None:
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
         node[int(last)] = value
     elif isinstance(node, dict) and (last in node or template_key(key) in template_keys()):
-        if value is None and _is_optional(parents, last):
+        parameter = template_keys().get(template_key(key))
+        if value is None and parameter is not None and parameter.optional:
             node.pop(last, None)
         else:
             node[last] = value
@@ -64,7 +64,3 @@ def _child(node: Any, part: str, growable: bool) -> Any:
 
 def _is_index(part: str, length: int) -> bool:
     return part.isascii() and part.isdigit() and len(part) < 5 and int(part) < length
-
-
-def _is_optional(parents: list[str], last: str) -> bool:
-    return parents[:1] == ["estimates"] and last in ("minimum", "maximum")

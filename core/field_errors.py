@@ -12,7 +12,17 @@ import pydantic
 
 from core.exceptions import FieldError, ScenarioError
 from core.parameters import Parameter, describe
-from core.scenario import Change, Estimate, FingerParameters, Scenario
+from core.scenario import (
+    Change,
+    Estimate,
+    FingerParameters,
+    ObjectParameters,
+    Patch,
+    Pulse,
+    Scenario,
+    SetPoint,
+    TrajectoryParameters,
+)
 
 __all__ = [
     "echo",
@@ -96,7 +106,14 @@ def _field_error(key: str, item: Any) -> FieldError:
 def template_keys() -> dict[str, Parameter]:
     """Parameters by key with every list index replaced by 0."""
     full = Scenario(
+        object=ObjectParameters(corners=((0.0, 0.0),)),
         fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
+        trajectory=TrajectoryParameters(
+            set_points=(SetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0)),),
+            table=((0.0, 0.0, 0.0, 0.0),),
+        ),
+        pulses=(Pulse(time=0.0),),
+        patches=(Patch(face="left"),),
         estimates=(Estimate(parameter="object.mass", initial=1.0),),
         changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
     )

@@ -165,16 +165,9 @@ def scenario_to_toml(scenario: Scenario) -> str:
     """The scenario as a TOML file that loads back to an equal scenario."""
     mapping = scenario.to_mapping()
     lines = [f"title = {_toml(mapping['title'])}"]
-    for name in (
-        "object",
-        "fingers",
-        "trajectory",
-        "controller",
-        "estimates",
-        "simulation",
-        "changes",
-    ):
-        tables = mapping[name]
+    for name, tables in mapping.items():
+        if name == "title":
+            continue
         header = f"[{name}]" if isinstance(tables, dict) else f"[[{name}]]"
         for table in [tables] if isinstance(tables, dict) else tables:
             lines += ["", header, *(f"{key} = {_toml(value)}" for key, value in table.items())]
@@ -189,8 +182,12 @@ def _adapter() -> pydantic.TypeAdapter[Scenario]:
 def _toml(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
     return repr(value)
 
 

@@ -18,6 +18,9 @@ import annotated_types
 __all__ = ["Parameter", "Quantity", "describe", "iterate_parameters"]
 
 
+ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Quantity:
     """Metadata of one scenario field.
@@ -42,7 +45,7 @@ class Parameter:
     Attributes:
         key: Dotted key such as ``fingers.0.link_masses.1``.
         value: Its value in the scenario it was described from.
-        kind: ``number``, ``integer``, ``choice``, ``text`` or ``number-or-list``.
+        kind: ``number``, ``integer``, ``boolean``, ``choice``, ``text`` or ``number-or-list``.
         unit: SI unit.
         text: One sentence for the user.
         minimum: Least allowed value, if any.
@@ -55,8 +58,8 @@ class Parameter:
     """
 
     key: str
-    value: float | int | str | tuple[float, ...] | None
-    kind: Literal["number", "integer", "choice", "text", "number-or-list"]
+    value: float | int | bool | str | tuple[float, ...] | None
+    kind: ParameterKind
     unit: str
     text: str
     minimum: float | None = None
@@ -72,6 +75,8 @@ class Parameter:
         """The allowed values in words, such as ``0.001 … 1000 kg``."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
+        if self.kind == "boolean":
+            return "true or false"
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         low, high = self.minimum, self.maximum
         if low is not None and high is not None:
@@ -133,7 +138,12 @@ def _describe_item(
     if chosen is not None:
         units = chosen.unit.split(", ")
         unit = units[index] if len(units) == len(arguments) else chosen.unit
-        yield _parameter(key, item_base, item, dataclasses.replace(chosen, unit=unit), bounds)
+        quantity = dataclasses.replace(chosen, unit=unit)
+        if isinstance(item, tuple) and _is_tuple(item_base):
+            for i, part in enumerate(item):
+                yield from _describe_item(f"{key}.{i}", part, quantity, item_base, i)
+        else:
+            yield _parameter(key, item_base, item, quantity, bounds)
 
 
 def _split(hint: Any) -> tuple[Quantity | None, list[Any], Any]:
@@ -177,12 +187,14 @@ def _alternatives(base: Any) -> tuple[Any, ...]:
     return (base,)
 
 
-def _kind(kinds: list[Any]) -> Literal["number", "integer", "choice", "text", "number-or-list"]:
+def _kind(kinds: list[Any]) -> ParameterKind:
     bases = [_split(k)[2] for k in kinds]
     if any(typing.get_origin(b) is Literal for b in bases):
         return "choice"
     if any(_is_tuple(b) for b in bases):
         return "number-or-list"
+    if bool in bases:
+        return "boolean"
     if int in bases and float not in bases:
         return "integer"
     return "number" if float in bases else "text"

@@ -8,19 +8,25 @@ from core.scenario.controller import ControllerParameters, Estimate
 from core.scenario.finger import FingerParameters
 from core.scenario.held_object import ObjectParameters
 from core.scenario.simulation import MAX_CHATTER_CHANGES, Change, SimulationParameters
-from core.scenario.trajectory import TrajectoryParameters
+from core.scenario.trajectory import SetPoint, TrajectoryParameters
 from core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
+from core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
     "MAX_CHATTER_CHANGES",
     "MAX_FINGERS",
     "MAX_UNKNOWNS",
+    "ActuationParameters",
     "Change",
     "ControllerParameters",
     "Estimate",
     "FingerParameters",
     "ObjectParameters",
+    "Patch",
+    "Pulse",
     "Scenario",
+    "SensingParameters",
+    "SetPoint",
     "SimulationParameters",
     "TrajectoryParameters",
 ]

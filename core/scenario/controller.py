@@ -18,8 +18,21 @@ class ControllerParameters:
     """The control law, its gains and how it meets the plant."""
 
     kind: Annotated[
-        Literal["theorem-3", "theorem-4"],
-        Quantity("Adaptive law: theorem-3, or theorem-4 with sigma-modification.", changeable=True),
+        Literal[
+            "theorem-3",
+            "theorem-4",
+            "certainty-equivalence",
+            "pd-gravity",
+            "grip-reflex",
+            "composite",
+        ],
+        Quantity(
+            "Control law: the paper's theorem-3, or theorem-4 with sigma-modification; "
+            "certainty-equivalence, the same without adaptation; pd-gravity, feedback with a fixed "
+            "grip; grip-reflex, which squeezes harder while it slips; composite, adaptation by "
+            "least squares of tracking and prediction errors.",
+            changeable=True,
+        ),
     ] = "theorem-4"
     control_period: Annotated[
         float,
@@ -43,6 +56,17 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = 0.001
+    latency: Annotated[
+        float,
+        Ge(0.0),
+        Le(0.05),
+        Quantity(
+            "Time from a measurement to the torque that follows from it (sampled control).",
+            "s",
+            typical=(0.0, 0.01),
+            changeable=True,
+        ),
+    ] = 0.0
     position_gain: Annotated[
         Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
         Quantity(
@@ -98,6 +122,93 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = 1.1
+    minimum_normal_force: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e4),
+        Quantity(
+            "Least normal force the grasp force leaves at a contact.",
+            "N",
+            typical=(0.0, 20.0),
+            changeable=True,
+        ),
+    ] = 1.0
+    maximum_normal_force: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e6),
+        Quantity(
+            "Largest normal force the grasp force asks of a contact; no limit if left out.",
+            "N",
+            typical=(10.0, 200.0),
+            changeable=True,
+        ),
+    ] = None
+    grip_force: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e4),
+        Quantity(
+            "pd-gravity, grip-reflex: normal force of the grip, at the start.",
+            "N",
+            typical=(5.0, 100.0),
+            changeable=True,
+        ),
+    ] = 30.0
+    grip_rate: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e6),
+        Quantity(
+            "grip-reflex: how fast the grip grows while a contact slips.",
+            "N/s",
+            typical=(50.0, 2000.0),
+            changeable=True,
+        ),
+    ] = 400.0
+    slip_stop: Annotated[
+        float,
+        Ge(0.0),
+        Le(100.0),
+        Quantity(
+            "composite: K_f, deceleration asked of a slipping contact beyond that of K_v, so that "
+            "its slip ends.",
+            "m/s^2",
+            typical=(0.0, 2.0),
+            changeable=True,
+        ),
+    ] = 0.5
+    forgetting: Annotated[
+        float,
+        Ge(0.5),
+        Le(1.0),
+        Quantity(
+            "composite: share of what it knows that it keeps for 1 ms; 1 forgets nothing.",
+            "1",
+            typical=(0.9, 1.0),
+            changeable=True,
+        ),
+    ] = 0.98
+    force_noise: Annotated[
+        float,
+        Gt(0.0),
+        Le(100.0),
+        Quantity(
+            "composite: standard deviation of the force errors that it expects.",
+            "N",
+            typical=(0.01, 1.0),
+            changeable=True,
+        ),
+    ] = 0.1
+    initial_deviation: Annotated[
+        PositiveGain | tuple[PositiveGain, ...] | None,
+        Quantity(
+            "composite: standard deviation of the errors it expects of its estimates, one number "
+            "or one per unknown; left out: 3 for masses and friction, 0.1 for the inertia.",
+            "",
+            changeable=True,
+        ),
+    ] = None
     estimate_norm_bound: Annotated[
         float,
         Gt(0.0),

@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict
 
-__all__ = ["CONFIG", "Coordinate", "Gain", "PositiveGain"]
+__all__ = ["CONFIG", "Coordinate", "Face", "Gain", "PositiveGain"]
 
 CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]
 Gain = Annotated[float, Ge(0.0), Le(1e6)]
 PositiveGain = Annotated[float, Gt(0.0), Le(1e6)]
+
+# Faces of a rectangle by name; edge-K of a polygon runs from corner K to the next one.
+Face = Literal[
+    "left",
+    "right",
+    "bottom",
+    "top",
+    "edge-0",
+    "edge-1",
+    "edge-2",
+    "edge-3",
+    "edge-4",
+    "edge-5",
+    "edge-6",
+    "edge-7",
+    "edge-8",
+    "edge-9",
+    "edge-10",
+    "edge-11",
+]

@@ -8,7 +8,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic.dataclasses import dataclass
 
 from core.parameters import Quantity
-from core.scenario.field_types import CONFIG, Coordinate
+from core.scenario.field_types import CONFIG, Coordinate, Face
 
 __all__ = ["FingerParameters"]
 
@@ -43,8 +43,24 @@ class FingerParameters:
             changeable=True,
         ),
     ] = 0.25
+    static_friction: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "True friction coefficient while the fingertip sticks, at least that of slip; the same "
+            "if left out.",
+            "1",
+            typical=(0.05, 1.0),
+            changeable=True,
+        ),
+    ] = None
     face: Annotated[
-        Literal["left", "right", "bottom", "top"], Quantity("Face of the object the tip touches.")
+        Face,
+        Quantity(
+            "Face of the object the tip touches: left, right, bottom or top of a rectangle, edge-K "
+            "of a polygon, from its corner K to the next."
+        ),
     ]
     contact_offset: Annotated[
         float,

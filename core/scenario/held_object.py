@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
 from core.parameters import Quantity
 from core.scenario.field_types import CONFIG
 
-__all__ = ["ObjectParameters"]
+__all__ = ["MAX_CORNERS", "ObjectParameters"]
+
+MAX_CORNERS = 12
+
+Corner = tuple[Annotated[float, Ge(-10.0), Le(10.0)], Annotated[float, Ge(-10.0), Le(10.0)]]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ObjectParameters:
-    """The held object: a rectangle with its centre of mass in the middle."""
+    """The held object: a rectangle about its centre of mass, or a convex polygon."""
 
     mass: Annotated[
         float,
@@ -48,3 +52,12 @@ class ObjectParameters:
             "Half the length of the left and right face; a fingertip beyond it has left.", "m"
         ),
     ] = 0.1458
+    corners: Annotated[
+        tuple[Corner, ...],
+        Len(0, MAX_CORNERS),
+        Quantity(
+            "Corners (x, y) of a convex polygon, counterclockwise, from its centre of mass; none: "
+            "a rectangle.",
+            "m",
+        ),
+    ] = ()

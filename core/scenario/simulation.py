@@ -49,6 +49,12 @@ class SimulationParameters:
     max_steps: Annotated[
         int, Ge(1), Le(100_000_000), Quantity("Steps after which a run ends as limit.", "1")
     ] = 5_000_000
+    seed: Annotated[
+        int,
+        Ge(0),
+        Le(2**31 - 1),
+        Quantity("Seed of the noise of the sensors: the same seed, the same run.", "1"),
+    ] = 0
     chatter_changes: Annotated[
         int,
         Ge(5),

@@ -15,6 +15,7 @@ from core.scenario.finger import FingerParameters
 from core.scenario.held_object import ObjectParameters
 from core.scenario.simulation import Change, SimulationParameters
 from core.scenario.trajectory import TrajectoryParameters
+from core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = ["Scenario"]
 
@@ -35,7 +36,11 @@ class Scenario:
     trajectory: TrajectoryParameters = TrajectoryParameters()
     controller: ControllerParameters = ControllerParameters()
     estimates: Annotated[tuple[Estimate, ...], Len(0, MAX_UNKNOWNS)] = ()
+    sensing: SensingParameters = SensingParameters()
+    actuation: ActuationParameters = ActuationParameters()
     simulation: SimulationParameters = SimulationParameters()
+    pulses: Annotated[tuple[Pulse, ...], Len(0, 100)] = ()
+    patches: Annotated[tuple[Patch, ...], Len(0, 20)] = ()
     changes: Annotated[tuple[Change, ...], Len(0, 1000)] = ()
 
     @property
@@ -49,8 +54,8 @@ class Scenario:
 
     def to_mapping(self) -> dict[str, Any]:
         """The scenario as nested plain values, without what was left out (None)."""
-        mapping: dict[str, Any] = asdict(self)
-        mapping["estimates"] = [
-            {k: v for k, v in e.items() if v is not None} for e in mapping["estimates"]
-        ]
-        return mapping
+        return asdict(self, dict_factory=_without_none)
+
+
+def _without_none(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {key: value for key, value in items if value is not None}

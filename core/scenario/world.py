@@ -1,0 +1,170 @@
+"""What the world does to the hand: pushes, wet spots, imperfect sensors and actuators."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from annotated_types import Ge, Gt, Le
+from pydantic.dataclasses import dataclass
+
+from core.parameters import Quantity
+from core.scenario.field_types import CONFIG, Face
+
+__all__ = ["ActuationParameters", "Patch", "Pulse", "SensingParameters"]
+
+Force = Annotated[float, Ge(-1e4), Le(1e4)]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class Pulse:
+    """A constant force and moment on the object for a while."""
+
+    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When it begins.", "s")]
+    duration: Annotated[float, Ge(1e-4), Le(600.0), Quantity("How long it lasts.", "s")] = 0.05
+    force: Annotated[
+        tuple[Force, Force],
+        Quantity("Force (x, y) on the centre of mass, in the inertial frame.", "N"),
+    ] = (0.0, -5.0)
+    moment: Annotated[float, Ge(-1e3), Le(1e3), Quantity("Moment, counterclockwise.", "N m")] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class Patch:
+    """A part of a face with other friction, such as a wet spot; it may come and go."""
+
+    face: Annotated[Face, Quantity("Face it lies on.")]
+    centre: Annotated[
+        float,
+        Ge(-10.0),
+        Le(10.0),
+        Quantity("Where its middle lies along the face's tangent, from the face's middle.", "m"),
+    ] = 0.0
+    half_length: Annotated[
+        float, Ge(1e-4), Le(10.0), Quantity("Half of its length along the face.", "m")
+    ] = 0.03
+    friction_factor: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "What the friction of a fingertip on it is multiplied by.",
+            "1",
+            typical=(0.2, 1.5),
+            changeable=True,
+        ),
+    ] = 0.6
+    start_time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When it appears.", "s")] = 0.0
+    end_time: Annotated[
+        float | None, Gt(0.0), Le(600.0), Quantity("When it dries; never if left out.", "s")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SensingParameters:
+    """What the controller measures; perfect if nothing is said. Sampled control only."""
+
+    position_noise: Annotated[
+        float,
+        Ge(0.0),
+        Le(0.1),
+        Quantity(
+            "Standard deviation of the noise on measured positions: of the object (theta in rad) "
+            "and of the slip.",
+            "m",
+            typical=(0.0, 1e-4),
+            changeable=True,
+        ),
+    ] = 0.0
+    velocity_noise: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "The same of measured velocities (of theta in rad/s).",
+            "m/s",
+            typical=(0.0, 0.01),
+            changeable=True,
+        ),
+    ] = 0.0
+    acceleration_noise: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity(
+            "The same of measured accelerations (of theta in rad/s^2).",
+            "m/s^2",
+            typical=(0.0, 1.0),
+            changeable=True,
+        ),
+    ] = 0.0
+    true_accelerations: Annotated[
+        bool,
+        Quantity(
+            "Whether accelerations are measured; otherwise they are filtered differences of the "
+            "measured velocities.",
+            changeable=True,
+        ),
+    ] = True
+    acceleration_filter_time: Annotated[
+        float,
+        Ge(0.0),
+        Le(1.0),
+        Quantity(
+            "Time constant of the filter of those differences.",
+            "s",
+            typical=(0.001, 0.02),
+            changeable=True,
+        ),
+    ] = 0.006
+    true_phases: Annotated[
+        bool,
+        Quantity(
+            "Whether the controller is told which contacts slip; otherwise it detects slip from "
+            "the measured slip velocity.",
+            changeable=True,
+        ),
+    ] = True
+    slip_threshold: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "Slip velocity above which slip is detected.",
+            "m/s",
+            typical=(0.001, 0.02),
+            changeable=True,
+        ),
+    ] = 0.005
+    slip_delay: Annotated[
+        float,
+        Ge(0.0),
+        Le(1.0),
+        Quantity(
+            "How long slip, or its end, must last until it is detected.",
+            "s",
+            typical=(0.0, 0.02),
+            changeable=True,
+        ),
+    ] = 0.002
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class ActuationParameters:
+    """What the joints can give; everything if nothing is said. Limits need sampled control."""
+
+    torque_limit: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e6),
+        Quantity("Largest torque of a joint; no limit if left out.", "N m", changeable=True),
+    ] = None
+    torque_rate_limit: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e9),
+        Quantity(
+            "Largest change of a joint's torque per second; no limit if left out.",
+            "N m/s",
+            changeable=True,
+        ),
+    ] = None
