@@ -21,6 +21,10 @@ _COUNTED = (
         "adaptation_unphysical",
         "an estimate reached its bound and was projected onto it",
     ),
+    (
+        "torque_limited",
+        "the joints could not give the commanded torque; they gave what their limits allow",
+    ),
 )
 
 _GRASP_CODE = "grasp_outside_cones"

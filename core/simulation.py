@@ -14,6 +14,7 @@ from core.kernel.records import Record
 from core.kernel.run import ROWS_BEFORE_PAUSE, last_row, make_outlet, make_progress, rows_in
 from core.loading import with_values
 from core.metrics import compute_metrics
+from core.noise import provide_noise
 from core.provenance import present_provenance
 from core.result import RunResult, RunSummary
 from core.run_warnings import describe_warnings
@@ -85,6 +86,8 @@ class Simulation:
         """Advances by one piece of at most about 50 ms of computing."""
         if self.finished:
             return
+        if self._model.sensors.noisy:
+            provide_noise(self._run, self._present)
         stop = self._pending[0].time if self._pending else self.scenario.simulation.duration
         status = kernel.advance(
             self._model,

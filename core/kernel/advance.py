@@ -15,9 +15,6 @@ from core.kernel.jump import (
     RUNNING,
     SEPARATED,
     STEP_UNDERFLOW,
-    begin_stretch,
-    control_tick,
-    next_tick,
     recognise,
     restart_flow,
     select_again,
@@ -35,8 +32,11 @@ from core.kernel.run import (
     emit,
     keep_old,
 )
+from core.kernel.sensing import noise_used_up
 from core.kernel.stepper import take_step
 from core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
+from core.kernel.stretch import begin_stretch
+from core.kernel.tick import apply_command, control_tick, next_command, next_tick
 
 STALLED = 1e-9
 MAX_STALLS = 20
@@ -100,6 +100,8 @@ def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int
         return _change_piece(model, run, outlet)
     if model.law.period > 0.0 and next_tick(model, run) <= run.now:
         return control_tick(model, run, outlet, 0, 0)
+    if next_command(run) <= run.now:
+        return apply_command(model, run, outlet)
     if run.hold_until <= run.now:
         return recognise(model, run, outlet)
     return RUNNING
@@ -128,7 +130,7 @@ def _next_break(model: Record, run: Record, t_stop: float) -> float:
     if piece < NUM_PIECES:
         until = min(until, model.motion.breaks[piece])
     if model.law.period > 0.0:
-        until = min(until, next_tick(model, run))
+        until = min(until, next_tick(model, run), next_command(run))
     return until
 
 
@@ -194,6 +196,8 @@ def advance(
         if outlet.num_rows > ROWS_BEFORE_PAUSE:
             return RUNNING
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
+            return RUNNING
+        if noise_used_up(model, run.senses):
             return RUNNING
         if run.now >= t_stop:
             emit(model, run, outlet, t_stop, run.step.start)

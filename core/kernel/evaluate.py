@@ -13,6 +13,7 @@ from core.kernel.compiler import call, from_python
 from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
 from core.kernel.model import pack_model
 from core.kernel.records import STATE, Floats, Record, make_record
+from core.kernel.regressor import multiply_regressor
 from core.kernel.workspace import DISCRETE, WORKSPACE
 from core.scenario import Scenario
 
@@ -24,7 +25,7 @@ _assemble_bias = from_python(reduced.assemble_bias)
 _forces_to_torques = from_python(reduced.forces_to_torques)
 _joint_angle = from_python(kinematics.joint_angle)
 _lyapunov_value = from_python(law.lyapunov_value)
-_multiply_regressor = from_python(law.multiply_regressor)
+_multiply_regressor = from_python(multiply_regressor)
 _stored_energy = from_python(dynamics.stored_energy)
 _tip_acceleration = from_python(reduced.tip_acceleration)
 _torques_to_forces = from_python(reduced.torques_to_forces)

@@ -6,16 +6,11 @@ import numpy as np
 from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.controllers.composite import COMPOSITE_MEMORY
+from core.kernel.controllers.interface import adapt, adapt_at_tick, command
 from core.kernel.dynamics import combine_links, update_unit_dynamics
 from core.kernel.kinematics import to_contact_frame, update_kinematics
-from core.kernel.law import (
-    believe,
-    command_forces,
-    demand_acceleration,
-    multiply_regressor,
-    pull_back,
-    weigh_error,
-)
+from core.kernel.law import believe, demand_acceleration
 from core.kernel.linear import factor, solve
 from core.kernel.model import MODEL
 from core.kernel.records import STATE, Record
@@ -57,7 +52,7 @@ def update_command(model: Record, discrete: Record, t: float, state: Record, wor
         work.kin, work.believed_dynamics, work.believed, discrete.beliefs, work.estimated_inertia
     )
     factor(work.estimated_inertia, discrete.beliefs, n, work.estimated_factors)
-    return command_forces(model, discrete, work)
+    return command(model, discrete, work)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)
@@ -83,14 +78,15 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def update_rates(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
-    n = model.num_fingers
-    p = model.num_unknowns
-    weigh_error(model.law, work.estimated_factors, work.room)
-    sigma = pull_back(model.law, state, p)
-    multiply_regressor(model, discrete, work, work.room.weighted_error, work.rates)
-    for k in range(p):
-        estimate = state.x[6 + 2 * n + k]
-        work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
+    adapt(model, discrete, state, work)
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
+def learn_at_tick(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """The same at a tick of sampled control, for laws with a memory too."""
+    adapt_at_tick(model, discrete, state, work, memory)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STATE, STATE, WORKSPACE)

@@ -6,9 +6,12 @@ Arrays have one entry per finger, link, coordinate or unknown; ``n`` fingers giv
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from core.geometry import contact_frame
+from core.kernel.controllers.kinds import KINDS
 from core.kernel.dop853 import DOP853
 from core.kernel.methods import DOPRI5, METHOD
 from core.kernel.motion import MOTION, pack_motion
@@ -20,12 +23,14 @@ from core.kernel.records import (
     Record,
     make_record,
 )
+from core.kernel.sensors import ACTUATORS, SENSORS, pack_actuators, pack_sensors
 from core.scenario import ControllerParameters, Scenario
 from core.unknowns import parse_unknown
 
 __all__ = ["LAW", "MODEL", "TRUTH", "pack_model", "solve_lyapunov"]
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
+FORGETTING_TIME = 1e-3
 _UNKNOWN_KINDS = {
     "object_mass": OBJECT_MASS,
     "object_inertia": OBJECT_INERTIA,
@@ -79,7 +84,7 @@ UNKNOWNS = np.dtype(
 LAW = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("sigma_modification", np.bool_),
+        ("kind", np.int64),
         ("period", np.float64),  # [s], 0 = continuous
         ("recognition_time", np.float64),  # [s]
         ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
@@ -91,6 +96,14 @@ LAW = np.dtype(
         ("grasp_force", np.bool_),
         ("grip_safety", np.float64),
         ("estimate_norm_bound", np.float64),  # phi_0
+        ("latency", np.float64),  # [s]
+        ("grip_force", np.float64),  # [N]
+        ("grip_rate", np.float64),  # [N/s]
+        ("maximum_grip", np.float64),  # inf where none [N]
+        ("slip_stop", np.float64),  # K_f [m/s^2]
+        ("forgetting", np.float64),  # per control period
+        ("force_variance", np.float64),  # [N^2]
+        ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
     ],
     align=True,
 )
@@ -120,6 +133,8 @@ MODEL = np.dtype(
         ("unknowns", UNKNOWNS),
         ("law", LAW),
         ("motion", MOTION),
+        ("sensors", SENSORS),
+        ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
         ("method", METHOD),
     ],
@@ -137,6 +152,9 @@ def pack_model(scenario: Scenario) -> Record:
     _pack_truth(scenario, n, model["truth"])
     _pack_unknowns(scenario, p, model["unknowns"])
     _pack_law(scenario.controller, n, p, model["law"])
+    _pack_learning(scenario, p, model["law"])
+    pack_sensors(scenario, model["sensors"])
+    pack_actuators(scenario, model["actuators"])
     pack_motion(scenario.trajectory, model["motion"])
     simulation, numerics = scenario.simulation, model["numerics"]
     for name in NUMERICS.names or ():
@@ -187,7 +205,7 @@ def _pack_unknowns(scenario: Scenario, p: int, unknowns: np.void) -> None:
 def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) -> None:
     size = 3 + n
     law["num_fingers"] = n
-    law["sigma_modification"] = controller.kind == "theorem-4"
+    law["kind"] = KINDS[controller.kind]
     law["period"] = controller.control_period
     law["recognition_time"] = controller.recognition_time
     law["position_gains"][:3] = controller.position_gain
@@ -200,6 +218,24 @@ def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) ->
     law["grasp_force"] = controller.grasp_force == "minimum"
     law["grip_safety"] = controller.grip_safety
     law["estimate_norm_bound"] = controller.estimate_norm_bound
+    law["latency"] = controller.latency
+    law["grip_force"], law["grip_rate"] = controller.grip_force, controller.grip_rate
+    most = controller.maximum_normal_force
+    law["maximum_grip"] = np.inf if most is None else most
+
+
+def _pack_learning(scenario: Scenario, p: int, law: np.void) -> None:
+    """What only the composite law uses."""
+    controller = scenario.controller
+    composite = controller.kind == "composite"
+    law["slip_stop"] = controller.slip_stop if composite else 0.0
+    law["forgetting"] = controller.forgetting ** (controller.control_period / FORGETTING_TIME)
+    law["force_variance"] = controller.force_noise**2
+    deviations: Any = controller.initial_deviation
+    if deviations is None:
+        keys = [estimate.parameter for estimate in scenario.estimates]
+        deviations = [0.1 if key == "object.inertia" else 3.0 for key in keys]
+    law["prior_variances"][:p] = np.square(deviations)
 
 
 def solve_lyapunov(

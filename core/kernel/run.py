@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from core.kernel.compiler import call, compiled, compiled_apart
+from core.kernel.controllers.composite import COMPOSITE_MEMORY
 from core.kernel.guards import GUARDS
 from core.kernel.model import MODEL
 from core.kernel.records import (
@@ -19,6 +20,7 @@ from core.kernel.records import (
 )
 from core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from core.kernel.selection import SELECTION_ROOM
+from core.kernel.sensing import SENSES
 from core.kernel.stepper import STEP
 from core.kernel.tally import TALLY, add_to_tally, make_tally
 from core.kernel.workspace import DISCRETE, WORKSPACE
@@ -34,8 +36,9 @@ __all__ = [
 ]
 
 # Warnings, counted with their first time.
-AMBIGUITIES, HOLDS, CLAMPED = range(3)
+AMBIGUITIES, HOLDS, CLAMPED, SATURATED = range(4)
 
+MAX_WAITING = 128
 ROWS_PER_STEP = 512  # at most; a step is cut to pass no more output times
 ROWS_BEFORE_PAUSE = 2048
 CHANGE_CAPACITY = 512
@@ -72,9 +75,18 @@ PROGRESS = np.dtype(
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
         ("last_stick", np.float64),  # time of the last change to stick; -inf if none [s]
-        ("warning_counts", np.int64, (3,)),
-        ("warning_times", np.float64, (3,)),  # first of each [s]
+        ("warning_counts", np.int64, (4,)),
+        ("warning_times", np.float64, (4,)),  # first of each [s]
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
+        ("senses", SENSES),
+        ("memory", COMPOSITE_MEMORY),
+        ("acting", np.int64),  # 1 once a torque of sampled control acts
+        ("commanded", np.float64, (MAX_FINGERS, 2)),  # at this tick [N m]
+        ("last_command", np.float64, (MAX_FINGERS, 2)),  # the one before [N m]
+        ("first_waiting", np.int64),  # place of the oldest command that waits
+        ("num_waiting", np.int64),
+        ("due", np.float64, (MAX_WAITING,)),  # when they act [s]
+        ("waiting", np.float64, (MAX_WAITING, MAX_FINGERS, 2)),  # [N m]
         ("old_torques", np.float64, (MAX_FINGERS, 2)),  # before the present jump
         ("old_phases", np.int64, (MAX_FINGERS,)),
         ("old_beliefs", np.int64, (MAX_FINGERS,)),
@@ -163,6 +175,7 @@ def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Reco
         row.discrete.torques[i, 1] = discrete.torques[i, 1]
     for k in range(model.num_unknowns):
         row.discrete.clamps[k] = discrete.clamps[k]
+    row.discrete.squeeze = discrete.squeeze
     row.discrete.piece = discrete.piece
 
 

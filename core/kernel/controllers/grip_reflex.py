@@ -1,0 +1,17 @@
+"""Grip reflex: PD control with a grip that grows while any contact is felt to slip."""
+
+from __future__ import annotations
+
+from core.kernel.compiler import compiled
+from core.kernel.records import Record
+
+
+@compiled
+def squeeze_harder(model: Record, discrete: Record) -> None:
+    """Adds what one control period of slip adds to the grip."""
+    for i in range(model.num_fingers):
+        if discrete.beliefs[i] != 0:
+            discrete.squeeze += model.law.grip_rate * model.law.period
+            break
+    most = max(model.law.maximum_grip - model.law.grip_force, 0.0)
+    discrete.squeeze = min(discrete.squeeze, most)

@@ -1,0 +1,64 @@
+"""What every control law does: command a torque, and learn (docs/model.md, Controllers).
+
+A law sees the state as it is measured, the phases it believes in and what it believes of the
+masses and of friction, in the workspace; it writes tip forces, or rates of its estimates.
+"""
+
+from __future__ import annotations
+
+from core.kernel.compiler import compiled
+from core.kernel.controllers.certainty_equivalence import command_forces
+from core.kernel.controllers.composite import learn
+from core.kernel.controllers.grip_reflex import squeeze_harder
+from core.kernel.controllers.kinds import (
+    CERTAINTY_EQUIVALENCE,
+    COMPOSITE,
+    GRIP_REFLEX,
+    PD_GRAVITY,
+)
+from core.kernel.controllers.pd_gravity import command_grip
+from core.kernel.controllers.theorem_3 import gradient_rates
+from core.kernel.controllers.theorem_4 import pull_back
+from core.kernel.records import Record
+
+
+@compiled
+def command(model: Record, discrete: Record, work: Record) -> int:
+    """Writes the commanded torque as tip forces u = J^-T tau to ``work.tip_forces``.
+
+    Returns:
+        1, or 0 where the law has no unique answer.
+    """
+    kind = model.law.kind
+    if kind in (PD_GRAVITY, GRIP_REFLEX):
+        return command_grip(model, discrete, work)
+    return command_forces(model, discrete, work)
+
+
+@compiled
+def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
+    count, kind = model.num_unknowns, model.law.kind
+    if kind in (CERTAINTY_EQUIVALENCE, PD_GRAVITY, GRIP_REFLEX):
+        for k in range(count):
+            work.rates[k] = 0.0
+        return
+    gradient_rates(model, discrete, work)
+    sigma = pull_back(model.law, state, count)
+    for k in range(count):
+        estimate = state.x[6 + 2 * model.num_fingers + k]
+        work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
+
+
+@compiled
+def adapt_at_tick(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """The same at a tick of sampled control, for laws with a memory too."""
+    kind = model.law.kind
+    if kind == COMPOSITE:
+        learn(model, discrete, state, work, memory)
+        return
+    if kind == GRIP_REFLEX:
+        squeeze_harder(model, discrete)
+    adapt(model, discrete, state, work)

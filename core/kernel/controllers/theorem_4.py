@@ -1,0 +1,20 @@
+"""Theorem 4: theorem 3 with sigma-modification, which pulls large estimates back (Eq. 28-29)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.kernel.compiler import compiled
+from core.kernel.controllers.kinds import THEOREM_4
+from core.kernel.records import Record
+
+
+@compiled
+def pull_back(law: Record, state: Record, count: int) -> float:
+    """sigma_s of Eq. 29; 0 for any other law."""
+    if law.kind != THEOREM_4:
+        return 0.0
+    square, first = 0.0, 6 + 2 * law.num_fingers
+    for k in range(count):
+        square += state.x[first + k] ** 2
+    return min(max(np.sqrt(square) / law.estimate_norm_bound - 1.0, 0.0), 1.0)

@@ -1,0 +1,144 @@
+"""What the controller measures of the state at a tick, and which contacts it believes to slip."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.kernel.compiler import compiled
+from core.kernel.records import MAX_COORDINATES, MAX_FINGERS, STATE, Record
+
+__all__ = [
+    "MAX_CHANNELS",
+    "NOISE_TICKS",
+    "SENSES",
+    "detect_slip",
+    "measure",
+    "measure_acceleration",
+    "noise_used_up",
+    "trust_in_forces",
+]
+
+NOISE_TICKS = 256
+MAX_CHANNELS = 3 * MAX_COORDINATES
+
+# What is measured, and what the filters and detectors remember.
+SENSES = np.dtype(
+    [
+        ("measured", STATE),
+        ("acceleration", np.float64, (MAX_COORDINATES,)),  # x'' as measured
+        ("torques", np.float64, (MAX_FINGERS, 2)),  # that belong to it [N m]
+        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
+        ("time", np.float64),  # of the tick before [s]
+        ("num_ticks", np.int64),  # measured so far
+        ("noise_start", np.int64),  # tick of the first row of ``noise``
+        ("noise", np.float64, (NOISE_TICKS, MAX_CHANNELS)),  # standard normal
+        ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
+        ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
+    ],
+    align=True,
+)
+
+
+@compiled
+def measure(model: Record, senses: Record, state: Record, torques: Record, now: float) -> None:
+    """Measures positions and velocities, and differences velocities if need be.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        state: True state.
+        torques: ``(n, 2)`` that acted since the tick before [N m].
+        now: Time [s].
+    """
+    sensors, size = model.sensors, 3 + model.num_fingers
+    row = senses.num_ticks - senses.noise_start
+    for k in range(model.num_states):
+        senses.measured.x[k] = state.x[k]
+    if sensors.noisy == 1:
+        for k in range(size):
+            at, rate = _places(model.num_fingers, k)
+            senses.measured.x[at] += sensors.position_noise * senses.noise[row, k]
+            senses.measured.x[rate] += sensors.velocity_noise * senses.noise[row, size + k]
+    if sensors.true_accelerations == 0:
+        _difference(model, senses, torques, now)
+    senses.num_ticks += 1
+
+
+@compiled
+def _places(n: int, k: int) -> tuple[int, int]:
+    """Where position and velocity of reduced coordinate k stand in the state."""
+    if k < 3:
+        return k, 3 + k
+    return 3 + k, 3 + n + k
+
+
+@compiled
+def _difference(model: Record, senses: Record, torques: Record, now: float) -> None:
+    """Velocity differences and the torques, through one low-pass filter of first order."""
+    elapsed, size = now - senses.time, 3 + model.num_fingers
+    share = 1.0
+    if senses.num_ticks > 1:
+        share = elapsed / (model.sensors.filter_time + elapsed)
+    for k in range(size):
+        _, rate = _places(model.num_fingers, k)
+        velocity = senses.measured.x[rate]
+        if senses.num_ticks > 0 and elapsed > 0.0:
+            slope = (velocity - senses.velocities[k]) / elapsed
+            senses.acceleration[k] += share * (slope - senses.acceleration[k])
+        senses.velocities[k] = velocity
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
+    senses.time = now
+
+
+@compiled
+def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> None:
+    """Beliefs for this tick: the true phases, or those that lasted longer than the delay."""
+    n, sensors = model.num_fingers, model.sensors
+    for i in range(n):
+        seen = discrete.phases[i]
+        if sensors.true_phases == 0:
+            velocity = senses.measured.x[6 + n + i]
+            seen = 0
+            if abs(velocity) > sensors.slip_threshold:
+                seen = 1 if velocity > 0.0 else -1
+        if seen == discrete.beliefs[i]:
+            senses.doubt[i] = now
+        elif sensors.true_phases == 1 or now - senses.doubt[i] >= sensors.slip_delay:
+            discrete.beliefs[i] = seen
+            senses.doubt[i] = now
+            senses.since[i] = now
+
+
+@compiled
+def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
+    """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
+    sensors, size = model.sensors, 3 + model.num_fingers
+    if sensors.true_accelerations == 0:
+        return
+    row = senses.num_ticks - 1 - senses.noise_start
+    for k in range(size):
+        senses.acceleration[k] = work.acceleration[k]
+        if sensors.noisy == 1:
+            noise = senses.noise[row, 2 * size + k]
+            senses.acceleration[k] += sensors.acceleration_noise * noise
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            senses.torques[i, joint] = discrete.torques[i, joint]
+
+
+@compiled
+def trust_in_forces(model: Record, senses: Record, now: float, i: int) -> float:
+    """How much of the filtered force of contact ``i`` dates from its present phase, 0 to 1."""
+    if model.sensors.true_accelerations == 1:
+        return 1.0
+    if model.sensors.filter_time == 0.0:
+        return 1.0 if now > senses.since[i] else 0.0
+    return 1.0 - np.exp((senses.since[i] - now) / model.sensors.filter_time)
+
+
+@compiled
+def noise_used_up(model: Record, senses: Record) -> bool:
+    """Whether the next tick needs noise that is not there yet."""
+    return model.sensors.noisy == 1 and senses.num_ticks >= senses.noise_start + NOISE_TICKS

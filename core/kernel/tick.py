@@ -1,0 +1,237 @@
+"""Ticks of sampled control: measure, command, act (at once or later), learn."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.flow import flow, learn_at_tick, update_command, update_mechanics
+from core.kernel.guards import arm_guards
+from core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, settle
+from core.kernel.model import MODEL
+from core.kernel.records import Record
+from core.kernel.reduced import forces_to_torques, torques_to_forces
+from core.kernel.run import (
+    CLAMPED,
+    OUTLET,
+    PROGRESS,
+    SATURATED,
+    emit,
+    exchange_old,
+    keep_old,
+    phases_changed,
+    warn,
+)
+from core.kernel.sensing import detect_slip, measure, measure_acceleration, trust_in_forces
+
+SAME_TICK = 1e-9
+
+
+@compiled
+def next_tick(model: Record, run: Record) -> float:
+    """Time of the next control tick [s]."""
+    return run.tick_origin + run.ticks * model.law.period
+
+
+@compiled
+def restart_ticks(model: Record, run: Record) -> None:
+    """Sampled control begins anew: the first tick is now, and its torque acts at once."""
+    run.tick_origin = run.now
+    run.last_tick = run.now
+    run.ticks = 0
+    run.acting = 0
+    run.num_waiting = 0
+    for k in range(model.num_unknowns):
+        run.pending_rates[k] = 0.0
+
+
+@compiled
+def next_command(run: Record) -> float:
+    """When the next waiting command acts [s], inf if none waits."""
+    return run.due[run.first_waiting] if run.num_waiting > 0 else np.inf
+
+
+@compiled_apart(types.void, MODEL, PROGRESS)
+def _learn(model: Record, run: Record) -> None:
+    """First slope under the torque that acts, and the rates of the estimates until the next tick.
+
+    They are those at the measured state with the acceleration under that torque.
+    """
+    n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
+    state = run.step.start
+    flow(model, discrete, run.now, state, run.step.slopes[0], work)
+    for i in range(n):
+        run.memory.trust[i] = trust_in_forces(model, senses, run.now, i)
+    if model.sensors.perfect == 1:
+        learn_at_tick(model, discrete, state, work, run.memory)
+    else:
+        measure_acceleration(model, senses, discrete, work)
+        update_mechanics(model, senses.measured, work)
+        update_command(model, discrete, run.now, senses.measured, work)
+        for k in range(3 + n):
+            work.acceleration[k] = senses.acceleration[k]
+        for i in range(n):
+            if discrete.beliefs[i] == 0:
+                work.acceleration[3 + i] = 0.0
+        torques_to_forces(work.kin, n, senses.torques, work.tip_forces)
+        learn_at_tick(model, discrete, senses.measured, work, run.memory)
+    # Differences of the velocity say nothing before there are two of them.
+    informed = model.sensors.true_accelerations == 1 or senses.num_ticks > 1
+    for k in range(model.num_unknowns):
+        run.pending_rates[k] = work.rates[k] if informed else 0.0
+    if model.sensors.perfect == 0:
+        flow(model, discrete, run.now, state, run.step.slopes[0], work)
+
+
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)
+def control_tick(model: Record, run: Record, outlet: Record, first: int, stretch: int) -> int:
+    """One tick of sampled control: new estimates, new torque, new selection.
+
+    Args:
+        model: Constants of the run.
+        run: The run.
+        outlet: Buffers for rows and phase changes.
+        first: 1 at the start of the run.
+        stretch: 1 at the start of a stretch, where the row before is already written.
+    """
+    keep_old(model, run)
+    status = MODEL_SINGULAR
+    if _command_torques(model, run):
+        if model.law.latency > 0.0 and run.acting == 1:
+            _let_wait(model, run)
+            if stretch == 0:
+                _learn(model, run)
+                return RUNNING
+        else:
+            _act(model, run)
+        if first == 1:
+            keep_old(model, run)
+            emit(model, run, outlet, run.now, run.step.start)
+        status = settle(model, run, 0, 0)
+    if status != RUNNING:
+        _emit_before(model, run, outlet)
+        return status
+    _learn(model, run)
+    return _finish_tick(model, run, outlet, stretch)
+
+
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
+def apply_command(model: Record, run: Record, outlet: Record) -> int:
+    """The torque of the oldest waiting command begins to act."""
+    keep_old(model, run)
+    place = run.first_waiting
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            run.discrete.torques[i, joint] = run.waiting[place, i, joint]
+    run.first_waiting = (place + 1) % len(run.due)
+    run.num_waiting -= 1
+    status = settle(model, run, 0, 0)
+    if status != RUNNING:
+        _emit_before(model, run, outlet)
+        return status
+    flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
+    return _finish_tick(model, run, outlet, 0)
+
+
+@compiled
+def _finish_tick(model: Record, run: Record, outlet: Record, stretch: int) -> int:
+    if stretch == 1 or phases_changed(model, run):
+        if stretch == 0:
+            _emit_before(model, run, outlet)
+        return finish_jump(model, run, outlet, RUNNING)
+    arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
+    return RUNNING
+
+
+@compiled
+def _emit_before(model: Record, run: Record, outlet: Record) -> None:
+    """The row of the state before a jump that has already happened."""
+    exchange_old(model, run)
+    emit(model, run, outlet, run.now, run.step.start)
+    exchange_old(model, run)
+
+
+@compiled
+def _command_torques(model: Record, run: Record) -> bool:
+    """New estimates and torque at a tick; False where the law has no finite answer."""
+    n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
+    _advance_estimates(model, run, run.now - run.last_tick)
+    run.last_tick = run.now
+    run.ticks += 1
+    measure(model, senses, run.step.start, discrete.torques, run.now)
+    detect_slip(model, discrete, senses, run.now)
+    update_mechanics(model, senses.measured, work)
+    regular = update_command(model, discrete, run.now, senses.measured, work)
+    if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
+        return False
+    forces_to_torques(work.kin, n, work.tip_forces, run.commanded)
+    total = 0.0
+    for i in range(n):
+        total += run.commanded[i, 0] + run.commanded[i, 1]
+    _limit_torques(model, run)
+    return np.isfinite(total)
+
+
+@compiled
+def _advance_estimates(model: Record, run: Record, elapsed: float) -> None:
+    """One Euler step of the estimates over the period that ends now, projected on their bounds."""
+    offset = 6 + 2 * model.num_fingers
+    for k in range(model.num_unknowns):
+        value = run.step.start.x[offset + k] + elapsed * run.pending_rates[k]
+        bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
+        if bounded != value:
+            warn(run, CLAMPED)
+        run.step.start.x[offset + k] = bounded
+
+
+@compiled
+def _limit_torques(model: Record, run: Record) -> None:
+    """What the joints give of the commanded torque: limited in rate, then in size."""
+    limit = model.actuators.torque_limit
+    reach = model.actuators.torque_rate_limit * model.law.period
+    limited = False
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            wanted = run.commanded[i, joint]
+            given = wanted
+            if run.acting == 1:
+                last = run.last_command[i, joint]
+                given = min(max(given, last - reach), last + reach)
+            given = min(max(given, -limit), limit)
+            limited = limited or given != wanted
+            run.commanded[i, joint] = given
+            run.last_command[i, joint] = given
+    if limited:
+        warn(run, SATURATED)
+
+
+@compiled
+def _act(model: Record, run: Record) -> None:
+    """The commanded torque acts from now on, whatever was waiting."""
+    run.acting = 1
+    run.num_waiting = 0
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            run.discrete.torques[i, joint] = run.commanded[i, joint]
+
+
+@compiled
+def _let_wait(model: Record, run: Record) -> None:
+    """Puts the command in the queue; those that would act after it are dropped."""
+    due = run.now + model.law.latency
+    periods = model.law.latency / model.law.period
+    if abs(periods - np.rint(periods)) < SAME_TICK:
+        # The very instant of a tick, not one rounding beside it.
+        due = run.tick_origin + (run.ticks - 1 + np.rint(periods)) * model.law.period
+    room = len(run.due)
+    while run.num_waiting > 0:
+        if run.due[(run.first_waiting + run.num_waiting - 1) % room] < due:
+            break
+        run.num_waiting -= 1
+    place = (run.first_waiting + run.num_waiting) % room
+    run.due[place] = due
+    run.num_waiting += 1
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            run.waiting[place, i, joint] = run.commanded[i, joint]
