@@ -15,7 +15,8 @@ __all__ = [
     "measure",
     "measure_acceleration",
     "noise_used_up",
-    "trust_in_forces",
+    "trust",
+    "trust_in_contact",
 ]
 
 NOISE_TICKS = 256
@@ -74,11 +75,14 @@ def _places(n: int, k: int) -> tuple[int, int]:
 
 @compiled
 def _difference(model: Record, senses: Record, torques: Record, now: float) -> None:
-    """Velocity differences and the torques, through one low-pass filter of first order."""
+    """Velocity differences and the torques, through one low-pass filter of first order.
+
+    It starts as the mean of all differences so far.
+    """
     elapsed, size = now - senses.time, 3 + model.num_fingers
     share = 1.0
     if senses.num_ticks > 1:
-        share = elapsed / (model.sensors.filter_time + elapsed)
+        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / senses.num_ticks)
     for k in range(size):
         _, rate = _places(model.num_fingers, k)
         velocity = senses.measured.x[rate]
@@ -129,7 +133,16 @@ def measure_acceleration(model: Record, senses: Record, discrete: Record, work: 
 
 
 @compiled
-def trust_in_forces(model: Record, senses: Record, now: float, i: int) -> float:
+def trust(model: Record, senses: Record) -> float:
+    """Noise of a filtered difference in the long run, over that of the present one: 0 to 1."""
+    if model.sensors.true_accelerations == 1:
+        return 1.0
+    period = model.law.period
+    return min(1.0, (senses.num_ticks - 1) * period / (model.sensors.filter_time + period))
+
+
+@compiled
+def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
     """How much of the filtered force of contact ``i`` dates from its present phase, 0 to 1."""
     if model.sensors.true_accelerations == 1:
         return 1.0

@@ -23,7 +23,7 @@ from core.kernel.run import (
     phases_changed,
     warn,
 )
-from core.kernel.sensing import detect_slip, measure, measure_acceleration, trust_in_forces
+from core.kernel.sensing import detect_slip, measure, measure_acceleration, trust, trust_in_contact
 
 SAME_TICK = 1e-9
 
@@ -61,8 +61,11 @@ def _learn(model: Record, run: Record) -> None:
     n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
     state = run.step.start
     flow(model, discrete, run.now, state, run.step.slopes[0], work)
+    seen_at_once = model.sensors.true_phases == 1 and model.sensors.true_accelerations == 1
+    run.memory.trust = trust(model, senses)
     for i in range(n):
-        run.memory.trust[i] = trust_in_forces(model, senses, run.now, i)
+        run.memory.contact_trust[i] = trust_in_contact(model, senses, run.now, i)
+        run.memory.directions[i] = discrete.phases[i] if seen_at_once else discrete.beliefs[i]
     if model.sensors.perfect == 1:
         learn_at_tick(model, discrete, state, work, run.memory)
     else:

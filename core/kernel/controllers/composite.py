@@ -30,7 +30,9 @@ COMPOSITE_MEMORY = np.dtype(
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
         ("gain", np.float64, (MAX_UNKNOWNS,)),
-        ("trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact, 0 to 1
+        ("trust", np.float64),  # in the measured accelerations, 0 to 1
+        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
+        ("directions", np.int64, (MAX_FINGERS,)),  # in which each contact slips, 0 in stick
     ],
     align=True,
 )
@@ -61,8 +63,9 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
     gradient_rates(model, discrete, work)
     for k in range(count):
         memory.estimates[k] = state.x[offset + k]
-    _take_object_rows(model, state, work, memory)
-    _take_slip_rows(model, discrete, state, work, memory)
+    if memory.trust > LEAST_TRUST:
+        _take_object_rows(model, state, work, memory)
+        _take_slip_rows(model, state, work, memory)
     _forget(law, count, memory)
     for j in range(count):
         tracking = 0.0
@@ -91,7 +94,7 @@ def _take_object_rows(model: Record, state: Record, work: Record, memory: Record
         rx, ry = kin.arms[i, 0], kin.arms[i, 1]
         total_x, total_y, moment = total_x + fx, total_y + fy, moment + rx * fy - ry * fx
         square += rx * rx + ry * ry
-    variance = model.law.force_variance
+    variance = model.law.force_variance / (memory.trust * memory.trust)
     ax, ay = work.acceleration[0], work.acceleration[1] + model.hand.gravity
     turn = work.acceleration[2]
     _fill_object_row(model, work, memory, 1.0, 0.0, 0.0)
@@ -123,13 +126,11 @@ def _fill_object_row(
 
 
 @compiled
-def _take_slip_rows(
-    model: Record, discrete: Record, state: Record, work: Record, memory: Record
-) -> None:
+def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) -> None:
     """Each slipping contact lies on its cone."""
     for i in range(model.num_fingers):
-        direction = discrete.beliefs[i]
-        trust = memory.trust[i]
+        direction = memory.directions[i]
+        trust = memory.trust * memory.contact_trust[i]
         if direction == 0 or trust < LEAST_TRUST:
             continue
         fx, fy = _believed_force(work, i)
