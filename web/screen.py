@@ -55,7 +55,9 @@ class Screen:
         self._file = ScenarioFilePanel(gui, send)
         self._look = LookPanel(gui, view.look, send)
         self._export = ExportPanel(gui, send)
-        self._knobs = KnobsPanel(gui, view.draft.base, send)
+        self._knobs = KnobsPanel(gui, send)
+        # Ahead of the beacon, by which a page opens its link: it then has all knobs already.
+        self._knobs.update(view)
         self._results = gui.add_panel()
         with self._results.add_tab("Run", viser.Icon.CHART_LINE):
             self._outcome = OutcomePanel(gui)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import html
 import json
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from viser._messages import GuiUpdateMessage, GuiUplotMessage
 
-from core.loading import load_scenario, with_values
+from core.loading import load_scenario, scenario_from_mapping, with_values
 from core.result import RunResult
+from core.scenario import Scenario
 from core.simulator import simulate
 from server.viewer_server import ViewerServer
 from tests.web.listening_gui import ListeningClient
@@ -62,8 +66,36 @@ class Page:
     def head(self, key: str) -> str:
         return next(text for text in self.client.texts if f"data-sg-chart='{key}'" in text)
 
+    def labels(self, index: int) -> list[str | None]:
+        """What the lines of a chart are called, time and slipping first."""
+        series = self.client.plots[index].series
+        return [line.get("label") for line in series if line.get("show", True)]
+
     def columns(self, index: int) -> list[bytes]:
         return [np.asarray(column).tobytes() for column in self.client.plots[index].data]
+
+
+def gui_messages(
+    server: ViewerServer, update: Callable[[], None]
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """What an update sends, message by message: of which widget, and its properties."""
+    buffer = server._websock_server._broadcast_buffer
+    before = buffer.message_counter
+    update()
+    for number in range(before, buffer.message_counter):
+        match buffer.message_from_id.get(number):
+            case GuiUplotMessage(uuid=uuid, props=props):
+                yield uuid, vars(props)
+            case GuiUpdateMessage(uuid=uuid, updates=updates):
+                yield uuid, updates
+
+
+def with_third_finger(scenario: Scenario) -> Scenario:
+    mapping = scenario.to_mapping()
+    mapping["fingers"] = [*mapping["fingers"], {"base": (1.466, -1.3), "face": "bottom"}]
+    mapping["estimates"] = []
+    mapping["controller"] |= {"grasp_force": "none"}
+    return scenario_from_mapping(mapping)
 
 
 @pytest.fixture
@@ -122,7 +154,7 @@ def test_a_line_is_hidden_and_said_to_be_hidden_and_comes_back(
     hidden = ChartsDesk().take(ToggleLine("forces", "limit-0"), shown)
     page.panel.update(hidden)
     forces = page.client.plots[2]
-    assert "left μFₙ" not in [series.get("label") for series in forces.series]
+    assert "left μFₙ" not in page.labels(2)
     assert len(forces.data) == len(forces.series)
     assert forces.bands is not None
     assert len(forces.bands) == 1
@@ -152,8 +184,30 @@ def test_a_ghost_is_pale_in_every_chart_and_named(page: Page, case_2: RunResult)
     assert np.nanmax(np.abs(slip.data[4] - slip.data[2])) > 1.0
     assert "Pale: run before &lt;it&gt;." in page.notes()
     page.panel.update(view)
-    assert [len(plot.series) for plot in page.client.plots][:2] == [4, 4]
+    assert [page.labels(index)[2:] for index in (0, 1)] == 2 * [["left", "right"]]
     assert "Pale" not in page.notes()
+
+
+def test_no_part_of_an_update_leaves_a_line_without_its_column(
+    page: Page, viewer_server: ViewerServer, case_2: RunResult
+) -> None:
+    """The page may draw after any message: viser sends what is much in parts."""
+    three = simulate(with_third_finger(case_2.scenario))
+    view = view_of(case_2)
+    ghosted = replace(view, ghost=Ghost(Shown(2, case_2, 0.01), "the run before"))
+    hidden = ChartsDesk().take(ToggleLine("forces", "limit-1"), view)
+    drawn: dict[str, dict[str, Any]] = {}
+    for each in (view, ghosted, view, hidden, ghosted, view_of(three), view):
+        for uuid, changed in gui_messages(viewer_server, lambda each=each: page.panel.update(each)):
+            if uuid not in drawn and "series" not in changed:
+                continue
+            plot = drawn.setdefault(uuid, {})
+            plot.update(changed)
+            assert len(plot["data"]) >= len(plot["series"])
+            numbers = [number for band in plot["bands"] for number in band["series"]]
+            assert all(number < len(plot["series"]) for number in numbers)
+    assert len(drawn) == 12
+    assert max(len(plot["data"]) for plot in drawn.values()) == 2 + 2 * 6
 
 
 def test_time_has_the_scale_of_the_strip_also_where_a_run_or_its_ghost_ends_early(

@@ -57,7 +57,9 @@ def keys(entries: tuple[Entry, ...]) -> set[str]:
 
 def panel_of(server: ViewerServer, scenario: Scenario) -> tuple[KnobsPanel, list[Intent]]:
     sent: list[Intent] = []
-    return KnobsPanel(server.gui, scenario, sent.append), sent
+    panel = KnobsPanel(server.gui, sent.append)
+    panel.update(view_of(Draft.starting_from("what a test needs", scenario)))
+    return panel, sent
 
 
 @pytest.mark.parametrize("preset", ["paper-case-1", "paper-case-2"])
@@ -216,6 +218,19 @@ def test_the_knob_in_the_users_hand_is_left_alone(
         panel.update(moved)
         assert panel.knob(MASS).value == shown
         assert panel.knob("object.inertia").value == 0.02
+    panel.remove()
+
+
+def test_there_are_no_knobs_before_the_first_recording_is_there(
+    viewer_server: ViewerServer,
+) -> None:
+    panel = KnobsPanel(viewer_server.gui, lambda _: None)
+    other = view_of(Draft.from_preset("paper-case-2"))
+    panel.update(replace(other, status=RunStatus(RunStage.OPENING)))
+    with pytest.raises(KeyError):
+        panel.knob(MASS)
+    panel.update(view_of(Draft.from_preset("paper-case-1").edited(MASS, 1.7)))
+    assert panel.knob(MASS).value == 1.7
     panel.remove()
 
 

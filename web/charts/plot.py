@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
 import viser
+from numpy.typing import NDArray
 from viser import uplot
 
 from web.charts.charts import Chart, Line
@@ -20,10 +22,17 @@ _LABEL = 14
 _PALE, _BAND = 0.4, 0.12
 _PAD = 0.1
 _NO_POINTS = uplot.Series_Points(show=False)
+# What stands where a plot has room for a line and there is none.
+_NO_VALUES = np.empty(0)
+_NO_LINE = uplot.Series(show=False)
 
 
 class Plot:
     """A chart of a run, and pale that of its ghost.
+
+    It has room for a ghost from the start and never gets narrower: a large update comes to the
+    page in parts, and lines that have no column yet, or bands that have lost their lines, would
+    be errors there.
 
     Args:
         gui: Where it goes.
@@ -36,9 +45,11 @@ class Plot:
         self._head = gui.add_html(head_html(drawn.chart, drawn.hidden, dark=dark))
         self._drawn: DrawnChart | None = drawn
         self._look = _look(drawn, dark)
+        self._num_columns = _num_columns(drawn)
         self._lines = gui.add_uplot(
-            drawn.columns(),
-            _series(drawn, dark),
+            # viser wants columns of one length at first.
+            (_NO_VALUES,) * self._num_columns,
+            self._series(drawn, dark),
             axes=_axes(drawn.chart),
             bands=_bands(drawn.own.chart),
             scales=_scales(drawn),
@@ -50,6 +61,7 @@ class Plot:
             height=height,
             padding=(_TOP, _RIGHT, 0, 0),
         )
+        self._lines.data = self._columns(drawn)
 
     def draw(self, drawn: DrawnChart | None, *, dark: bool) -> None:
         """Draws a chart of another run or window, or other lines of it; without one it hides."""
@@ -57,15 +69,32 @@ class Plot:
         if drawn is None or drawn is self._drawn:
             return
         self._drawn = drawn
+        self._num_columns = max(self._num_columns, _num_columns(drawn))
         self._head.content = head_html(drawn.chart, drawn.hidden, dark=dark)
+        # Columns come before the lines that show them, and those before their bands.
+        self._lines.data = self._columns(drawn)
         look = _look(drawn, dark)
         if look != self._look:
             self._look = look
-            self._lines.series = _series(drawn, dark)
+            self._lines.series = self._series(drawn, dark)
             self._lines.scales = _scales(drawn)
             self._lines.bands = _bands(drawn.own.chart)
             self._lines.axes = _axes(drawn.chart)
-        self._lines.data = drawn.columns()
+
+    def _columns(self, drawn: DrawnChart) -> tuple[NDArray[np.float64], ...]:
+        columns = drawn.columns()
+        return (*columns, *[_NO_VALUES] * (self._num_columns - len(columns)))
+
+    def _series(self, drawn: DrawnChart, dark: bool) -> tuple[uplot.Series, ...]:
+        series = _series(drawn, dark)
+        return (*series, *[_NO_LINE] * (self._num_columns - len(series)))
+
+
+def _num_columns(drawn: DrawnChart) -> int:
+    """Time, slipping, every line of the chart, hidden or not, and as many of a ghost."""
+    num_pale = len(drawn.ghost.chart.lines) if drawn.ghost else 0
+    num_lines = len(drawn.chart.lines)
+    return 2 + num_lines + max(num_lines, num_pale)
 
 
 def _look(drawn: DrawnChart, dark: bool) -> object:

@@ -17,7 +17,7 @@ from web.panels.parameter_inputs import Knob, add_knob
 from web.scenario.draft import Draft, change_time
 from web.scenario.editing import Editing
 from web.scenario.parameter_groups import Entry, Group, group_parameters
-from web.view import ViewState
+from web.view import RunStage, ViewState
 from web.words import error_words
 
 __all__ = ["KnobsPanel", "error_html"]
@@ -30,11 +30,10 @@ class KnobsPanel:
 
     Args:
         gui: Where it goes.
-        scenario: What the knobs start from.
         send: Takes the intents.
     """
 
-    def __init__(self, gui: viser.GuiApi, scenario: Scenario, send: Send) -> None:
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self._gui, self._send = gui, send
         self._folders: list[viser.GuiFolderHandle] = []
         self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
@@ -42,11 +41,16 @@ class KnobsPanel:
         self._told: tuple[FieldError, ...] = ()
         self._shown: tuple[Draft, int] | None = None
         self._in_hand = ""
-        self._base = scenario
-        self._build(scenario)
+        self._base: Scenario | None = None
 
     def update(self, view: ViewState) -> None:
-        """Shows the values that hold at the play head, and what is wrong with which."""
+        """Shows the values that hold at the play head, and what is wrong with which.
+
+        There are no knobs while the first recording is opened, which has others: a page that
+        is slow would be told of widgets that it has just been told to remove.
+        """
+        if view.status.stage is RunStage.OPENING:
+            return
         draft = view.draft
         if draft.base is not self._base:
             self._build(draft.base)
