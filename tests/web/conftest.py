@@ -151,9 +151,7 @@ class Visitors:
         return page
 
     def _hear(self, message: ConsoleMessage) -> None:
-        # viser's page says so when a widget is replaced right after it was made, and goes on.
-        is_replaced = message.text.startswith("Tried to update non-existent component")
-        if message.type == "error" and not is_replaced:
+        if message.type == "error":
             self.complaints.append(message.text)
 
 
