@@ -13,8 +13,10 @@ from playwright.sync_api import Locator, Page
 
 __all__ = [
     "SLIP_CHART",
+    "fill",
     "knob",
     "number_field",
+    "overwrite",
     "pause",
     "pause_at",
     "picture",
@@ -39,13 +41,33 @@ def knob(page: Page, label: str) -> Locator:
 
 
 def set_number(page: Page, label: str, value: str) -> None:
-    """Pastes a number over the one in a field, as a user does."""
-    field = number_field(page, label)
+    """Pastes a number over the one in the field with a label."""
+    overwrite(number_field(page, label), value)
+
+
+def overwrite(field: Locator, value: str) -> None:
+    """Pastes a value over the one in a field, as a user does, and presses Enter."""
     # What is filled in without the focus is lost on viser's page, if the program set the field.
     field.click()
     field.press("Control+a")
-    page.keyboard.insert_text(value)
+    field.page.keyboard.insert_text(value)
     field.press("Enter")
+    wait_until_sent(field.page)
+
+
+def fill(field: Locator, text: str) -> None:
+    """Writes a text over the one in a field, and leaves it to the caller what comes of it."""
+    field.fill(text)
+    wait_until_sent(field.page)
+
+
+def wait_until_sent(page: Page) -> None:
+    """Waits as long as no user can help to: viser's page sends what changes every 50 ms.
+
+    Of two changes in less than that it sends the last one alone, though they be of two fields,
+    and a form that is sent overtakes it.
+    """
+    page.evaluate("new Promise(sent => setTimeout(sent, 100))")
 
 
 def pause(page: Page) -> None:

@@ -14,7 +14,7 @@ from recordings.writer import write_recording
 from server.settings import Settings
 from tests.server.serving import RunningServer, serve
 from tests.web.conftest import visitors_of
-from tests.web.driving import number_field, wait_until
+from tests.web.driving import fill, number_field, wait_until
 from web.app import create_dashboard_app
 
 pytestmark = [
@@ -77,8 +77,8 @@ def test_a_run_is_found_opened_renamed_and_deleted_and_others_deletions_are_told
     chosen.focus()
     chosen.press("Enter")
     page.get_by_text("Name and tags").click()
-    number_field(page, "name").fill("Q = 20, for the report")
-    number_field(page, "tags").fill("report, slip")
+    fill(number_field(page, "name"), "Q = 20, for the report")
+    fill(number_field(page, "tags"), "report, slip")
     number_field(page, "tags").press("Enter")
     expect(row(page, "for the report").get_by_text("report", exact=True)).to_be_visible()
     store = store_of(serving)

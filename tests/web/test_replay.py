@@ -76,11 +76,14 @@ def live_page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
         yield visitors.open_to_look()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def replay_page(browser: Browser, replaying: RunningServer) -> Iterator[Page]:
+    """A page that shows the recording, for which nothing may be simulated."""
     with visitors_of(browser, replaying) as visitors:
-        page = visitors.open_to_look()
-        page.get_by_text("Replay of evidence.mcap").wait_for()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(entry, "advance", refuse_to_simulate)
+            page = visitors.open_to_look()
+            page.get_by_text("Replay of evidence.mcap").wait_for()
         yield page
 
 
@@ -141,7 +144,7 @@ def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
     page.get_by_role("button", name="whole run").click()
     page.wait_for_function(f"Math.abs({CHARTS}[0].scales.x.max - 7) < 1e-3")
     trace = read_recording(opened).trace
-    times, _, left, right = chart_values(page)[0]
+    times, _, left, right, *_ = chart_values(page)[0]
     rows = np.searchsorted(trace.times, times[1:-1], side="left")
     assert np.array_equal(trace.times[rows], times[1:-1])
     shown = np.array([left[1:-1], right[1:-1]]).T
@@ -153,31 +156,28 @@ def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
 def test_a_knob_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explained(
-    browser: Browser, replaying: RunningServer, case_2: RunResult
+    replay_page: Page, replaying: RunningServer, case_2: RunResult
 ) -> None:
-    store = replaying.app.state.run_service.store
-    with visitors_of(browser, replaying) as visitors:
-        page = visitors.open()
-        page.get_by_text("Replay of evidence.mcap").wait_for()
-        assert number_field(page, "mass [kg]").input_value() == "1"
-        set_number(page, "mass [kg]", "1.4")
-        page.get_by_text("Live run").wait_for()
-        page.get_by_text("Saved as").wait_for()
-        (change,) = store.open(store.list()[0].id).scenario.changes
-        assert (change.parameter, change.value) == ("object.mass", 1.4)
-        page.get_by_role("button", name="reset").click()
-        page.get_by_text("Replay of evidence.mcap").wait_for()
-        page.get_by_text("2.59 mm left").wait_for()
-        assert number_field(page, "mass [kg]").input_value() == "1"
+    page, store = replay_page, replaying.app.state.run_service.store
+    assert number_field(page, "mass [kg]").input_value() == "1"
+    set_number(page, "mass [kg]", "1.4")
+    page.get_by_text("Live run").wait_for()
+    page.get_by_text("Saved as").wait_for()
+    (change,) = store.open(store.list()[0].id).scenario.changes
+    assert (change.parameter, change.value) == ("object.mass", 1.4)
+    page.get_by_role("button", name="reset").click()
+    page.get_by_text("Replay of evidence.mcap").wait_for()
+    page.get_by_text("2.59 mm left").wait_for()
+    assert number_field(page, "mass [kg]").input_value() == "1"
 
-        page.get_by_role("tab", name="Recordings").click()
-        stored = store.save(case_2)
-        opening = page.get_by_label(f"Open {stored.id}", exact=True)
-        opening.wait_for()
-        stored.path.write_bytes(stored.path.read_bytes()[:5000])
-        opening.click()
-        page.get_by_text("is damaged").wait_for()
-        assert page.get_by_text("Replay", exact=True).count() == 1
+    page.get_by_role("tab", name="Recordings").click()
+    stored = store.save(case_2)
+    opening = page.get_by_label(f"Open {stored.id}", exact=True)
+    opening.wait_for()
+    stored.path.write_bytes(stored.path.read_bytes()[:5000])
+    opening.click()
+    page.get_by_text("is damaged").wait_for()
+    assert page.get_by_text("Replay", exact=True).count() == 1
 
 
 def test_a_file_that_is_still_written_is_opened_as_far_as_it_goes(

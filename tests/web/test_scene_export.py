@@ -20,6 +20,8 @@ from tests.web.conftest import PATIENCE, dismiss_warning
 from web.colours import PHASES
 from web.export.replay_page import MAX_FRAMES, frame_times, write_html
 
+TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
 
 def write(result: RunResult, path: Path) -> Path:
     with path.open("wb") as stream:
@@ -41,6 +43,8 @@ class Opened:
         field = self.page.locator("input:visible").first
         field.fill(f"{seconds:g}")
         field.press("Enter")
+        # A slow page else stands still because it has not begun.
+        self.page.evaluate(TWO_FRAMES)
         before = self.shoot()
         for _ in range(40):
             self.page.wait_for_timeout(250)

@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 
 from tests.server.serving import RunningServer
+from tests.web.driving import overwrite
 
 pytestmark = [
     pytest.mark.browser,
@@ -39,9 +40,7 @@ def test_two_parameters_are_chosen_the_map_fills_and_a_click_opens_a_run(
     page.get_by_role("tab", name="Study").click()
     choose(page, "upwards", "Gravity [m/s²]")
     for count in page.locator("xpath=//label[normalize-space(.)='values']/../../..").all():
-        field = count.locator("input:visible").last
-        field.fill("4")
-        field.press("Enter")
+        overwrite(count.locator("input:visible").last, "4")
     page.locator("b", has_text=re.compile(r"^16 runs$")).wait_for()
     page.get_by_text("of computing").wait_for()
     page.get_by_role("button", name="Run the study").click()
