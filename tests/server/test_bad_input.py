@@ -443,7 +443,7 @@ BODIES = (
 
 @given(body=BODIES)
 @settings(
-    max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_no_body_is_ever_answered_with_a_server_error(client, body) -> None:
     answer = client.post("/runs", content=body, headers=JSON_TYPE)

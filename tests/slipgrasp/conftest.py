@@ -4,10 +4,13 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from slipgrasp.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 240
@@ -77,3 +80,21 @@ def kernel() -> None:
 @pytest.fixture
 def slipgrasp(tmp_path, kernel) -> CommandLine:
     return CommandLine(tmp_path)
+
+
+@pytest.fixture
+def in_process(slipgrasp, monkeypatch, capsys) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Runs ``slipgrasp`` here: to start a process takes a hundred times as long as to refuse."""
+    monkeypatch.chdir(slipgrasp.folder)
+    monkeypatch.setenv("SLIPGRASP_DATA", str(slipgrasp.data))
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        try:
+            status = main(arguments)
+        except SystemExit as ended:
+            assert isinstance(ended.code, int)
+            status = ended.code
+        printed = capsys.readouterr()
+        return subprocess.CompletedProcess(arguments, status, printed.out, printed.err)
+
+    return run

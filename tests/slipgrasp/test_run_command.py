@@ -28,7 +28,9 @@ METRICS = {
 }
 
 
-def test_a_completed_run_prints_one_json_object_with_the_keys_of_the_contract(slipgrasp):
+def test_a_completed_run_prints_the_json_of_the_contract_and_its_recording_holds_the_same(
+    slipgrasp,
+):
     result = slipgrasp.run_json(*SHORT)
 
     assert set(result) == KEYS
@@ -40,10 +42,6 @@ def test_a_completed_run_prints_one_json_object_with_the_keys_of_the_contract(sl
     assert set(result["estimates"]) == {
         *("fingers.0.friction", "fingers.1.friction", "object.mass", "object.inertia")
     }
-
-
-def test_the_recording_is_in_the_data_directory_and_holds_what_was_printed(slipgrasp):
-    result = slipgrasp.run_json(*SHORT)
 
     recording = slipgrasp.data / result["recording"]
     assert recording.parent == slipgrasp.data
@@ -128,8 +126,10 @@ BAD_INPUT = {
 
 
 @pytest.mark.parametrize("assignment", BAD_INPUT)
-def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(slipgrasp, assignment):
-    done = slipgrasp("run", "paper-case-2", "--json", "--set", assignment)
+def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(
+    slipgrasp, in_process, assignment
+):
+    done = in_process("run", "paper-case-2", "--json", "--set", assignment)
 
     assert done.returncode == 2
     assert done.stdout == ""
@@ -152,8 +152,8 @@ def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(slipgrasp, a
         (("simulate",), "invalid choice"),
     ],
 )
-def test_bad_arguments_exit_with_2_in_one_clear_line(slipgrasp, arguments, message):
-    done = slipgrasp(*arguments)
+def test_bad_arguments_exit_with_2_in_one_clear_line(in_process, arguments, message):
+    done = in_process(*arguments)
 
     assert done.returncode == 2
     assert message in done.stderr
