@@ -88,9 +88,9 @@ def in_process(slipgrasp, monkeypatch, capsys) -> Callable[..., subprocess.Compl
     monkeypatch.chdir(slipgrasp.folder)
     monkeypatch.setenv("SLIPGRASP_DATA", str(slipgrasp.data))
 
-    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
         try:
-            status = main(arguments)
+            status = main([str(argument) for argument in arguments])
         except SystemExit as ended:
             assert isinstance(ended.code, int)
             status = ended.code

@@ -86,8 +86,8 @@ def test_the_tolerance_decides(slipgrasp, files):
 
 
 @pytest.mark.parametrize("tolerance", ["nan", "-1"])
-def test_a_tolerance_that_is_none_is_refused(slipgrasp, files, tolerance):
-    done = slipgrasp("diff", "base.mcap", "base.mcap", f"--tolerance={tolerance}")
+def test_a_tolerance_that_is_none_is_refused(in_process, files, tolerance):
+    done = in_process("diff", "base.mcap", "base.mcap", f"--tolerance={tolerance}")
 
     assert (done.returncode, done.stdout) == (2, "")
     assert "tolerance" in done.stderr and done.stderr.count("\n") == 1
@@ -115,12 +115,12 @@ def test_stored_runs_are_found_by_their_ids(slipgrasp):
         ("text.mcap", "not an MCAP file"),
     ],
 )
-def test_what_cannot_be_read_exits_2_in_one_line(slipgrasp, files, other, message):
+def test_what_cannot_be_read_exits_2_in_one_line(in_process, files, other, message):
     data = (files / "base.mcap").read_bytes()
     (files / "cut.mcap").write_bytes(data[: len(data) // 2])
     (files / "text.mcap").write_text("just some text")
 
-    done = slipgrasp("diff", "base.mcap", other)
+    done = in_process("diff", "base.mcap", other)
 
     assert (done.returncode, done.stdout) == (2, "")
     assert message in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr

@@ -62,11 +62,11 @@ def test_export_writes_a_file_and_replaces_one_only_with_force(slipgrasp, record
         (b"\x89MCAP0\r\n and then nothing that fits", "damaged"),
     ],
 )
-def test_a_file_that_is_no_recording_is_refused_in_one_line(slipgrasp, tmp_path, content, message):
+def test_a_file_that_is_no_recording_is_refused_in_one_line(in_process, tmp_path, content, message):
     if content is not None:
         (tmp_path / "wrong.mcap").write_bytes(content)
 
-    done = slipgrasp("export", "wrong.mcap")
+    done = in_process("export", "wrong.mcap")
 
     assert done.returncode == 2
     assert done.stdout == ""
@@ -173,8 +173,8 @@ def test_a_film_and_a_page_are_written(slipgrasp, recording, tmp_path):
 
 
 @pytest.mark.parametrize("fps", ["nan", "51"])
-def test_frames_per_second_have_bounds(slipgrasp, recording, fps):
-    refused = slipgrasp("export", recording, "--output", "run.gif", "--fps", fps)
+def test_frames_per_second_have_bounds(in_process, recording, fps):
+    refused = in_process("export", recording, "--output", "run.gif", "--fps", fps)
 
     assert refused.returncode == 2
     assert "--fps" in refused.stderr and refused.stderr.count("\n") == 1
