@@ -21,6 +21,7 @@ from core.field_errors import (
     shortened,
     single_error,
 )
+from core.motion_file import fill_in_table, refuse_table_name
 from core.parameters import Parameter, describe
 from core.scenario import Change, Scenario
 from core.validation import check_scenario
@@ -83,28 +84,33 @@ def load_scenario(source: str | Path) -> Scenario:
         )
     if path.stat().st_size > _MAX_FILE_BYTES:
         raise _too_large(name)
-    return scenario_from_toml(path.read_bytes(), name)
+    mapping = _parse_toml(path.read_bytes(), name)
+    fill_in_table(mapping, path.parent)
+    return scenario_from_mapping(mapping)
 
 
 def scenario_from_toml(content: bytes, name: str) -> Scenario:
     """Reads a scenario from the content of a TOML file.
 
     Args:
-        content: What the file holds.
+        content: What the file holds; it cannot name other files.
         name: What it is called, for messages.
 
     Raises:
         ScenarioError: If it is too large, no TOML, or not a valid scenario.
     """
+    return scenario_from_mapping(_parse_toml(content, name))
+
+
+def _parse_toml(content: bytes, name: str) -> dict[str, Any]:
     if len(content) > _MAX_FILE_BYTES:
         raise _too_large(name)
     try:
-        mapping = tomllib.loads(content.decode("utf-8"))
+        return tomllib.loads(content.decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise single_error(
             "scenario", name, "TOML", f"'{name}' is not valid TOML: {error}"
         ) from error
-    return scenario_from_mapping(mapping)
 
 
 def _too_large(name: str) -> ScenarioError:
@@ -122,6 +128,7 @@ def scenario_from_mapping(mapping: Any) -> Scenario:
     Raises:
         ScenarioError: With one entry per wrong field.
     """
+    refuse_table_name(mapping)
     try:
         text = json.dumps(mapping, default=repr)
         scenario = _adapter().validate_json(text)

@@ -21,7 +21,6 @@ from core.kernel.jump import (
 )
 from core.kernel.jump import SINGULAR as FINGER_SINGULAR
 from core.kernel.model import MODEL
-from core.kernel.motion import NUM_PIECES
 from core.kernel.records import Record
 from core.kernel.run import (
     CHANGE_CAPACITY,
@@ -95,8 +94,7 @@ def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int
     """The jump at an instant known beforehand; one kind at a time, the rest follow at once."""
     if run.now >= t_stop:
         return RUNNING
-    piece = run.discrete.piece
-    if piece < NUM_PIECES and model.motion.breaks[piece] <= run.now:
+    if model.motion.breaks[run.discrete.piece] <= run.now:
         return _change_piece(model, run, outlet)
     if model.law.period > 0.0 and next_tick(model, run) <= run.now:
         return control_tick(model, run, outlet, 0, 0)
@@ -117,7 +115,7 @@ def _change_piece(model: Record, run: Record, outlet: Record) -> int:
     keep_old(model, run)
     emit(model, run, outlet, run.now, run.step.start)
     run.discrete.piece += 1
-    while run.discrete.piece < NUM_PIECES and breaks[run.discrete.piece] <= run.now:
+    while breaks[run.discrete.piece] <= run.now:
         run.discrete.piece += 1
     return select_again(model, run, outlet)
 
@@ -125,10 +123,7 @@ def _change_piece(model: Record, run: Record, outlet: Record) -> int:
 @compiled
 def _next_break(model: Record, run: Record, t_stop: float) -> float:
     """The next instant at which the flow is not smooth for a known reason."""
-    piece = run.discrete.piece
-    until = min(t_stop, run.hold_until)
-    if piece < NUM_PIECES:
-        until = min(until, model.motion.breaks[piece])
+    until = min(t_stop, run.hold_until, model.motion.breaks[run.discrete.piece])
     if model.law.period > 0.0:
         until = min(until, next_tick(model, run), next_command(run))
     return until

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from core.kernel import dynamics, kinematics, law, reduced
+from core.kernel import dynamics, kinematics, law, motion, reduced
 from core.kernel.compiler import call, from_python
 from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
 from core.kernel.model import pack_model
@@ -17,11 +17,12 @@ from core.kernel.regressor import multiply_regressor
 from core.kernel.workspace import DISCRETE, WORKSPACE
 from core.scenario import Scenario
 
-__all__ = ["StateEvaluation", "evaluate_state"]
+__all__ = ["StateEvaluation", "evaluate_motion", "evaluate_state"]
 
 
 _apply_tip_forces = from_python(reduced.apply_tip_forces)
 _assemble_bias = from_python(reduced.assemble_bias)
+_desired_motion = from_python(motion.desired_motion)
 _forces_to_torques = from_python(reduced.forces_to_torques)
 _joint_angle = from_python(kinematics.joint_angle)
 _lyapunov_value = from_python(law.lyapunov_value)
@@ -83,7 +84,7 @@ def evaluate_state(
     n, p = len(scenario.fingers), len(scenario.estimates)
     model, discrete, work = pack_model(scenario), make_record(DISCRETE), make_record(WORKSPACE)
     discrete.phases[:n] = discrete.beliefs[:n] = phase
-    discrete.piece = int(np.searchsorted(model.motion.breaks, t, side="right"))
+    discrete.piece = _piece_at(model.motion, t)
     state = make_record(STATE)
     parts = (pose, velocity, slip, slip_velocity, estimates)
     values = np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts])
@@ -99,6 +100,23 @@ def evaluate_state(
     call(solve_plant, model, discrete, work)
     call(update_rates, model, discrete, state, work)
     return _collect(model, discrete, work, state, torques, n, p)
+
+
+def evaluate_motion(scenario: Scenario, t: float, piece: int | None = None) -> Floats:
+    """Desired pose, velocity and acceleration, ``(3, 3)``, one row each [m, m, rad, s].
+
+    Args:
+        scenario: Where the motion is described.
+        t: Time [s].
+        piece: Piece of the motion that holds, where two meet; the later one if left out.
+    """
+    path = pack_model(scenario).motion
+    k = _piece_at(path, t) if piece is None else piece
+    return np.array([_desired_motion(path, k, t, coordinate) for coordinate in range(3)]).T
+
+
+def _piece_at(path: Record, t: float) -> int:
+    return int(np.searchsorted(path.breaks, t, side="right"))
 
 
 def _collect(

@@ -1,4 +1,4 @@
-"""The desired motion of the object: three pieces of constant acceleration, then rest."""
+"""The desired motion of the object: the paper's, or pieces of any other (core/trajectory.py)."""
 
 from __future__ import annotations
 
@@ -7,16 +7,20 @@ import numpy as np
 from core.kernel.compiler import compiled
 from core.kernel.records import Record
 from core.scenario import TrajectoryParameters
+from core.trajectory import DEGREE, MAX_PIECES, pieces_of
 
-__all__ = ["MOTION", "NUM_PIECES", "desired_motion", "pack_motion"]
-
-NUM_PIECES = 3
+__all__ = ["MOTION", "desired_motion", "pack_motion"]
 
 MOTION = np.dtype(
     [
+        ("coasts", np.bool_),  # whether it is the paper's, by start and acceleration alone
         ("start", np.float64, (3,)),
         ("acceleration", np.float64, (3,)),
-        ("breaks", np.float64, (NUM_PIECES,)),  # ends of the pieces [s]
+        ("breaks", np.float64, (MAX_PIECES,)),  # ends of the pieces, inf from the last one on [s]
+        ("sine", np.float64, (3,)),
+        ("cosine", np.float64, (3,)),
+        ("angles", np.float64, (MAX_PIECES, 3)),
+        ("polynomials", np.float64, (MAX_PIECES, 3, DEGREE + 1)),
     ],
     align=True,
 )
@@ -24,20 +28,39 @@ MOTION = np.dtype(
 
 def pack_motion(trajectory: TrajectoryParameters, motion: np.void) -> None:
     """Writes the desired motion into ``motion``."""
-    speeding, coasting = trajectory.acceleration_time, trajectory.coast_time
     motion["start"] = trajectory.start
-    motion["acceleration"] = trajectory.acceleration
-    motion["breaks"] = speeding, speeding + coasting, speeding + coasting + speeding
+    motion["coasts"] = trajectory.kind == "coast"
+    motion["breaks"] = np.inf
+    if motion["coasts"]:
+        speeding, coasting = trajectory.acceleration_time, trajectory.coast_time
+        motion["acceleration"] = trajectory.acceleration
+        motion["breaks"][:3] = speeding, speeding + coasting, speeding + coasting + speeding
+        return
+    pieces = pieces_of(trajectory)
+    count = len(pieces.starts)
+    motion["breaks"][: count - 1] = pieces.starts[1:]
+    motion["polynomials"][:count] = pieces.polynomials
+    motion["angles"][:count] = pieces.angles
+    motion["sine"], motion["cosine"] = pieces.sine, pieces.cosine
 
 
 @compiled
 def desired_motion(
     motion: Record, piece: int, t: float, coordinate: int
 ) -> tuple[float, float, float]:
-    """Desired position, velocity, acceleration of one coordinate on a piece of Eq. 64.
+    """Desired position, velocity, acceleration of one coordinate on a piece of the motion.
 
     The piece is given, not found from ``t``, so that values at a break are one-sided.
     """
+    if motion.coasts:
+        return _coast(motion, piece, t, coordinate)
+    s = t - motion.breaks[piece - 1] if piece > 0 else t
+    return _on_piece(motion, piece, s, coordinate)
+
+
+@compiled
+def _coast(motion: Record, piece: int, t: float, coordinate: int) -> tuple[float, float, float]:
+    """Eq. 64: three pieces of constant acceleration, then rest."""
     begin = motion.start[coordinate]
     slope = motion.acceleration[coordinate]
     first, second, third = motion.breaks[0], motion.breaks[1], motion.breaks[2]
@@ -53,3 +76,25 @@ def desired_motion(
         return begin + speed * s - 0.5 * slope * s * s, speed - slope * s, -slope
     s = third - second
     return begin + speed * s - 0.5 * slope * s * s, 0.0, 0.0
+
+
+@compiled
+def _on_piece(motion: Record, piece: int, s: float, coordinate: int) -> tuple[float, float, float]:
+    """A polynomial by Horner's rule, and what oscillates with the angle psi."""
+    position, velocity, bend = 0.0, 0.0, 0.0
+    for k in range(DEGREE, -1, -1):
+        bend = bend * s + velocity
+        velocity = velocity * s + position
+        position = position * s + motion.polynomials[piece, coordinate, k]
+    acceleration = 2.0 * bend
+    a, b = motion.sine[coordinate], motion.cosine[coordinate]
+    if a != 0.0 or b != 0.0:
+        curve = motion.angles[piece, 2]
+        rate = motion.angles[piece, 1] + 2.0 * curve * s
+        psi = motion.angles[piece, 0] + s * (motion.angles[piece, 1] + s * curve)
+        sine, cosine = np.sin(psi), np.cos(psi)
+        along, across = a * cosine + b * sine, b * cosine - a * sine
+        position += a * sine + b * (1.0 - cosine)
+        velocity += rate * along
+        acceleration += 2.0 * curve * along + rate * rate * across
+    return position, velocity, acceleration

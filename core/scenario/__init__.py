@@ -8,13 +8,20 @@ from core.scenario.controller import ControllerParameters, Estimate
 from core.scenario.finger import FingerParameters
 from core.scenario.held_object import ObjectParameters
 from core.scenario.simulation import MAX_CHATTER_CHANGES, Change, SimulationParameters
-from core.scenario.trajectory import SetPoint, TrajectoryParameters
+from core.scenario.trajectory import (
+    MAX_SET_POINTS,
+    MAX_TABLE_ROWS,
+    SetPoint,
+    TrajectoryParameters,
+)
 from core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
 from core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
     "MAX_CHATTER_CHANGES",
     "MAX_FINGERS",
+    "MAX_SET_POINTS",
+    "MAX_TABLE_ROWS",
     "MAX_UNKNOWNS",
     "ActuationParameters",
     "Change",

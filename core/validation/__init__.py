@@ -8,11 +8,13 @@ from core.validation.control import check_control, check_gains, check_least_gain
 from core.validation.estimates import check_estimates
 from core.validation.hand import check_start_pose
 from core.validation.times import check_times
+from core.validation.trajectory import check_trajectory
 
 __all__ = ["check_scenario"]
 
 _CHECKS = (
     check_start_pose,
+    check_trajectory,
     check_estimates,
     check_gains,
     check_least_gain,
