@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -37,7 +38,7 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     *parents, last = key.split(".")
     node: Any = mapping
     for part in parents:
-        node = _child(node, part, growable=any(node is mapping.get(name) for name in _GROWABLE))
+        node = _child(node, part, growable=any(node is items for items in _growable(mapping)))
         if node is None:
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
@@ -51,6 +52,13 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     else:
         return unknown_key(scenario, key)
     return None
+
+
+def _growable(mapping: dict[str, Any]) -> Iterator[Any]:
+    """The lists to which a key may add the next entry."""
+    yield from (mapping.get(name) for name in _GROWABLE)
+    trajectory = mapping.get("trajectory")
+    yield trajectory.get("set_points") if isinstance(trajectory, dict) else None
 
 
 def _child(node: Any, part: str, growable: bool) -> Any:

@@ -11,42 +11,13 @@ from core.scenario import Scenario
 from tests.references.controller import Law, Unknowns, regressor
 from tests.references.finger import Finger
 from tests.references.hand import Hand, Kinematics, Motion, Parameters, Phase, State
+from tests.references.trajectory import Trajectory, trajectory_of
 
-__all__ = ["ClosedLoop", "Evaluation", "Trajectory"]
+__all__ = ["ClosedLoop", "Evaluation"]
 
 Array = NDArray[np.float64]
 
 _FACES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "bottom": (-1.0, 0.0), "top": (1.0, 0.0)}
-
-
-class Trajectory(NamedTuple):
-    """Accelerate, coast, brake, rest (Eq. 64); quadratic between the break points."""
-
-    start: Array
-    acceleration: Array
-    breaks: Array  # times at which the acceleration jumps
-
-    def desired(self, t: float, piece_time: float | None = None) -> tuple[Array, Array, Array]:
-        """Desired pose, velocity and acceleration.
-
-        Args:
-            t: Time [s].
-            piece_time: A time inside the piece whose acceleration holds; ``t`` by default.
-        """
-        when = t if piece_time is None else piece_time
-        signs = np.array([1.0, 0.0, -1.0, 0.0])
-        piece = int(np.searchsorted(self.breaks, when + 1e-9))
-        starts = np.concatenate(([0.0], self.breaks))
-        position, speed = 0.0, 0.0
-        for k in range(piece):
-            dt = starts[k + 1] - starts[k]
-            position += speed * dt + 0.5 * signs[k] * dt**2
-            speed += signs[k] * dt
-        dt = t - starts[piece]
-        position += speed * dt + 0.5 * signs[piece] * dt**2
-        speed += signs[piece] * dt
-        a = self.acceleration
-        return self.start + a * position, a * speed, a * signs[piece]
 
 
 class Evaluation(NamedTuple):
@@ -78,14 +49,12 @@ class ClosedLoop(NamedTuple):
             scenario.object.inertia,
             np.array([f.friction for f in scenario.fingers]),
         )
-        path = scenario.trajectory
-        breaks = np.cumsum([path.acceleration_time, path.coast_time, path.acceleration_time])
         return cls(
             hand=_hand(scenario),
             truth=truth,
             unknowns=Unknowns(tuple(e.parameter for e in scenario.estimates), truth),
             law=_law(scenario, n),
-            trajectory=Trajectory(np.array(path.start), np.array(path.acceleration), breaks),
+            trajectory=trajectory_of(scenario.trajectory),
             initial_estimates=np.array([e.initial for e in scenario.estimates]),
         )
 
