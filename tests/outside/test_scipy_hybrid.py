@@ -48,6 +48,18 @@ def jumping_trajectory():
     return paper_case(1, **values)
 
 
+def short_shake():
+    """Speeds up, runs and brakes within 0.16 s, in x, y and theta at once."""
+    values = {
+        "trajectory.kind": "shake",
+        "trajectory.amplitude": [0.001, 0.004, 0.01],
+        "trajectory.acceleration_time": 0.06,
+        "trajectory.period": 0.08,
+        "trajectory.cycles": 1.25,
+    }
+    return paper_case(1, **values)
+
+
 def unequal_and_bounded():
     """Friction differs between the fingers; two estimates run into their bounds."""
     values = {
@@ -69,6 +81,7 @@ CONTINUOUS = {
     "paper case I": Case(paper_case(1), [0.05, 0.1, 0.15, 0.2]),
     "paper case II": Case(paper_case(2), [0.05, 0.1, 0.15, 0.2]),
     "jumping trajectory": Case(jumping_trajectory(), [0.03, 0.07, 0.12, 0.2]),
+    "short shake": Case(short_shake(), [0.03, 0.08, 0.13, 0.2]),
     # The reference meets a bound without an event: its step control crosses the kink in the
     # rate at the cost of a digit (it overshoots the bound by 2e-8).
     "unequal friction, bounds": Case(unequal_and_bounded(), [0.05, 0.08, 0.1], slack=10.0),
