@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from core.scenario import FingerParameters, ObjectParameters, Scenario
 
-__all__ = ["ContactFrame", "contact_frame", "joint_points", "tip_distance"]
+__all__ = [
+    "ContactFrame",
+    "contact_frame",
+    "face_names",
+    "joint_points",
+    "outline",
+    "tip_distance",
+]
 
 
 class ContactFrame(NamedTuple):
@@ -39,21 +46,47 @@ _TANGENTS = {
 }
 
 
+def face_names(body: ObjectParameters) -> tuple[str, ...]:
+    """What the faces of an object are called: by side, or edge-0, edge-1 … of a polygon."""
+    if body.corners:
+        return tuple(f"edge-{k}" for k in range(len(body.corners)))
+    return tuple(_TANGENTS)
+
+
+def outline(body: ObjectParameters) -> NDArray[np.float64]:
+    """Corners of the object, counterclockwise, in its own frame, shape ``(corners, 2)`` [m]."""
+    if body.corners:
+        return np.array(body.corners)
+    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return signs * (body.half_width, body.face_half_length)
+
+
 def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFrame:
     """The frame in which a fingertip slides on its face.
 
     Args:
-        body: The rectangular object.
-        finger: The finger that touches it.
+        body: The object.
+        finger: The finger that touches it, on one of its `face_names`.
     """
+    offset = finger.contact_offset
+    if body.corners:
+        return _edge_frame(body, int(finger.face.removeprefix("edge-")), offset)
     tx, ty = _TANGENTS[finger.face]
     nx, ny = ty, -tx
     vertical = finger.face in ("left", "right")
     depth = body.half_width if vertical else body.face_half_length
     reach = body.face_half_length if vertical else body.half_width
-    offset = finger.contact_offset
     anchor = (-depth * nx + offset * tx, -depth * ny + offset * ty)
     return ContactFrame(anchor, (tx, ty), (nx, ny), -reach - offset, reach - offset)
+
+
+def _edge_frame(body: ObjectParameters, edge: int, offset: float) -> ContactFrame:
+    """From corner K to the next the object lies on the left: the tangent runs the other way."""
+    (x0, y0), (x1, y1) = body.corners[edge], body.corners[(edge + 1) % len(body.corners)]
+    length = math.hypot(x1 - x0, y1 - y0)
+    tx, ty = (x0 - x1) / length, (y0 - y1) / length
+    anchor = (0.5 * (x0 + x1) + offset * tx, 0.5 * (y0 + y1) + offset * ty)
+    return ContactFrame(anchor, (tx, ty), (ty, -tx), -0.5 * length - offset, 0.5 * length - offset)
 
 
 def joint_points(

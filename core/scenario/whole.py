@@ -45,16 +45,23 @@ class Scenario:
 
     @property
     def finger_names(self) -> tuple[str, ...]:
-        """What to call the fingers: the faces they touch, numbered where several share one."""
-        faces = [finger.face for finger in self.fingers]
+        """What to call the fingers: the faces they touch, numbered where several share one.
+
+        Edges have numbers themselves, there letters tell the fingers apart: edge 2a, edge 2b.
+        """
+        faces = [finger.face.replace("-", " ") for finger in self.fingers]
         return tuple(
-            face if faces.count(face) == 1 else f"{face} {faces[: i + 1].count(face)}"
+            face if faces.count(face) == 1 else face + _ordinal(face, faces[:i].count(face))
             for i, face in enumerate(faces)
         )
 
     def to_mapping(self) -> dict[str, Any]:
         """The scenario as nested plain values, without what was left out (None)."""
         return asdict(self, dict_factory=_without_none)
+
+
+def _ordinal(face: str, earlier: int) -> str:
+    return "abcdef"[earlier] if face[-1].isdigit() else f" {earlier + 1}"
 
 
 def _without_none(items: list[tuple[str, Any]]) -> dict[str, Any]:

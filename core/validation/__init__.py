@@ -6,13 +6,16 @@ from core.exceptions import ScenarioError
 from core.scenario import Scenario
 from core.validation.control import check_control, check_gains, check_least_gain
 from core.validation.estimates import check_estimates
-from core.validation.hand import check_start_pose
+from core.validation.hand import check_faces, check_start_pose
+from core.validation.outline import check_outline
 from core.validation.times import check_times
 from core.validation.trajectory import check_trajectory
 
 __all__ = ["check_scenario"]
 
 _CHECKS = (
+    check_outline,
+    check_faces,
     check_start_pose,
     check_trajectory,
     check_estimates,

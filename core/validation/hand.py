@@ -1,4 +1,4 @@
-"""Whether the fingers stand on their faces and reach them."""
+"""Whether the fingers stand on faces that there are, and reach them."""
 
 from __future__ import annotations
 
@@ -6,16 +6,36 @@ import math
 from collections.abc import Iterator
 
 from core.exceptions import FieldError
-from core.geometry import contact_frame, tip_distance
+from core.geometry import contact_frame, face_names, tip_distance
 from core.scenario import FingerParameters, Scenario
+from core.validation.outline import check_outline
 
-__all__ = ["check_start_pose"]
+__all__ = ["check_faces", "check_start_pose"]
 
 MIN_SINE_OF_SECOND_JOINT = 1e-3
 
 
+def check_faces(scenario: Scenario) -> Iterator[FieldError]:
+    """Every finger touches a face that the object has."""
+    names = face_names(scenario.object)
+    for i, finger in enumerate(scenario.fingers):
+        if finger.face not in names:
+            shape = "a polygon" if scenario.object.corners else "a rectangle (no corners)"
+            yield FieldError(
+                field=f"fingers.{i}.face",
+                value=finger.face,
+                limit=", ".join(names),
+                message=(
+                    f"fingers.{i}.face is '{finger.face}', but the object is {shape} with the "
+                    f"faces {', '.join(names)}"
+                ),
+            )
+
+
 def check_start_pose(scenario: Scenario) -> Iterator[FieldError]:
     """Every fingertip starts on its face and within the reach of its finger."""
+    if any(check_outline(scenario)) or any(check_faces(scenario)):
+        return
     for i, finger in enumerate(scenario.fingers):
         frame = contact_frame(scenario.object, finger)
         if not frame.slip_minimum < 0.0 < frame.slip_maximum:
