@@ -49,6 +49,9 @@ SIGNALS = (
         "object_acceleration", "object", "coordinate", "m/s^2, rad/s^2", "Its second derivative."
     ),
     Signal("tracking_error", "object", "coordinate", "m, m, rad", "Desired minus actual pose."),
+    Signal(
+        "external_wrench", "object", "coordinate", "N, N, N m", "Force and moment of the pulses."
+    ),
     Signal("slip", "contacts", "contact", "m", "Displacement of the fingertip along the face."),
     Signal("slip_velocity", "contacts", "contact", "m/s", "Its first derivative."),
     Signal("slip_acceleration", "contacts", "contact", "m/s^2", "Its second derivative."),
@@ -59,7 +62,13 @@ SIGNALS = (
     Signal(
         "friction_margin", "contacts", "contact", "N", "mu F_n - |F_x|, positive inside the cone."
     ),
-    Signal("friction_coefficient", "contacts", "contact", "1", "True friction at that time."),
+    Signal(
+        "friction_coefficient",
+        "contacts",
+        "contact",
+        "1",
+        "True friction at that time, of stick or of slip.",
+    ),
     Signal("joint_position", "joints", "joint", "rad", "Joint angles, second relative to first."),
     Signal("joint_velocity", "joints", "joint", "rad/s", "Their first derivative."),
     Signal("joint_torque", "joints", "joint", "N m", "Torque the controller commands."),
@@ -80,7 +89,11 @@ SIGNALS = (
     Signal("kinetic_energy", "energy", "", "J", "Kinetic energy of object and fingers."),
     Signal("potential_energy", "energy", "", "J", "Potential energy of object and fingers."),
     Signal(
-        "supplied_energy", "energy", "", "J", "Work of the torques and of timed changes so far."
+        "supplied_energy",
+        "energy",
+        "",
+        "J",
+        "Work of torques, pulses and timed changes so far.",
     ),
     Signal("dissipated_energy", "energy", "", "J", "Energy lost to friction so far."),
 )
@@ -129,6 +142,7 @@ class Trace:
     object_velocity: NDArray[np.float64]
     object_acceleration: NDArray[np.float64]
     tracking_error: NDArray[np.float64]
+    external_wrench: NDArray[np.float64]
     slip: NDArray[np.float64]
     slip_velocity: NDArray[np.float64]
     slip_acceleration: NDArray[np.float64]

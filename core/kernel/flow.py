@@ -66,6 +66,8 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
     apply_tip_forces(kin, truth, discrete.phases, work.tip_forces, acceleration)
     for k in range(3 + n):
         acceleration[k] -= work.bias[k]
+    for k in range(3):
+        acceleration[k] += model.load[k]
     solve(work.factors, n, acceleration)
     for i in range(n):
         fx, fy = inertial_force(kin, work.dynamics, i, acceleration)
@@ -122,7 +124,7 @@ def flow(
 
 @compiled
 def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tuple[float, float]:
-    """Power of the joint torques and power lost to friction [W]."""
+    """Power of joint torques and pulses, and power lost to friction [W]."""
     n, kin = model.num_fingers, work.kin
     supplied = 0.0
     dissipated = 0.0
@@ -132,4 +134,6 @@ def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tup
         # Not |s'|, whose kink at the end of a slip would make the step there tiny.
         speed = discrete.phases[i] * state.x[6 + n + i]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
+    for k in range(3):
+        supplied += model.load[k] * state.x[3 + k]
     return supplied, dissipated

@@ -37,9 +37,16 @@ GUARDS = np.dtype(
 
 
 @compiled
-def friction_margin(model: Record, work: Record, i: int) -> float:
+def present_friction(model: Record, discrete: Record, i: int) -> float:
+    """The friction coefficient that bounds, or sets, the force of contact i in its phase."""
+    truth = model.truth
+    return truth.static_friction[i] if discrete.phases[i] == 0 else truth.friction[i]
+
+
+@compiled
+def friction_margin(model: Record, discrete: Record, work: Record, i: int) -> float:
     """Mu F_n - |F_x| of contact i [N], positive inside the cone."""
-    return model.truth.friction[i] * work.forces[i, 1] - abs(work.forces[i, 0])
+    return present_friction(model, discrete, i) * work.forces[i, 1] - abs(work.forces[i, 0])
 
 
 @compiled
@@ -52,7 +59,7 @@ def _update_values(
     for i in range(n):
         base = PER_CONTACT * i
         if discrete.phases[i] == 0:
-            guards.values[base + PHASE] = friction_margin(model, work, i)
+            guards.values[base + PHASE] = friction_margin(model, discrete, work, i)
         else:
             guards.values[base + PHASE] = discrete.phases[i] * state.x[6 + n + i]
         slip = state.x[6 + i]

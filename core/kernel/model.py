@@ -62,7 +62,8 @@ TRUTH = np.dtype(
         ("num_fingers", np.int64),
         ("link_masses", np.float64, (MAX_FINGERS, 2)),  # [kg]
         ("object_inertia", np.float64, (3,)),  # m, m, I [kg, kg, kg m^2]
-        ("friction", np.float64, (MAX_FINGERS,)),
+        ("friction", np.float64, (MAX_FINGERS,)),  # while the fingertip slips
+        ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; no law knows it
     ],
     align=True,
 )
@@ -130,6 +131,7 @@ MODEL = np.dtype(
         ("num_states", np.int64),  # 8 + 2 n + p
         ("hand", HAND),
         ("truth", TRUTH),
+        ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
         ("unknowns", UNKNOWNS),
         ("law", LAW),
         ("motion", MOTION),
@@ -188,6 +190,10 @@ def _pack_truth(scenario: Scenario, n: int, truth: np.void) -> None:
     truth["object_inertia"] = body.mass, body.mass, body.inertia
     truth["link_masses"][:n] = [finger.link_masses for finger in scenario.fingers]
     truth["friction"][:n] = [finger.friction for finger in scenario.fingers]
+    truth["static_friction"][:n] = [
+        finger.friction if finger.static_friction is None else finger.static_friction
+        for finger in scenario.fingers
+    ]
 
 
 def _pack_unknowns(scenario: Scenario, p: int, unknowns: np.void) -> None:

@@ -8,7 +8,7 @@ from numba import types
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.dynamics import stored_energy
 from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
-from core.kernel.guards import friction_margin
+from core.kernel.guards import friction_margin, present_friction
 from core.kernel.kinematics import joint_angle
 from core.kernel.law import lyapunov_value, true_value
 from core.kernel.linear import condition
@@ -87,6 +87,7 @@ def fill_row(model: Record, row: Record, work: Record) -> int:
     at = _put(values, 1, state, 0, 6)
     at = _put(values, at, work.acceleration, 0, 3)
     at = _put(values, at, work.room.error, 0, 3)
+    at = _put(values, at, model.load, 0, 3)
     at = _put(values, at, state, 6, 2 * n)
     at = _put(values, at, work.acceleration, 3, n)
     for i in range(n):
@@ -94,8 +95,8 @@ def fill_row(model: Record, row: Record, work: Record) -> int:
         values[at + n + i] = row.discrete.beliefs[i]
         values[at + 2 * n + i] = work.forces[i, 0]
         values[at + 3 * n + i] = work.forces[i, 1]
-        values[at + 4 * n + i] = friction_margin(model, work, i)
-        values[at + 5 * n + i] = model.truth.friction[i]
+        values[at + 4 * n + i] = friction_margin(model, row.discrete, work, i)
+        values[at + 5 * n + i] = present_friction(model, row.discrete, i)
     at += 6 * n
     for i in range(n):
         for joint in range(2):

@@ -43,7 +43,7 @@ SELECTION_ROOM = np.dtype(
 def _distance(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
     """How far contact i is inside its candidate phase, and the band in which this says nothing."""
     if discrete.phases[i] == 0:
-        return friction_margin(model, work, i), FORCE_BAND * (1.0 + work.forces[i, 1])
+        return friction_margin(model, discrete, work, i), FORCE_BAND * (1.0 + work.forces[i, 1])
     return discrete.phases[i] * work.acceleration[3 + i], ACCELERATION_BAND
 
 

@@ -70,7 +70,7 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
         if tally.rows == 0 or work.forces[i, 1] > tally.peak_normal_force[i]:
             tally.peak_normal_force[i] = work.forces[i, 1]
         if row.discrete.phases[i] == 0:
-            margin = friction_margin(model, work, i)
+            margin = friction_margin(model, row.discrete, work, i)
             tally.least_margin[i] = min(tally.least_margin[i], margin)
         else:
             tally.slipping += 1
