@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib import resources
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from core.field_errors import (
 )
 from core.motion_file import fill_in_table, refuse_table_name
 from core.parameters import Parameter, describe
-from core.scenario import Change, Scenario
+from core.scenario import Scenario
 from core.validation import check_scenario
 
 __all__ = [
@@ -223,22 +224,50 @@ def _check_changes(scenario: Scenario) -> None:
     if not scenario.changes:
         return
     definitions = describe(replace(scenario, changes=()))
-    errors: list[FieldError] = []
+    errors = dict(_unchangeable(scenario, definitions))
+    present = replace(scenario, changes=())
+    order = sorted(set(range(len(scenario.changes))) - set(errors), key=_time_of(scenario))
+    for _, due in groupby(order, key=_time_of(scenario)):
+        # What is allowed may depend on the changes before, and on those of the same instant.
+        indices = list(due)
+        try:
+            present = with_values(present, _values_of(scenario, indices))
+        except ScenarioError as error:
+            errors |= dict(_misfits(scenario, indices, error))
+    if errors:
+        raise ScenarioError([errors[i] for i in sorted(errors)])
+
+
+def _time_of(scenario: Scenario) -> Callable[[int], float]:
+    return lambda index: scenario.changes[index].time
+
+
+def _values_of(scenario: Scenario, indices: Iterable[int]) -> dict[str, object]:
+    changes = [scenario.changes[i] for i in indices]
+    return {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in changes}
+
+
+def _unchangeable(
+    scenario: Scenario, definitions: Mapping[str, Parameter]
+) -> Iterator[tuple[int, FieldError]]:
+    """Changes of what does not exist or cannot change, by index."""
     for i, change in enumerate(scenario.changes):
         key = f"changes.{i}.parameter"
         parameter = definitions.get(change.parameter)
         if parameter is None and not _is_list_gain(change.parameter, definitions):
             near = nearest(change.parameter, definitions)
-            errors.append(
+            yield (
+                i,
                 FieldError(
                     field=key,
                     value=shortened(change.parameter),
                     limit=None,
                     message=f"{key}: unknown parameter '{shortened(change.parameter)}'{near}",
-                )
+                ),
             )
         elif parameter is not None and not parameter.changeable:
-            errors.append(
+            yield (
+                i,
                 FieldError(
                     field=key,
                     value=change.parameter,
@@ -247,28 +276,21 @@ def _check_changes(scenario: Scenario) -> None:
                         f"{key}: '{change.parameter}' cannot change during a run; set it for the "
                         "whole run instead"
                     ),
-                )
+                ),
             )
-        else:
-            errors += _check_changed_value(scenario, i, change)
-    if errors:
-        raise ScenarioError(errors)
+
+
+def _misfits(
+    scenario: Scenario, indices: Sequence[int], error: ScenarioError
+) -> Iterator[tuple[int, FieldError]]:
+    """What is wrong with the values of the changes at one instant, by index."""
+    for e in error.errors:
+        named = [i for i in indices if scenario.changes[i].parameter == e.field]
+        index = named[0] if named else indices[-1]
+        key = f"changes.{index}.value"
+        yield index, replace(e, field=key, message=f"{key}: {e.message}")
 
 
 def _is_list_gain(key: str, definitions: Mapping[str, Parameter]) -> bool:
     parent = definitions.get(key.rpartition(".")[0])
     return parent is not None and parent.kind == "number-or-list" and parent.changeable
-
-
-def _check_changed_value(scenario: Scenario, index: int, change: Change) -> list[FieldError]:
-    value = list(change.value) if isinstance(change.value, tuple) else change.value
-    try:
-        with_values(replace(scenario, changes=()), {change.parameter: value})
-    except ScenarioError as error:
-        return [
-            replace(
-                e, field=f"changes.{index}.value", message=f"changes.{index}.value: {e.message}"
-            )
-            for e in error.errors
-        ]
-    return []

@@ -1,24 +1,21 @@
-"""A run in progress: stretches between timed changes, advanced in short pieces."""
+"""A run in progress: stretches of constant parameters, advanced in short pieces."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 
 from core.endings import describe_end
 from core.kernel import entry as kernel
-from core.kernel.jump import REACHED, RUNNING
-from core.kernel.model import pack_model
+from core.kernel.jump import LEFT_FACE, REACHED, RUNNING
 from core.kernel.records import Record
 from core.kernel.run import ROWS_BEFORE_PAUSE, last_row, make_outlet, make_progress, rows_in
-from core.loading import with_values
 from core.metrics import compute_metrics
 from core.noise import provide_noise
 from core.provenance import present_provenance
 from core.result import RunResult, RunSummary
 from core.run_warnings import describe_warnings
 from core.scenario import Change, Scenario
+from core.schedule import Schedule
 from core.trace import Trace, TraceShape
 from core.types import ContactPhase, Outcome, PhaseChange, Reason
 from core.validation import check_scenario
@@ -59,9 +56,8 @@ class Simulation:
         self._outlet = make_outlet(
             keeps_rows=keep_trace, chatter_changes=scenario.simulation.chatter_changes
         )
-        self._pending = sorted(scenario.changes, key=lambda change: change.time)
-        self._present = replace(scenario, changes=())
-        self._model = pack_model(self._present)
+        self._schedule = Schedule(scenario)
+        self._model = self._schedule.pack()
         self._first = True
         self._same_ticks = False
         self._rows: list[np.ndarray] = []
@@ -87,20 +83,22 @@ class Simulation:
         if self.finished:
             return
         if self._model.sensors.noisy:
-            provide_noise(self._run, self._present)
-        stop = self._pending[0].time if self._pending else self.scenario.simulation.duration
+            provide_noise(self._run, self.scenario)
         status = kernel.advance(
             self._model,
             self._run,
             self._outlet,
-            stop,
+            self._schedule.stretch_end,
             first=self._first,
             same_ticks=self._same_ticks,
             max_steps=_STEPS_PER_PIECE,
         )
         self._collect()
-        if status == REACHED and self._pending:
-            self._change_parameters(stop)
+        contact, slips = int(self._run.concerned), self._slips()
+        if status == REACHED and not self._schedule.is_last:
+            self._begin_stretch(self._schedule.pass_instant(*slips))
+        elif status == LEFT_FACE and self._schedule.cross_edge(contact, *slips):
+            self._begin_stretch([])
         elif status != RUNNING:
             self._finish(status)
 
@@ -189,17 +187,16 @@ class Simulation:
                 )
         run.num_changes = 0
 
-    def _change_parameters(self, t: float) -> None:
-        """Goes over to the parameters that hold from ``t`` on."""
-        due = [change for change in self._pending if change.time == t]
-        self._pending = self._pending[len(due) :]
-        before = self._model
-        self._present = with_values(
-            self._present, {change.parameter: _plain(change) for change in due}
-        )
-        self._model = pack_model(self._present)
-        for change in due:
-            _reset_estimate(self._run, self._present, change)
+    def _slips(self) -> tuple[np.ndarray, np.ndarray]:
+        """Slip of every fingertip and its velocity [m, m/s]."""
+        n, state = self.shape.num_contacts, self._run.step.start.x
+        return state[6 : 6 + n], state[6 + n : 6 + 2 * n]
+
+    def _begin_stretch(self, changes: list[Change]) -> None:
+        """Goes over to the constants that hold from now on."""
+        before, self._model = self._model, self._schedule.pack()
+        for change in changes:
+            _reset_estimate(self._run, self._schedule.present, change)
         self._same_ticks = before.law.period == self._model.law.period
         self._first = False
         self._run.begun = 0
@@ -210,7 +207,9 @@ class Simulation:
             return
         contact = int(self._run.concerned)
         trace = Trace.from_rows(self.shape, self._last_row())
-        self.outcome, self._reason = describe_end(status, contact, self._present, trace, self.time)
+        self.outcome, self._reason = describe_end(
+            status, contact, self._schedule.present, trace, self.time
+        )
 
     def _last_row(self) -> np.ndarray:
         if self._run.tally.rows == 0:
@@ -229,10 +228,6 @@ def _initial_run(scenario: Scenario) -> Record:
         estimate.initial for estimate in scenario.estimates
     ]
     return run
-
-
-def _plain(change: Change) -> object:
-    return list(change.value) if isinstance(change.value, tuple) else change.value
 
 
 def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:

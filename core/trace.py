@@ -6,6 +6,7 @@ recording's messages and of the charts; nothing else defines it again.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -182,13 +183,17 @@ class Trace:
             start = stop
         return cls(shape=shape, **arrays)
 
-    def to_rows(self) -> NDArray[np.float64]:
-        """The inverse of `from_rows`: shape ``(rows, shape.num_columns)``."""
+    def to_rows(self, signals: Sequence[Signal] = SIGNALS) -> NDArray[np.float64]:
+        """The inverse of `from_rows`: shape ``(rows, shape.num_columns)``.
+
+        Args:
+            signals: Which signals; all of them by default.
+        """
         columns = [
             np.asarray(getattr(self, signal.name), dtype=np.float64).reshape(
                 len(self), self.shape.width(signal)
             )
-            for signal in SIGNALS
+            for signal in signals
         ]
         return np.concatenate(columns, axis=1)
 

@@ -15,25 +15,26 @@ from recordings.foxglove import DisplayLayout, FrameClock
 from recordings.packing import MessageLayout
 from recordings.schemas import (
     CHECKPOINTS,
-    OWN_TOPICS,
     PHASE_CHANGES,
     SAMPLE_TOPICS,
     Topic,
+    own_topics,
     signals_of,
 )
 from recordings.state_hash import StateHash
+from recordings.versions import FORMAT_VERSION
 
 __all__ = ["ChunkWriter", "layouts_of"]
 
 Columns = Mapping[str, NDArray[Any]]
 
 
-def layouts_of(shape: TraceShape) -> dict[Topic, MessageLayout]:
-    """The layouts of our own messages, in the order of their channels."""
+def layouts_of(shape: TraceShape, version: int = FORMAT_VERSION) -> dict[Topic, MessageLayout]:
+    """The layouts of our own messages in a format, in the order of their channels."""
     layouts: dict[Topic, MessageLayout] = {}
-    for channel, topic in enumerate(OWN_TOPICS, start=1):
+    for channel, topic in enumerate(own_topics(version), start=1):
         widths = [field.width for field in topic.fields]
-        if topic in SAMPLE_TOPICS:
+        if topic not in (PHASE_CHANGES, CHECKPOINTS):
             widths = [1, *(shape.width(signal) for signal in signals_of(topic))]
         layouts[topic] = MessageLayout(topic, channel, widths)
     return layouts

@@ -13,7 +13,7 @@ from core.metrics import metrics_of_trace
 from core.provenance import Provenance
 from core.result import RunResult
 from core.scenario import Scenario
-from core.trace import Trace, TraceShape
+from core.trace import SIGNALS, Trace, TraceShape
 from core.types import ContactPhase, Outcome, PhaseChange, Reason
 from recordings.documents import (
     SCENARIO_ATTACHMENT,
@@ -31,7 +31,13 @@ from recordings.exceptions import (
     DamagedRecordingError,
     NothingToRecoverError,
 )
-from recordings.schemas import CHECKPOINTS, PHASE_CHANGES, SAMPLE_TOPICS, TIME_SIGNAL
+from recordings.schemas import (
+    CHECKPOINTS,
+    PHASE_CHANGES,
+    SAMPLE_TOPICS,
+    TIME_SIGNAL,
+    signals_in,
+)
 from recordings.state_hash import StateHash
 
 __all__ = ["Contents"]
@@ -155,8 +161,9 @@ class Contents:
         return documents_hash(self.metadata[START], self._scenario_document())
 
     def _state_hash(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> bytes:
-        state = StateHash(int(self.metadata[START]["format"]))
-        state.add_samples(trace.to_rows())
+        version = int(self.metadata[START]["format"])
+        state = StateHash(version)
+        state.add_samples(trace.to_rows(signals_in(version)))
         state.add_phase_changes(changes)
         return state.digest()
 
@@ -215,7 +222,10 @@ class Contents:
             raise self._damaged("it holds a number that is not finite")
         if (np.diff(arrays[TIME_SIGNAL.name]) < 0.0).any():
             raise self._damaged("its samples are not in time order")
-        return Trace(shape=self.shape, **arrays)
+        zeros = np.zeros((len(arrays[TIME_SIGNAL.name]), self.shape.num_columns))
+        blank = Trace.from_rows(self.shape, zeros)
+        missing = [signal.name for signal in SIGNALS if signal.name not in arrays]
+        return Trace(shape=self.shape, **arrays, **{name: getattr(blank, name) for name in missing})
 
     def _phase_changes(self) -> tuple[PhaseChange, ...]:
         columns = self.columns[PHASE_CHANGES.name]

@@ -210,7 +210,7 @@ class _Reading:
             self._shape = read_shape(start)
         except (KeyError, TypeError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
-        for topic, layout in layouts_of(self._shape).items():
+        for topic, layout in layouts_of(self._shape, version).items():
             self._topics[topic.name] = TopicColumns(layout, blocks=[layout.unpack([])])
 
     def _take_channel(self, channel: Channel) -> None:

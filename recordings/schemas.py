@@ -16,6 +16,7 @@ import numpy as np
 
 from core.trace import SIGNALS, Signal, Trace, TraceShape
 from recordings.state_hash import HASH_BYTES
+from recordings.versions import FIRST_FORMAT_WITH, FORMAT_VERSION
 
 __all__ = [
     "CHECKPOINTS",
@@ -26,6 +27,8 @@ __all__ = [
     "Field",
     "Topic",
     "file_descriptor_set",
+    "own_topics",
+    "signals_in",
     "signals_of",
 ]
 
@@ -76,9 +79,14 @@ class Topic:
         return f"{PACKAGE}.{self.message}"
 
 
-def _topic(group: str) -> Topic:
+def signals_in(version: int) -> tuple[Signal, ...]:
+    """The signals that a format holds."""
+    return tuple(s for s in SIGNALS if FIRST_FORMAT_WITH.get(s.name, 1) <= version)
+
+
+def _topic(group: str, version: int) -> Topic:
     fields = [Field("t", "double", False, f"{TIME_SIGNAL.text} [{TIME_SIGNAL.unit}]")]
-    fields += [_field(signal) for signal in SIGNALS if signal.topic == group]
+    fields += [_field(signal) for signal in signals_in(version) if signal.topic == group]
     return Topic(f"/slipgrasp/{group}", group.capitalize(), tuple(fields))
 
 
@@ -98,7 +106,13 @@ def signals_of(topic: Topic) -> tuple[Signal, ...]:
 _SHAPE = TraceShape(num_contacts=2, unknowns=())
 _EMPTY_TRACE = Trace.from_rows(_SHAPE, np.empty((0, _SHAPE.num_columns)))
 
-SAMPLE_TOPICS = tuple(map(_topic, dict.fromkeys(signal.topic for signal in SIGNALS[1:])))
+
+def _sample_topics(version: int) -> tuple[Topic, ...]:
+    groups = dict.fromkeys(signal.topic for signal in SIGNALS[1:])
+    return tuple(_topic(group, version) for group in groups)
+
+
+SAMPLE_TOPICS = _sample_topics(FORMAT_VERSION)
 """One message per sample and topic, all at the same times."""
 
 PHASE_CHANGES = Topic(
@@ -125,7 +139,13 @@ CHECKPOINTS = Topic(
 )
 """One message at the end of every chunk: what proves that a file without an end is whole so far."""
 
-OWN_TOPICS = (*SAMPLE_TOPICS, PHASE_CHANGES, CHECKPOINTS)
+
+def own_topics(version: int) -> tuple[Topic, ...]:
+    """The topics of a format, in the order of their channels."""
+    return (*_sample_topics(version), PHASE_CHANGES, CHECKPOINTS)
+
+
+OWN_TOPICS = own_topics(FORMAT_VERSION)
 
 
 @cache

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-__all__ = ["FIRST_FORMAT_WITH_SHA256", "FORMAT_VERSION"]
+__all__ = ["FIRST_FORMAT_WITH", "FIRST_FORMAT_WITH_SHA256", "FORMAT_VERSION"]
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Raised when a reader of the previous version could no longer read a file correctly."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
 """Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
+
+FIRST_FORMAT_WITH = {"external_wrench": 4}
+"""Signals that not every format holds, and since when; read from an older file they are 0."""

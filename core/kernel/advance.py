@@ -64,11 +64,14 @@ def _find_end(model: Record, run: Record) -> int:
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
 def pass_event(model: Record, run: Record, outlet: Record) -> int:
-    """What the guards that fired mean: the end of the run, another phase, or a bound reached."""
+    """What the guards that fired mean: the end of the run, another phase, or a bound reached.
+
+    LEFT_FACE ends the stretch; the run goes on where the face does, with other friction.
+    """
     run.stalls = run.stalls + 1 if run.now - run.last_event < STALLED else 0
     run.last_event = run.now
     status = _find_end(model, run)
-    if status == RUNNING and run.stalls > MAX_STALLS:
+    if status in (RUNNING, LEFT_FACE) and run.stalls > MAX_STALLS:
         status = CHATTERING
     if status != RUNNING:
         emit(model, run, outlet, run.now, run.step.start)

@@ -1,8 +1,8 @@
 """Conditions that end a phase: each is positive inside and falls through its level at the event.
 
 Per contact: the phase itself (distance to the cone in stick, signed slip velocity in slip),
-normal force, end of the face, finger not singular. Then the determinant of M~ (Painleve),
-and per unknown its distance to a bound, or the rate that holds it there.
+normal force, end of the face or of its friction, finger not singular. Then the determinant
+of M~ (Painleve), and per unknown its distance to a bound, or the rate that holds it there.
 """
 
 from __future__ import annotations

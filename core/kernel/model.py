@@ -38,7 +38,7 @@ _UNKNOWN_KINDS = {
     "link_mass": LINK_MASS,
 }
 
-# Geometry of fingers and contacts, which nothing changes during a run.
+# Geometry of fingers and contacts.
 HAND = np.dtype(
     [
         ("num_fingers", np.int64),
@@ -49,8 +49,8 @@ HAND = np.dtype(
         ("elbows", np.float64, (MAX_FINGERS,)),  # sign of sin q2
         ("anchors", np.float64, (MAX_FINGERS, 2)),  # object frame [m]
         ("tangents", np.float64, (MAX_FINGERS, 2)),  # object frame
-        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # [m]
-        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # [m]
+        ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of the part of it
+        ("slip_maximum", np.float64, (MAX_FINGERS,)),  # along which friction is the same [m]
         ("gravity", np.float64),  # [m/s^2]
     ],
     align=True,

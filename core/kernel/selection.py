@@ -127,6 +127,19 @@ def _set_candidate(model: Record, discrete: Record, room: Record, code: int, ins
 
 
 @compiled
+def _holds_by_static_friction(model: Record, phases: Integers, others: Integers) -> bool:
+    """Whether ``phases`` differ from ``others`` only where static friction holds a contact.
+
+    With more friction in stick than in slip both are consistent, and what rests stays at rest.
+    """
+    for i in range(model.num_fingers):
+        excess = model.truth.static_friction[i] > model.truth.friction[i]
+        if phases[i] != others[i] and (phases[i] != 0 or not excess):
+            return False
+    return True
+
+
+@compiled
 def _set_phases(discrete: Record, phases: Integers, beliefs: Integers, n: int) -> None:
     for i in range(n):
         discrete.phases[i] = phases[i]
@@ -156,7 +169,8 @@ def select_phases(
 ) -> int:
     """Finds the consistent phases and sets ``discrete.phases`` to them.
 
-    Several consistent: more sticking contacts first, then the previous direction.
+    Several consistent: more sticking contacts first, then the previous direction. That is
+    ambiguous unless static friction alone makes the difference.
 
     Args:
         model: Constants of the run.
@@ -179,30 +193,35 @@ def select_phases(
         room.beliefs[i] = discrete.beliefs[i]
         room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
         combinations *= 3 if room.free[i] == 1 else 1
-    found, best_score, verdict_found = 0, -1, NONE_CONSISTENT
+    ambiguous, best_score, verdict_found = False, -1, NONE_CONSISTENT
     room.pulling = -1
     all_pull = True
     for code in range(combinations):
         score = _set_candidate(model, discrete, room, code, instant)
         verdict = _judge(model, discrete, t, state, work, room)
         if verdict == _CONSISTENT:
-            found += 1
             if score > best_score:
+                if best_score >= 0 and not _holds_by_static_friction(
+                    model, discrete.phases, room.best
+                ):
+                    ambiguous = True
                 best_score = score
                 for i in range(n):
                     room.best[i] = discrete.phases[i]
+            elif not _holds_by_static_friction(model, room.best, discrete.phases):
+                ambiguous = True
             if code == 0 and exhaustive == 0:
                 break
         elif verdict == _IRREGULAR:
             verdict_found = NONE_REGULAR
         all_pull = all_pull and verdict == _PULLS
-    if found == 0:
+    if best_score < 0:
         _set_phases(discrete, room.previous, room.beliefs, n)
         if all_pull and verdict_found != NONE_REGULAR:
             return NONE_PRESSES
         return verdict_found
     _set_phases(discrete, room.best, room.best if instant == 1 else room.beliefs, n)
-    return SELECTED if found == 1 else AMBIGUOUS
+    return AMBIGUOUS if ambiguous else SELECTED
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE, SELECTION_ROOM)

@@ -10,6 +10,7 @@ from core.validation.hand import check_faces, check_start_pose
 from core.validation.outline import check_outline
 from core.validation.times import check_times
 from core.validation.trajectory import check_trajectory
+from core.validation.world import check_patches, check_pulses, check_static_friction
 
 __all__ = ["check_scenario"]
 
@@ -23,6 +24,9 @@ _CHECKS = (
     check_least_gain,
     check_control,
     check_times,
+    check_static_friction,
+    check_patches,
+    check_pulses,
 )
 
 

@@ -98,7 +98,7 @@ def test_the_whole_of_a_sample_case_reads_back_bit_for_bit(name, same_run, tmp_p
     same_run(read_recording(tmp_path / "run.mcap"), run)
 
 
-@pytest.mark.parametrize(("version", "counts"), [(1, (17, 4)), (2, (12, 2))])
+@pytest.mark.parametrize(("version", "counts"), [(1, (17, 4)), (2, (12, 2)), (3, (12, 2))])
 def test_a_recording_of_an_older_format_reads_back_and_is_written_in_the_present_one(
     same_run, tmp_path, version, counts
 ):
