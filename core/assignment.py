@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from typing import Any
 
 from core.exceptions import FieldError
 from core.field_errors import template_key, template_keys, unknown_key
-from core.scenario import Scenario
+from core.scenario import Change, Estimate, Patch, Pulse, Scenario, SetPoint
 
 __all__ = ["assign", "replaced"]
 
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
-_GROWABLE = ("estimates", "pulses", "patches", "changes")
+_GROWABLE = {"estimates": Estimate, "pulses": Pulse, "patches": Patch, "changes": Change}
 
 
 def replaced(node: Any, path: list[str], value: Any) -> Any:
@@ -38,7 +38,8 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     *parents, last = key.split(".")
     node: Any = mapping
     for part in parents:
-        node = _child(node, part, growable=any(node is items for items in _growable(mapping)))
+        kinds = [kind for kind, items in _growable(mapping) if node is items]
+        node = _child(node, part, kinds)
         if node is None:
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
@@ -54,20 +55,31 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     return None
 
 
-def _growable(mapping: dict[str, Any]) -> Iterator[Any]:
-    """The lists to which a key may add the next entry."""
-    yield from (mapping.get(name) for name in _GROWABLE)
+def _growable(mapping: dict[str, Any]) -> Iterator[tuple[type, Any]]:
+    """The lists to which a key may add the next entry, each with the type of its entries."""
+    yield from ((kind, mapping.get(name)) for name, kind in _GROWABLE.items())
     trajectory = mapping.get("trajectory")
-    yield trajectory.get("set_points") if isinstance(trajectory, dict) else None
+    if isinstance(trajectory, dict):
+        yield SetPoint, trajectory.get("set_points")
 
 
-def _child(node: Any, part: str, growable: bool) -> Any:
+def _child(node: Any, part: str, kinds: list[type]) -> Any:
     """Steps into plain values; the entry after the last of a growable list is made on the way."""
     if isinstance(node, list):
-        if growable and part == str(len(node)):
-            node.append({})
+        if kinds and part == str(len(node)):
+            node.append(_defaults(kinds[0]))
         return node[int(part)] if _is_index(part, len(node)) else None
     return node.get(part) if isinstance(node, dict) else None
+
+
+def _defaults(kind: Any) -> dict[str, Any]:
+    """What a new entry of a list starts with, as plain values, so that parts of it can be set."""
+    defaults = {field.name: field.default for field in fields(kind)}
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in defaults.items()
+        if value is not MISSING and value is not None
+    }
 
 
 def _is_index(part: str, length: int) -> bool:

@@ -177,7 +177,7 @@ class ControllerParameters:
             typical=(0.0, 2.0),
             changeable=True,
         ),
-    ] = 0.5
+    ] = 1.0
     forgetting: Annotated[
         float,
         Ge(0.5),

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from core.exceptions import ScenarioError
 from core.scenario import Scenario
-from core.validation.control import check_control, check_gains, check_least_gain
+from core.validation.control import (
+    check_control,
+    check_gains,
+    check_latency,
+    check_least_gain,
+    check_sampled,
+)
 from core.validation.estimates import check_estimates
 from core.validation.hand import check_faces, check_start_pose
 from core.validation.outline import check_outline
@@ -23,6 +29,8 @@ _CHECKS = (
     check_gains,
     check_least_gain,
     check_control,
+    check_sampled,
+    check_latency,
     check_times,
     check_static_friction,
     check_patches,

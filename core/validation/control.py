@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from core.exceptions import FieldError
 from core.scenario import Scenario
 
-__all__ = ["check_control", "check_gains", "check_least_gain"]
+__all__ = ["check_control", "check_gains", "check_latency", "check_least_gain", "check_sampled"]
 
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
+MAX_LATENCY_PERIODS = 100
+_SAMPLED_KINDS = ("grip-reflex", "composite")
 
 
 def check_gains(scenario: Scenario) -> Iterator[FieldError]:
@@ -20,6 +22,7 @@ def check_gains(scenario: Scenario) -> Iterator[FieldError]:
         "velocity_gain": num_coordinates,
         "lyapunov_weight": num_coordinates,
         "adaptation_gain": len(scenario.estimates),
+        "initial_deviation": len(scenario.estimates),
     }
     for name, size in sizes.items():
         value = getattr(scenario.controller, name)
@@ -68,5 +71,56 @@ def check_control(scenario: Scenario) -> Iterator[FieldError]:
             limit="none for more than two fingers",
             message=(
                 "controller.grasp_force 'minimum' is available for two fingers; use 'none' for more"
+            ),
+        )
+
+
+def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
+    """What only works at the ticks of sampled control is not asked of continuous control."""
+    if scenario.controller.control_period > 0.0:
+        return
+    for key, value in _needs_ticks(scenario):
+        shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
+        yield FieldError(
+            field=key,
+            value=value,
+            limit="sampled control",
+            message=(
+                f"{key} is {shown}, which needs sampled control; set controller.control_period, "
+                "for example to 0.001 s"
+            ),
+        )
+
+
+def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]:
+    """Keys and values of all that is set although it needs sampled control."""
+    controller, sensing = scenario.controller, scenario.sensing
+    if controller.kind in _SAMPLED_KINDS:
+        yield "controller.kind", controller.kind
+    if controller.latency > 0.0:
+        yield "controller.latency", controller.latency
+    for name in ("position_noise", "velocity_noise", "acceleration_noise"):
+        if value := getattr(sensing, name):
+            yield f"sensing.{name}", value
+    for name in ("true_accelerations", "true_phases"):
+        if not getattr(sensing, name):
+            yield f"sensing.{name}", False
+    for name in ("torque_limit", "torque_rate_limit"):
+        if value := getattr(scenario.actuation, name):
+            yield f"actuation.{name}", value
+
+
+def check_latency(scenario: Scenario) -> Iterator[FieldError]:
+    """Not more commands are under way than the queue holds."""
+    controller = scenario.controller
+    longest = MAX_LATENCY_PERIODS * controller.control_period
+    if 0.0 < longest < controller.latency:
+        yield FieldError(
+            field="controller.latency",
+            value=controller.latency,
+            limit=f"at most {longest:g} s",
+            message=(
+                f"controller.latency is {controller.latency:g} s, more than {MAX_LATENCY_PERIODS} "
+                f"control periods ({longest:g} s); lower it or raise controller.control_period"
             ),
         )
