@@ -22,6 +22,7 @@ PARTS = {
     "memory": "peak memory of large batches",
     "study": "studies of thousands of runs in processes and over REST",
     "cluster": "cost of a study on every engine, and how far a cluster goes",
+    "robustness": "which control law holds 1 000 random objects, in an ideal and in a noisy world",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",

@@ -1,0 +1,152 @@
+"""Which control law holds objects whose mass and friction it does not know.
+
+Random objects, the same for every law, with the initial estimates of the paper's case II, in an
+ideal world and with noisy sensors; and a map over the two friction coefficients.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.report import Table
+from benchmarks.robustness_charts import draw_random_objects, draw_success_maps
+from core.batch import simulate_many
+from core.loading import load_scenario, with_values
+from core.result import RunSummary
+from core.scenario import Scenario
+
+__all__ = ["LAWS", "World", "hold_random_objects", "random_objects", "run", "share_held"]
+
+COUNT = 1000
+SEED = 20
+DURATION = 1.0
+MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
+INERTIA_PER_MASS = 0.01042
+MAP_SIDE = 31
+WORLDS = {"ideal": "composite-case-2", "noisy": "composite-case-2-noisy"}
+ORACLE = "oracle: composite, told the truth"
+PRINTED = "theorem-4, as printed"
+LAWS = (
+    "theorem-3",
+    "theorem-4",
+    PRINTED,
+    "certainty-equivalence",
+    "pd-gravity",
+    "grip-reflex",
+    "composite",
+    ORACLE,
+)
+
+
+class World(NamedTuple):
+    """Runs of every law in one world.
+
+    Attributes:
+        name: ``ideal`` or ``noisy``.
+        objects: Mass and the two friction coefficients of each object, ``(objects, 3)``.
+        runs: The runs of each law, in the order of the objects.
+    """
+
+    name: str
+    objects: np.ndarray
+    runs: dict[str, list[RunSummary]]
+
+
+def run(docs: Path | None = None) -> list[Table]:
+    """The tables ``robustness-ideal`` and ``robustness-noisy``, and two pictures."""
+    worlds = [hold_random_objects(name, COUNT) for name in WORLDS]
+    if docs is not None:
+        draw_random_objects(worlds, docs / "images" / "robustness.png")
+        sides = np.linspace(*FRICTION, MAP_SIDE)
+        maps = {law: _success_map(law, sides) for law in (PRINTED, "composite")}
+        draw_success_maps(sides, maps, docs / "images" / "success-maps.png")
+    return [_table(world) for world in worlds]
+
+
+def random_objects(count: int) -> np.ndarray:
+    """Mass [kg] and friction coefficients, uniform and independent: ``(count, 3)``."""
+    low, high = np.array([MASS, FRICTION, FRICTION]).T
+    return np.random.default_rng(SEED).uniform(low, high, (count, 3))
+
+
+def hold_random_objects(name: str, count: int) -> World:
+    """Lets every law hold the same random objects for a second.
+
+    Args:
+        name: The world, one of ``WORLDS``.
+        count: Number of objects.
+    """
+    objects = random_objects(count)
+    runs = {law: list(simulate_many(_scenarios(name, law, objects))) for law in LAWS}
+    return World(name, objects, runs)
+
+
+def share_held(runs: list[RunSummary]) -> float:
+    """Share of runs in which nothing slips any more during the last half second."""
+    return float(np.mean([run.metrics.held for run in runs]))
+
+
+def _scenarios(world: str, law: str, objects: np.ndarray) -> Iterator[Scenario]:
+    base = _with_law(load_scenario(WORLDS[world]), law)
+    for seed, (mass, *frictions) in enumerate(objects.tolist()):
+        yield with_values(
+            base,
+            {
+                "object.mass": mass,
+                "object.inertia": INERTIA_PER_MASS * mass,
+                "fingers.0.friction": frictions[0],
+                "fingers.1.friction": frictions[1],
+                "simulation.seed": seed,
+                "simulation.duration": DURATION,
+            },
+        )
+
+
+def _with_law(base: Scenario, law: str) -> Scenario:
+    if law == ORACLE:
+        return replace(base, estimates=())
+    if law == PRINTED:
+        free = tuple(replace(e, minimum=None, maximum=None) for e in base.estimates)
+        base, law = replace(base, estimates=free), "theorem-4"
+    return with_values(base, {"controller.kind": law})
+
+
+def _success_map(law: str, sides: np.ndarray) -> np.ndarray:
+    """Longest slip path [mm] of each pair of friction coefficients, NaN where it is not held."""
+    pairs = [(1.0, left, right) for right in sides for left in sides]
+    runs = simulate_many(_scenarios("ideal", law, np.array(pairs)))
+    paths = [1e3 * max(r.metrics.slip_path) if r.metrics.held else np.nan for r in runs]
+    return np.reshape(paths, (len(sides), len(sides)))
+
+
+def _table(world: World) -> Table:
+    heads = ("law", "held", "slip path: median [mm]", "worst [mm]", "how the others ended")
+    rows = tuple(_row(law, runs) for law, runs in world.runs.items())
+    oracle, own = share_held(world.runs[ORACLE]), share_held(world.runs["composite"])
+    target = 0.99 if world.name == "ideal" else 0.95
+    verdict = "met" if own >= target * oracle else "missed"
+    note = (
+        f"{len(world.objects)} objects, {world.name} world; slip paths are those of the longer "
+        f"slipping fingertip where the object is held. The composite law holds "
+        f"{100.0 * own / oracle:.1f} % of what the oracle holds; target {100.0 * target:.0f} %: "
+        f"{verdict}."
+    )
+    return Table(f"robustness-{world.name}", heads, rows, (note,), "robustness.md")
+
+
+def _row(law: str, runs: list[RunSummary]) -> tuple[str, ...]:
+    paths = [1e3 * max(r.metrics.slip_path) for r in runs if r.metrics.held]
+    ends = Counter(
+        "still slipping" if r.outcome.value == "completed" else r.outcome.value.replace("_", " ")
+        for r in runs
+        if not r.metrics.held
+    )
+    told = ", ".join(f"{number} {words}" for words, number in ends.most_common())
+    slips = (f"{np.median(paths):.2f}", f"{max(paths):.2f}") if paths else ("–", "–")
+    return law, f"{100.0 * share_held(runs):.1f} %", *slips, told or "–"

@@ -1,0 +1,81 @@
+"""Pictures of what each control law holds, over the friction of its two fingertips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from benchmarks.robustness import World
+
+__all__ = ["draw_random_objects", "draw_success_maps"]
+
+_HELD, _LOST = "#005596", "#e66100"
+_NOT_HELD = "#c8ccd2"
+_RESOLUTION = 130
+
+
+def draw_random_objects(worlds: Sequence[World], path: Path) -> None:
+    """One row per world, one square per law, one dot per object: blue held, orange lost."""
+    laws = list(worlds[0].runs)
+    figure = _figure(2.1 * len(laws) + 0.4, 2.45 * len(worlds) + 0.6)
+    axes = figure.subplots(len(worlds), len(laws), sharex=True, sharey=True, squeeze=False)
+    for row, world in zip(axes, worlds, strict=True):
+        for axis, (law, runs) in zip(row, world.runs.items(), strict=True):
+            held = np.array([run.metrics.held for run in runs])
+            _scatter(axis, world.objects[:, 1:], held)
+            axis.set_title(f"{law.split(':')[0]}\n{100.0 * held.mean():.1f} % held", fontsize=9)
+        row[0].set_ylabel(f"{world.name} world\nfriction right")
+    for axis in axes[-1]:
+        axis.set_xlabel("friction left")
+    _save(figure, path)
+
+
+def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: Path) -> None:
+    """Slip path over both friction coefficients, one map per law, side by side.
+
+    Args:
+        sides: Friction coefficients along both axes.
+        maps: Longest slip path [mm] of each law, ``(right, left)``; NaN where it is not held.
+        path: Where to write.
+    """
+    figure = _figure(4.6 * len(maps) + 1.0, 4.6)
+    axes = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
+    extent = (sides[0], sides[-1], sides[0], sides[-1])
+    image = None
+    for axis, (law, values) in zip(axes, maps.items(), strict=True):
+        axis.set_facecolor(_NOT_HELD)
+        image = axis.imshow(
+            values, origin="lower", extent=extent, cmap="viridis", norm="log", vmin=0.03, vmax=60.0
+        )
+        share = 100.0 * np.isfinite(values).mean()
+        axis.set_title(f"{law}: {share:.0f} % held")
+        axis.set_xlabel("friction of the left fingertip")
+    axes[0].set_ylabel("friction of the right fingertip")
+    figure.colorbar(image, ax=axes, label="slip path where held [mm]; grey: lost", shrink=0.9)
+    _save(figure, path)
+
+
+def _scatter(axis: Axes, friction: np.ndarray, held: np.ndarray) -> None:
+    for chosen, colour in ((~held, _LOST), (held, _HELD)):
+        axis.scatter(*friction[chosen].T, s=7.0, color=colour, linewidths=0.0)
+    axis.set_aspect("equal")
+    axis.set_xticks([0.2, 0.4, 0.6])
+    axis.set_yticks([0.2, 0.4, 0.6])
+
+
+def _figure(width: float, height: float) -> Figure:
+    figure = Figure((width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _save(figure: Figure, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_RESOLUTION)
