@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from threading import Event
 
 from core.kernel import entry as kernel
 from core.processors import available_processors
 from core.result import RunSummary
 from core.scenario import Scenario
 from core.simulation import Simulation
+from core.simulator import run_to_end
 
 __all__ = ["simulate_many"]
 
@@ -39,21 +41,23 @@ def simulate_many(
     kernel.prepare()
     count = threads or available_processors()
     pending: deque[Future[RunSummary]] = deque()
+    abandoned = Event()
     with ThreadPoolExecutor(count, thread_name_prefix="slipgrasp-batch") as pool:
         try:
             for scenario in scenarios:
-                pending.append(pool.submit(_summarise, scenario))
+                pending.append(pool.submit(_summarise, scenario, abandoned))
                 if len(pending) >= count * _AHEAD_PER_THREAD:
                     yield pending.popleft().result()
             while pending:
                 yield pending.popleft().result()
         finally:
+            # Nobody will read what is still running; the pool waits for it all the same.
+            abandoned.set()
             for future in pending:
                 future.cancel()
 
 
-def _summarise(scenario: Scenario) -> RunSummary:
+def _summarise(scenario: Scenario, abandoned: Event) -> RunSummary:
     simulation = Simulation(scenario, keep_trace=False)
-    while not simulation.finished:
-        simulation.advance()
+    run_to_end(simulation, lambda _: None, should_stop=abandoned.is_set)
     return simulation.summary()
