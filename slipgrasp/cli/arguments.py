@@ -6,10 +6,52 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipgrasp.cli.scenarios import HelpWithParameters
+from slipgrasp.cli.values import parse_assignments
+
 if TYPE_CHECKING:
+    from core.scenario import Scenario
     from recordings.store import RecordingStore
 
-__all__ = ["add_data_directory", "data_directory", "names_a_file", "recording_path", "store_in"]
+__all__ = [
+    "add_data_directory",
+    "add_scenario",
+    "data_directory",
+    "names_a_file",
+    "read_scenario",
+    "recording_path",
+    "store_in",
+]
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """Adds ``SCENARIO`` and ``--set`` to a parser without help, and help that lists the keys."""
+    parser.add_argument("-h", "--help", action=HelpWithParameters)
+    parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
+    parser.add_argument(
+        "--set",
+        dest="assignments",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="set a parameter, such as object.mass=1.4; may be repeated; "
+        "'none' removes an optional one",
+    )
+
+
+def read_scenario(arguments: argparse.Namespace) -> Scenario:
+    """The scenario that the arguments of `add_scenario` name, with what they set.
+
+    Raises:
+        CommandError: If an assignment is none.
+        ScenarioError: If there is no such scenario, or it is not valid.
+    """
+    from core.loading import load_scenario, parameter_definitions, with_values
+
+    scenario, assignments = load_scenario(arguments.scenario), arguments.assignments
+    if not assignments:
+        return scenario
+    return with_values(scenario, parse_assignments(assignments, parameter_definitions(scenario)))
 
 
 def add_data_directory(parser: argparse.ArgumentParser) -> None:

@@ -11,13 +11,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, store_in
+from slipgrasp.cli.arguments import add_data_directory, add_scenario, read_scenario, store_in
 from slipgrasp.cli.interrupt import Interrupt
 from slipgrasp.cli.kernel import load_simulation
 from slipgrasp.cli.progress import Progress
-from slipgrasp.cli.scenarios import HelpWithParameters
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
-from slipgrasp.cli.values import parse_assignments
 
 if TYPE_CHECKING:
     from core.result import RunResult
@@ -42,17 +40,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         epilog=STATUSES,
         add_help=False,
     )
-    parser.add_argument("-h", "--help", action=HelpWithParameters)
-    parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
-    parser.add_argument(
-        "--set",
-        dest="assignments",
-        metavar="KEY=VALUE",
-        action="append",
-        default=[],
-        help="set a parameter, such as object.mass=1.4; may be repeated; "
-        "'none' removes an optional one",
-    )
+    add_scenario(parser)
     parser.add_argument(
         "--output", metavar="FILE.mcap", type=Path, help="where to write the recording"
     )
@@ -81,7 +69,7 @@ def _display_rate(text: str) -> float:
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    scenario = _read_scenario(arguments.scenario, arguments.assignments)
+    scenario = read_scenario(arguments)
     place = _find_place(arguments)
     result, recording = _simulate(scenario, place, arguments.display_rate)
     if arguments.json:
@@ -92,15 +80,6 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
         print(summarize(result, recording))
     return ExitStatus.ENDED_EARLY if recording is None else ExitStatus.of(result.outcome)
-
-
-def _read_scenario(source: str, assignments: list[str]) -> Scenario:
-    from core.loading import load_scenario, parameter_definitions, with_values
-
-    scenario = load_scenario(source)
-    if not assignments:
-        return scenario
-    return with_values(scenario, parse_assignments(assignments, parameter_definitions(scenario)))
 
 
 @dataclass(frozen=True, slots=True)
