@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         scenario_to_toml,
         with_values,
     )
+    from core.margin import Margin, MarginError, find_margin
     from core.result import Metrics, RunResult, RunSummary
     from core.scenario import Scenario
     from core.simulation import Simulation
@@ -49,6 +50,8 @@ __all__ = [
     "Comparison",
     "ContactPhase",
     "IncomparableError",
+    "Margin",
+    "MarginError",
     "Metrics",
     "MissingPackageError",
     "Outcome",
@@ -67,6 +70,7 @@ __all__ = [
     "Trace",
     "Verification",
     "compare",
+    "find_margin",
     "load_scenario",
     "load_study",
     "open_recording",
@@ -92,6 +96,8 @@ _ORIGINS = {
     "Comparison": "recordings.comparison",
     "ContactPhase": "core.types",
     "IncomparableError": "recordings.comparison",
+    "Margin": "core.margin",
+    "MarginError": "core.margin",
     "Metrics": "core.result",
     "MissingPackageError": "core.frames",
     "Outcome": "core.types",
@@ -110,6 +116,7 @@ _ORIGINS = {
     "Trace": "core.trace",
     "Verification": "recordings.verification",
     "compare": "recordings.comparison",
+    "find_margin": "core.margin",
     "load_scenario": "core.loading",
     "load_study": "core.study.loading",
     "open_recording": "recordings.reader:read_recording",

@@ -14,6 +14,7 @@ from slipgrasp.cli import (
     diff,
     export,
     figures,
+    margin,
     rebuild,
     recover,
     replay,
@@ -35,7 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: What stands behind the program's name; that of this process if None.
 
     Returns:
-        The exit status: 0 completed, 1 two runs differ, 2 bad input, 3 ended early by physics,
+        The exit status: 0 completed, 1 two runs differ or there is no
+        margin, 2 bad input, 3 ended early by physics,
         4 any other early end.
     """
     _replace_what_the_terminal_cannot_show()
@@ -100,7 +102,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
-        *(run, study, rebuild, replay, diff, verify),
+        *(run, margin, study, rebuild, replay, diff, verify),
         *(export, figures, recover, scenarios, serve),
     ):
         command.add_command(commands)

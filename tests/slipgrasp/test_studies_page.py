@@ -35,6 +35,15 @@ def test_the_file_of_the_page_runs_and_its_example_prints_what_the_page_says(
     assert printed.getvalue() == block("text")
 
 
+def test_the_margin_of_the_page_is_what_its_command_prints(tmp_path, capsys):
+    (command,) = re.findall(r"^slipgrasp (margin .*)$", PAGE, re.MULTILINE)
+    assert main([*command.split(), "--data-dir", str(tmp_path)]) == 0
+
+    answer, shown = (text.splitlines() for text in (capsys.readouterr().out, block("console")))
+    assert answer[:4] == shown[:4]
+    assert len(answer) == len(shown) == 6
+
+
 @pytest.mark.parametrize(
     ("name", "axes"),
     [

@@ -1,0 +1,201 @@
+"""``slipgrasp margin``: how far a parameter can go before the object is lost."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import add_data_directory, add_scenario, read_scenario, store_in
+from slipgrasp.cli.kernel import load_simulation
+from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from core.margin import Margin, MarginError
+    from core.result import RunResult
+
+__all__ = ["add_command"]
+
+DESCRIPTION = (
+    "Finds how far one parameter can go before the object is not held any more, by simulating "
+    "both ends of a range, values between them, and then halving; keeps the recordings of the "
+    "runs on both sides of the border."
+)
+EPILOG = (
+    "exit status: 0 found, 1 held at both ends or at neither (nothing saved), 2 bad input, "
+    "4 interrupted or the disk failed"
+)
+HELD, LOST = "held.mcap", "lost.mcap"
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "margin",
+        help="find how far a parameter can go before the object is lost",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        add_help=False,
+    )
+    add_scenario(parser)
+    parser.add_argument(
+        "--over",
+        dest="key",
+        metavar="KEY",
+        required=True,
+        help="the parameter, a number, such as object.mass; fingers.*.friction for all fingers",
+    )
+    for name, dest in (("--from", "start"), ("--to", "stop")):
+        parser.add_argument(
+            name,
+            dest=dest,
+            metavar="VALUE",
+            type=_number,
+            required=True,
+            help="one end of the range" if dest == "start" else "the other end, above or below",
+        )
+    parser.add_argument(
+        "--tolerance",
+        metavar="SHARE",
+        type=_number,
+        help="how near both sides of the border are to be, as a share of the range "
+        "(default: 0.001)",
+    )
+    parser.add_argument(
+        "--output",
+        metavar="DIR",
+        type=Path,
+        help=f"folder for {HELD} and {LOST}, made if missing "
+        "(default: among the runs in the data folder)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace these files in --output")
+    parser.add_argument("--json", action="store_true", help="print the answer as one JSON object")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no number") from None
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    from core.parameter_range import ParameterRange
+
+    scenario = read_scenario(arguments)
+    # Found out before the simulation is loaded, which takes a second.
+    ParameterRange.of(scenario, arguments.key, arguments.start, arguments.stop)
+    place = _find_place(arguments)
+    load_simulation()
+    from core.margin import DEFAULT_TOLERANCE, MarginError, find_margin
+
+    tolerance: float | None = arguments.tolerance
+    try:
+        with Progress("searching") as progress:
+            margin = find_margin(
+                scenario,
+                arguments.key,
+                arguments.start,
+                arguments.stop,
+                tolerance=DEFAULT_TOLERANCE if tolerance is None else tolerance,
+                progress=progress.update,
+            )
+    except MarginError as error:
+        return _tell_nothing_found(error, arguments)
+    recordings = [_keep(place.held, margin.held), _keep(place.lost, margin.lost)]
+    if arguments.json:
+        print(json.dumps({**margin.to_mapping(), "recordings": recordings}, allow_nan=False))
+    else:
+        print("\n".join(_lines(margin, recordings)))
+    return ExitStatus.ENDED_EARLY if None in recordings else ExitStatus.COMPLETED
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """What keeps the runs on both sides, each as a function of the run that tells its path."""
+
+    held: Callable[[RunResult], Path]
+    lost: Callable[[RunResult], Path]
+
+
+def _find_place(arguments: argparse.Namespace) -> _Place:
+    """Finds out before the simulation whether the runs can be saved at all."""
+    output: Path | None = arguments.output
+    if output is None:
+        store = store_in(arguments.data_directory)
+        store.prepare()
+
+        def save(result: RunResult) -> Path:
+            return store.save(result).path.absolute()
+
+        return _Place(save, save)
+    _prepare_folder(output, arguments.force)
+    held, lost = (
+        partial(_write, path=output.absolute() / name, overwrite=arguments.force)
+        for name in (HELD, LOST)
+    )
+    return _Place(held, lost)
+
+
+def _prepare_folder(folder: Path, force: bool) -> None:
+    from recordings.exceptions import RecordingExistsError
+
+    existing = [path for path in (folder / HELD, folder / LOST) if path.exists()]
+    if existing and not force:
+        raise RecordingExistsError(existing[0])
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"--output '{folder}': no folder can be made there: {error.strerror}"
+        raise CommandError(message) from error
+
+
+def _write(result: RunResult, *, path: Path, overwrite: bool) -> Path:
+    from recordings.writer import write_recording
+
+    write_recording(result, path, overwrite=overwrite)
+    return path
+
+
+def _keep(save: Callable[[RunResult], Path], result: RunResult) -> str | None:
+    """The path of the recording; where the disk fails the answer is told all the same."""
+    from recordings.exceptions import RecordingError
+
+    try:
+        return str(save(result))
+    except RecordingError as error:
+        complain(f"a run is not saved: {error}")
+        return None
+
+
+def _tell_nothing_found(error: MarginError, arguments: argparse.Namespace) -> ExitStatus:
+    complain(f"{arguments.key} is {error}")
+    if arguments.json:
+        document = {"key": arguments.key, **error.to_mapping(), "recordings": []}
+        print(json.dumps(document, allow_nan=False))
+    return ExitStatus.DIFFERENT
+
+
+def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
+    held, lost = (path or "not saved" for path in recordings)
+    unit = "" if margin.unit in ("", "1") else f" {margin.unit}"
+    rows = [
+        ("key", margin.key),
+        ("held_at", f"{margin.held_at:.10g}{unit}"),
+        ("lost_at", f"{margin.lost_at:.10g}{unit}"),
+        ("outcome", f"{margin.outcome.value}: {margin.reason}"),
+        ("recordings", f"{held} (held)"),
+        ("", f"{lost} (lost)"),
+    ]
+    if margin.others:
+        places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
+        rows.append(("warning", f"not the only border; beyond it others lie at {places}"))
+    return [f"{label:<10}  {text}" for label, text in rows]

@@ -1,0 +1,192 @@
+import json
+import resource
+import signal
+from pathlib import Path
+
+import pytest
+
+from recordings import read_recording
+from recordings.store import RecordingStore
+
+CASE = ("paper-case-1", "--set", "simulation.duration=1", "--over", "object.mass")
+MARGIN = (*CASE, "--from", "1", "--to", "5")
+KEYS = {"key", "held_at", "lost_at", "outcome", "recordings"}
+
+
+def answer(slipgrasp, *arguments, status=0):
+    done = slipgrasp("margin", *arguments, "--json")
+    assert done.returncode == status, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_margin_prints_one_json_object_with_the_keys_of_the_contract(slipgrasp):
+    found = answer(slipgrasp, *MARGIN)
+
+    assert set(found) >= KEYS
+    assert found["key"] == "object.mass"
+    assert 1.0 < found["held_at"] < found["lost_at"] < 5.0
+    assert found["lost_at"] - found["held_at"] <= 0.004
+    assert found["outcome"] == "diverged"
+    assert "singular" in found["reason"]
+    assert found["unit"] == "kg"
+
+
+def test_both_recordings_are_in_the_data_directory_and_hold_the_runs_of_both_sides(slipgrasp):
+    found = answer(slipgrasp, *MARGIN)
+
+    held, lost = map(Path, found["recordings"])
+    assert held.parent == lost.parent == slipgrasp.data
+    for path, mass, is_held in (
+        (held, found["held_at"], True),
+        (lost, found["lost_at"], False),
+    ):
+        result = read_recording(path)
+        assert result.scenario.object.mass == mass
+        assert result.scenario.simulation.duration == 1.0
+        assert result.metrics.held is is_held
+    assert read_recording(lost).outcome.value == found["outcome"]
+    stored = RecordingStore(slipgrasp.data).list()
+    assert {run.path for run in stored} == {held, lost}
+
+
+def test_recordings_can_go_to_a_folder_that_is_made(slipgrasp, tmp_path):
+    found = answer(slipgrasp, *MARGIN, "--output", "there/mass")
+
+    folder = tmp_path / "there" / "mass"
+    assert found["recordings"] == [str(folder / "held.mcap"), str(folder / "lost.mcap")]
+    assert read_recording(folder / "held.mcap").metrics.held
+    assert not read_recording(folder / "lost.mcap").metrics.held
+    assert slipgrasp.saved() == []
+
+
+def test_existing_recordings_are_replaced_only_on_request(slipgrasp, tmp_path):
+    (tmp_path / "lost.mcap").write_text("precious")
+
+    refused = slipgrasp("margin", *MARGIN, "--output", ".")
+
+    assert refused.returncode == 2
+    assert "already exists" in refused.stderr
+    assert (tmp_path / "lost.mcap").read_text() == "precious"
+    assert not (tmp_path / "held.mcap").exists()
+
+    answer(slipgrasp, *MARGIN, "--output", ".", "--force")
+    assert not read_recording(tmp_path / "lost.mcap").metrics.held
+
+
+def test_equal_commands_give_equal_answers(slipgrasp, tmp_path):
+    first, second = (answer(slipgrasp, *MARGIN, "--output", name) for name in ("one", "other"))
+
+    assert {**first, "recordings": []} == {**second, "recordings": []}
+    for name in ("held.mcap", "lost.mcap"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "other" / name).read_bytes()
+
+
+def test_without_json_the_answer_is_told_in_words(slipgrasp):
+    done = slipgrasp("margin", *MARGIN)
+
+    assert done.returncode == 0
+    lines = done.stdout.splitlines()
+    assert [line.split()[0] for line in lines[:5]] == [
+        *("key", "held_at", "lost_at", "outcome", "recordings")
+    ]
+    assert lines[1].endswith(" kg")
+    for line, word in zip(lines[4:], ("held", "lost"), strict=True):
+        path, told = line.removeprefix("recordings").split()
+        assert told == f"({word})"
+        assert read_recording(Path(path)).metrics.held is (word == "held")
+
+
+def test_further_borders_are_warned_of(slipgrasp):
+    done = slipgrasp(
+        *("margin", "paper-case-2", "--set", "controller.control_period=0.001"),
+        *("--over", "fingers.1.friction", "--from", "0.25", "--to", "0.5"),
+    )
+
+    assert done.returncode == 0
+    assert "others lie at 0.375 … 0.390625, 0.390625 … 0.40625" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("ends", "words"),
+    [(("1", "1.5"), "held at both ends, 1 and 1.5"), (("8", "9"), "held at neither end, 8 and 9")],
+)
+def test_a_range_without_a_border_exits_with_1_and_saves_nothing(slipgrasp, ends, words):
+    done = slipgrasp("margin", *CASE, "--from", ends[0], "--to", ends[1], "--json")
+
+    assert done.returncode == 1
+    assert f"object.mass is {words}: widen the range" in done.stderr
+    found = json.loads(done.stdout)
+    assert set(found) >= KEYS
+    assert (found["held_at"], found["lost_at"], found["recordings"]) == (None, None, [])
+    assert words in found["reason"]
+    assert slipgrasp.saved() == []
+
+
+ENDS = ("--from", "1", "--to", "5")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("paper-case-1", "--over", "object.mas", *ENDS), "did you mean 'object.mass'?"),
+        (("paper-case-1", "--over", "controller.kind", *ENDS), "controller.kind is a choice"),
+        ((*CASE, "--from", "-1", "--to", "5"), "object.mass is -1.0"),
+        ((*CASE, "--from", "1", "--to", "1e9"), "allowed: 0.001 … 1000 kg"),
+        ((*CASE, "--from", "1", "--to", "inf"), "give two finite numbers"),
+        ((*CASE, "--from", "1", "--to", "1"), "give two different values"),
+        ((*CASE, "--from", "light", "--to", "1"), "'light' is no number"),
+        ((*CASE, "--from", "1"), "--to"),
+        (("paper-case-1", *ENDS), "--over"),
+        (("paper-case-3", "--over", "object.mass", *ENDS), "did you mean"),
+        ((*MARGIN, "--set", "object.inertia=-1"), "object.inertia is -1"),
+        ((*MARGIN, "--set", "object.inertia"), "--set needs KEY=VALUE"),
+        ((*MARGIN, "--output", "/proc/nothing/here"), "no folder can be made there"),
+        ((*MARGIN, "--data-dir", "/proc/nothing"), "/proc/nothing"),
+    ],
+)
+def test_bad_input_exits_with_2_in_one_clear_line_and_saves_nothing(slipgrasp, arguments, message):
+    done = slipgrasp("margin", *arguments)
+
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+    assert slipgrasp.saved() == []
+
+
+def test_a_full_disk_exits_with_4_and_still_tells_the_answer(slipgrasp):
+    def no_large_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    done = slipgrasp("margin", *MARGIN, "--json", preexec_fn=no_large_files)
+
+    assert done.returncode == 4
+    assert "not saved" in done.stderr
+    found = json.loads(done.stdout)
+    assert 1.0 < found["held_at"] < found["lost_at"] < 5.0
+    assert found["recordings"] == [None, None]
+    assert slipgrasp.saved() == []
+
+
+def test_an_interrupted_search_ends_soon_and_saves_nothing(slipgrasp):
+    long_runs = ("simulation.duration=600", "controller.control_period=0.0001")
+    process = slipgrasp.start(
+        *("margin", *MARGIN, "--set", long_runs[0], "--set", long_runs[1]),
+    )
+    with process:
+        while "searching" not in process.stderr.readline():
+            assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        process.wait(timeout=20)
+        assert "interrupted; nothing is saved" in process.stderr.read()
+
+    assert process.returncode == 4
+    assert slipgrasp.saved() == []
+
+
+def test_help_tells_of_the_parameters(slipgrasp):
+    done = slipgrasp("margin", "--help")
+
+    assert done.returncode == 0
+    assert "--over KEY" in done.stdout
+    assert "object.mass  (0.001 … 1000 kg)" in done.stdout
