@@ -1,11 +1,25 @@
-"""Choice of the internal (grasp) force where one can be chosen (docs/model.md, Grasp force)."""
+"""Choice of the internal (grasp) force where one can be chosen (docs/model.md, Grasp force).
+
+Two sticking fingers have one internal force, whose least size inside both cones has a closed
+form. Beyond that, and where this force breaks another limit, it is a quadratic program.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from core.kernel.compiler import compiled
+from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.kinematics import to_inertial_frame
+from core.kernel.model import MODEL
+from core.kernel.quadratic import largest_violation, solve_quadratic
 from core.kernel.records import Floats, Integers, Record
+from core.kernel.workspace import DISCRETE, WORKSPACE
+from core.kernel.wrench import assemble_rows
+
+# Where not all limits can be met: how little the violation weighs in each row. It is found to
+# a relative accuracy of the square of this.
+SLACK = 1e-4
 
 
 @compiled
@@ -99,3 +113,117 @@ def _least_violation(
             if value < least:
                 best, least = crossing, value
     return best, least
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
+def minimise_forces(model: Record, discrete: Record, work: Record) -> int:
+    """The least contact forces that exert the wanted wrench within all limits.
+
+    The part of F^ that the wrench prescribes is orthogonal to the internal part: the least
+    F^ has the least internal force. Where the limits contradict each other, the largest
+    violation is made as small as can be; it is left in ``room.violation`` [N].
+
+    Returns:
+        1, or 0 where the rows of G depend on each other.
+    """
+    problem, room = work.quadratic, work.room
+    _pose_wrench(model, discrete, work)
+    problem.rows = problem.equalities
+    for i in range(model.num_fingers):
+        _limit_force(model.law, discrete, work, i)
+        _limit_torques(model.law, work, i)
+    room.violation = 0.0
+    if solve_quadratic(problem) == 0:
+        if problem.count < problem.equalities:
+            return 0
+        _share_violation(problem)
+        solve_quadratic(problem)
+        problem.size -= 1
+        room.violation = largest_violation(problem)
+    for i in range(model.num_fingers):
+        room.contact_force[i, 0] = problem.solution[2 * i]
+        room.contact_force[i, 1] = problem.solution[2 * i + 1]
+    return 1
+
+
+@compiled
+def _pose_wrench(model: Record, discrete: Record, work: Record) -> None:
+    """G F^ = (d, 0) as equalities."""
+    problem, room, columns = work.quadratic, work.room, 2 * model.num_fingers
+    rows = assemble_rows(work.kin, work.believed, discrete.beliefs, room)
+    problem.size, problem.equalities = columns, rows
+    for row in range(rows):
+        for column in range(columns):
+            problem.normals[row, column] = room.basis[column, row]
+        problem.bounds[row] = room.right_side[row]
+
+
+@compiled
+def _limit_force(law: Record, discrete: Record, work: Record, i: int) -> None:
+    """Cone of a sticking contact, least and largest normal force of any."""
+    if discrete.beliefs[i] == 0:
+        cone = work.believed.friction[i] / law.grip_safety
+        _require(work.quadratic, i, 1.0, cone, 0.0)
+        _require(work.quadratic, i, -1.0, cone, 0.0)
+    _require(work.quadratic, i, 0.0, 1.0, law.minimum_normal_force)
+    if law.maximum_normal_force < np.inf:
+        _require(work.quadratic, i, 0.0, -1.0, -law.maximum_normal_force)
+
+
+@compiled
+def _limit_torques(law: Record, work: Record, i: int) -> None:
+    """|tau| <= limit for both joints, in newtons: divided by the lever of the force."""
+    if law.torque_limit == np.inf:
+        return
+    for joint in range(2):
+        along, across, free = _torque_of_force(work, i, joint)
+        lever = np.hypot(along, across)
+        along, across, free = along / lever, across / lever, free / lever
+        limit = law.torque_limit / lever
+        _require(work.quadratic, i, along, across, -limit - free)
+        _require(work.quadratic, i, -along, -across, free - limit)
+
+
+@compiled
+def _torque_of_force(work: Record, i: int, joint: int) -> tuple[float, float, float]:
+    """Torque of a joint: per unit of F_x and of F_n, and what the finger itself needs."""
+    jx, jy = work.kin.jacobians[i, 0, joint], work.kin.jacobians[i, 1, joint]
+    ax, ay = to_inertial_frame(work.kin, i, 1.0, 0.0)
+    nx, ny = to_inertial_frame(work.kin, i, 0.0, 1.0)
+    free = jx * work.room.believed_force[i, 0] + jy * work.room.believed_force[i, 1]
+    return jx * ax + jy * ay, jx * nx + jy * ny, free
+
+
+@compiled
+def _require(problem: Record, i: int, along: float, normal: float, bound: float) -> None:
+    """Along * F_x + normal * F_n >= bound at contact i."""
+    row = problem.rows
+    for column in range(problem.size):
+        problem.normals[row, column] = 0.0
+    problem.normals[row, 2 * i], problem.normals[row, 2 * i + 1] = along, normal
+    problem.bounds[row] = bound
+    problem.rows = row + 1
+
+
+@compiled
+def _share_violation(problem: Record) -> None:
+    """One unknown more by which every inequality may be missed, dear compared with forces."""
+    for row in range(problem.rows):
+        problem.normals[row, problem.size] = SLACK if row >= problem.equalities else 0.0
+    problem.size += 1
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)
+def keep_limits(model: Record, discrete: Record, work: Record) -> None:
+    """Chooses again where the forces inside the cones of two fingers break another limit."""
+    law, forces = model.law, work.room.contact_force
+    for i in range(model.num_fingers):
+        normal = forces[i, 1]
+        if not law.minimum_normal_force <= normal <= law.maximum_normal_force:
+            minimise_forces(model, discrete, work)
+            return
+        for joint in range(2):
+            along, across, free = _torque_of_force(work, i, joint)
+            if abs(along * forces[i, 0] + across * normal + free) > law.torque_limit:
+                minimise_forces(model, discrete, work)
+                return

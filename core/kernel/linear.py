@@ -244,33 +244,3 @@ def _remove_projections(basis: Floats, triangle: Floats, rows: int, j: int) -> N
         triangle[k, j] += projection
         for i in range(rows):
             basis[i, j] -= projection * basis[i, k]
-
-
-@compiled
-def complement(basis: Floats, rows: int, count: int, direction: Floats) -> None:
-    """A unit vector orthogonal to the first ``count`` orthonormal columns of ``basis``."""
-    best = 0
-    largest = -1.0
-    for i in range(rows):
-        rest = 1.0
-        for k in range(count):
-            rest -= basis[i, k] ** 2
-        if rest > largest + 1e-9:
-            largest = rest
-            best = i
-    for i in range(rows):
-        direction[i] = 0.0
-    direction[best] = 1.0
-    for _ in range(2):
-        for k in range(count):
-            projection = 0.0
-            for i in range(rows):
-                projection += basis[i, k] * direction[i]
-            for i in range(rows):
-                direction[i] -= projection * basis[i, k]
-        length = 0.0
-        for i in range(rows):
-            length += direction[i] ** 2
-        length = np.sqrt(length)
-        for i in range(rows):
-            direction[i] /= length

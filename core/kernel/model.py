@@ -96,11 +96,13 @@ LAW = np.dtype(
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
         ("grasp_force", np.bool_),
         ("grip_safety", np.float64),
+        ("minimum_normal_force", np.float64),  # [N]
+        ("maximum_normal_force", np.float64),  # inf where none [N]
+        ("torque_limit", np.float64),  # inf where none [N m]
         ("estimate_norm_bound", np.float64),  # phi_0
         ("latency", np.float64),  # [s]
         ("grip_force", np.float64),  # [N]
         ("grip_rate", np.float64),  # [N/s]
-        ("maximum_grip", np.float64),  # inf where none [N]
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("forgetting", np.float64),  # per control period
         ("force_variance", np.float64),  # [N^2]
@@ -157,6 +159,7 @@ def pack_model(scenario: Scenario) -> Record:
     _pack_learning(scenario, p, model["law"])
     pack_sensors(scenario, model["sensors"])
     pack_actuators(scenario, model["actuators"])
+    _pack_limits(scenario, model["law"])
     pack_motion(scenario.trajectory, model["motion"])
     simulation, numerics = scenario.simulation, model["numerics"]
     for name in NUMERICS.names or ():
@@ -226,8 +229,6 @@ def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) ->
     law["estimate_norm_bound"] = controller.estimate_norm_bound
     law["latency"] = controller.latency
     law["grip_force"], law["grip_rate"] = controller.grip_force, controller.grip_rate
-    most = controller.maximum_normal_force
-    law["maximum_grip"] = np.inf if most is None else most
 
 
 def _pack_learning(scenario: Scenario, p: int, law: np.void) -> None:
@@ -242,6 +243,14 @@ def _pack_learning(scenario: Scenario, p: int, law: np.void) -> None:
         keys = [estimate.parameter for estimate in scenario.estimates]
         deviations = [0.1 if key == "object.inertia" else 3.0 for key in keys]
     law["prior_variances"][:p] = np.square(deviations)
+
+
+def _pack_limits(scenario: Scenario, law: np.void) -> None:
+    controller, torque_limit = scenario.controller, scenario.actuation.torque_limit
+    largest = controller.maximum_normal_force
+    law["minimum_normal_force"] = controller.minimum_normal_force
+    law["maximum_normal_force"] = np.inf if largest is None else largest
+    law["torque_limit"] = np.inf if torque_limit is None else torque_limit
 
 
 def solve_lyapunov(

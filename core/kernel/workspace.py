@@ -8,6 +8,7 @@ from core.kernel.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
 from core.kernel.kinematics import KINEMATICS
 from core.kernel.linear import FACTORS
 from core.kernel.model import TRUTH
+from core.kernel.quadratic import QUADRATIC
 from core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
 
 __all__ = ["DISCRETE", "WORKSPACE"]
@@ -36,7 +37,7 @@ LAW_ROOM = np.dtype(
         ("basis", np.float64, (MAX_SIDE, MAX_SIDE)),  # G or its transpose, then orthonormal
         ("triangle", np.float64, (MAX_SIDE, MAX_SIDE)),
         ("right_side", np.float64, (MAX_SIDE,)),
-        ("direction", np.float64, (MAX_SIDE,)),  # null space of G
+        ("direction", np.float64, (4,)),  # internal force of two fingers
         ("weighted_error", np.float64, (MAX_COORDINATES,)),  # r of Eq. 46
         ("violation", np.float64),  # of the estimated cones by the commanded force [N]
     ],
@@ -62,6 +63,7 @@ WORKSPACE = np.dtype(
         ("forces", np.float64, (MAX_FINGERS, 2)),  # F = (F_x, F_n), contact frame
         ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates, before projection
         ("column", np.float64, (MAX_COORDINATES,)),
+        ("quadratic", QUADRATIC),  # the grasp force as a quadratic program
     ],
     align=True,
 )

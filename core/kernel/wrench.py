@@ -11,7 +11,7 @@ from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.kinematics import to_contact_frame, to_inertial_frame
-from core.kernel.linear import complement, orthonormalize
+from core.kernel.linear import orthonormalize
 from core.kernel.model import MODEL
 from core.kernel.records import Floats, Integers, Record
 from core.kernel.reduced import torques_to_forces
@@ -46,13 +46,11 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
         fy = ay + b * (kin.arms[i, 0] - mean_x)
         along, normal = to_contact_frame(kin, i, fx, fy)
         room.contact_force[i, 0], room.contact_force[i, 1] = along, normal
-    if n == 2:
-        _find_squeeze(kin, room)
     return 1 if spread > DEPENDENT_ROWS * size else 0
 
 
 @compiled
-def _find_squeeze(kin: Record, room: Record) -> None:
+def find_squeeze(kin: Record, room: Record) -> None:
     """Internal force of two sticking contacts, of any size: each pushes towards the other."""
     dx, dy = kin.arms[1, 0] - kin.arms[0, 0], kin.arms[1, 1] - kin.arms[0, 1]
     for i in range(2):
@@ -63,7 +61,7 @@ def _find_squeeze(kin: Record, room: Record) -> None:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
 def distribute_wrench(model: Record, discrete: Record, work: Record) -> int:
-    """F^ = G^+ (d, 0) in any phase, and the internal direction where there is just one.
+    """F^ = G^+ (d, 0) in any phase.
 
     Without grasp force (y = 0) the F^ of the smallest torque with B~ tau = M~ v + h~.
 
@@ -71,7 +69,7 @@ def distribute_wrench(model: Record, discrete: Record, work: Record) -> int:
         1, or 0 where the rows of G depend on each other.
     """
     n, kin, room = model.num_fingers, work.kin, work.room
-    rows = _assemble_rows(kin, work.believed, discrete.beliefs, room)
+    rows = assemble_rows(kin, work.believed, discrete.beliefs, room)
     weighed = rows <= 2 * n and not model.law.grasp_force
     if weighed:
         _weigh_by_torque(rows, n, kin, room)
@@ -83,8 +81,6 @@ def distribute_wrench(model: Record, discrete: Record, work: Record) -> int:
             fy = room.contact_force[i, 1] - room.believed_force[i, 1]
             along, normal = to_contact_frame(kin, i, fx, fy)
             room.contact_force[i, 0], room.contact_force[i, 1] = along, normal
-    elif rows == 2 * n - 1:
-        complement(room.basis, 2 * n, rows, room.direction)
     return regular
 
 
@@ -101,7 +97,7 @@ def _apply_pseudoinverse(rows: int, columns: int, room: Record) -> int:
 
 
 @compiled
-def _assemble_rows(kin: Record, believed: Record, belief: Integers, room: Record) -> int:
+def assemble_rows(kin: Record, believed: Record, belief: Integers, room: Record) -> int:
     """Writes G transposed into ``basis`` and (d, 0) into ``right_side``; returns the rows of G."""
     n = believed.num_fingers
     rows = 3

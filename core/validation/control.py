@@ -52,7 +52,7 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_control(scenario: Scenario) -> Iterator[FieldError]:
-    """The control period is 0 or long enough, and the grasp force can be chosen."""
+    """The control period is 0 or long enough."""
     period = scenario.controller.control_period
     if 0.0 < period < MIN_CONTROL_PERIOD:
         yield FieldError(
@@ -62,15 +62,6 @@ def check_control(scenario: Scenario) -> Iterator[FieldError]:
             message=(
                 f"controller.control_period is {period:g} s; 0 means continuous control, otherwise"
                 f" at least {MIN_CONTROL_PERIOD:g} s"
-            ),
-        )
-    if len(scenario.fingers) > 2 and scenario.controller.grasp_force == "minimum":
-        yield FieldError(
-            field="controller.grasp_force",
-            value="minimum",
-            limit="none for more than two fingers",
-            message=(
-                "controller.grasp_force 'minimum' is available for two fingers; use 'none' for more"
             ),
         )
 

@@ -5,7 +5,8 @@ import pytest
 from scipy.optimize import linprog
 
 from tests.references.closed_loop import ClosedLoop
-from tests.references.controller import lyapunov_matrices, regressor, squeeze
+from tests.references.controller import lyapunov_matrices, regressor
+from tests.references.grasp import squeeze
 from tests.references.hand import Parameters, State
 from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
 

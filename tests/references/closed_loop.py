@@ -108,11 +108,14 @@ def _hand(scenario: Scenario) -> Hand:
     body = scenario.object
     anchors, tangents, fingers = [], [], []
     for f in scenario.fingers:
-        tangent = np.array(_FACES[f.face])
-        normal = np.array([tangent[1], -tangent[0]])
-        depth = body.half_width if f.face in ("left", "right") else body.face_half_length
+        if body.corners:
+            middle, tangent = _edge(np.array(body.corners), int(f.face.split("-")[1]))
+        else:
+            tangent = np.array(_FACES[f.face])
+            depth = body.half_width if f.face in ("left", "right") else body.face_half_length
+            middle = depth * np.array([-tangent[1], tangent[0]])
         tangents.append(tangent)
-        anchors.append(f.contact_offset * tangent - depth * normal)
+        anchors.append(middle + f.contact_offset * tangent)
         lengths = np.array(f.link_lengths)
         fingers.append(
             Finger(
@@ -126,6 +129,12 @@ def _hand(scenario: Scenario) -> Hand:
     return Hand(tuple(fingers), np.array(anchors), np.array(tangents), scenario.simulation.gravity)
 
 
+def _edge(corners: Array, k: int) -> tuple[Array, Array]:
+    """Middle of an edge, and the direction clockwise along it."""
+    a, b = corners[k], corners[(k + 1) % len(corners)]
+    return (a + b) / 2.0, (a - b) / np.linalg.norm(a - b)
+
+
 def _law(scenario: Scenario, n: int) -> Law:
     c = scenario.controller
     p = len(scenario.estimates)
@@ -137,8 +146,14 @@ def _law(scenario: Scenario, n: int) -> Law:
         lyapunov_weight=np.broadcast_to(c.lyapunov_weight, 3 + n).astype(float),
         adaptation_gain=np.broadcast_to(c.adaptation_gain, p).astype(float),
         grip_safety=c.grip_safety,
+        normal_forces=(c.minimum_normal_force, _or_infinity(c.maximum_normal_force)),
+        torque_limit=_or_infinity(scenario.actuation.torque_limit),
         squeezes=c.grasp_force == "minimum",
         norm_bound=c.estimate_norm_bound if c.kind == "theorem-4" else np.inf,
         minimum=np.array([-np.inf if e.minimum is None else e.minimum for e in scenario.estimates]),
         maximum=np.array([np.inf if e.maximum is None else e.maximum for e in scenario.estimates]),
     )
+
+
+def _or_infinity(limit: float | None) -> float:
+    return np.inf if limit is None else limit

@@ -1,4 +1,4 @@
-"""The adaptive law of Theorems 3 and 4, with pseudo-inverses and small optimisations."""
+"""The adaptive law of Theorems 3 and 4, with pseudo-inverses and a library's optimisation."""
 
 from __future__ import annotations
 
@@ -7,9 +7,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.references.hand import Hand, Kinematics, Parameters, Phase, Reduced, State
+from tests.references.grasp import Limits, least_forces
+from tests.references.hand import (
+    Hand,
+    Kinematics,
+    Parameters,
+    Phase,
+    Reduced,
+    State,
+    friction_rows,
+)
 
-__all__ = ["Command", "Law", "Unknowns", "lyapunov_matrices", "regressor", "squeeze"]
+__all__ = ["Command", "Law", "Unknowns", "lyapunov_matrices", "regressor"]
 
 Array = NDArray[np.float64]
 
@@ -72,36 +81,6 @@ def lyapunov_matrices(K_p: Array, K_v: Array, Q: Array) -> tuple[Array, Array, A
     return P11, P12, P22
 
 
-def squeeze(base: Array, direction: Array, cones: Array) -> tuple[float, float]:
-    """Smallest \\|c\\| with ``base + c direction`` inside both sides of every cone.
-
-    Args:
-        base: Forces without internal part, ``(n, 2)`` as (F_x, F_n) [N].
-        direction: Internal force of unit size, ``(n, 2)``.
-        cones: Greatest allowed \\|F_x\\| / F_n, ``(n,)``.
-
-    Returns:
-        c [N] and the violation [N]: zero, or the least worst excess of \\|F_x\\| over its
-        bound where no c is inside all cones.
-    """
-    margins, slopes = [], []
-    for side in (1.0, -1.0):
-        margins += list(cones * base[:, 1] - side * base[:, 0])
-        slopes += list(cones * direction[:, 1] - side * direction[:, 0])
-    a, b = np.array(margins), np.array(slopes)
-    bounds = [(-x / y, y) for x, y in zip(a, b, strict=True) if y != 0.0]
-    low = max((c for c, y in bounds if y > 0.0), default=-np.inf)
-    high = min((c for c, y in bounds if y < 0.0), default=np.inf)
-    if low <= high:
-        return float(np.clip(0.0, low, high)), 0.0
-    crossings = [
-        (a[j] - a[i]) / (b[i] - b[j]) for i in range(len(a)) for j in range(i) if b[i] != b[j]
-    ]
-    worst = [-np.min(a + b * c) for c in crossings]
-    best = int(np.argmin(worst))
-    return float(crossings[best]), float(worst[best])
-
-
 class Law(NamedTuple):
     """Gains, one entry per coordinate of x (object, slips) or per unknown.
 
@@ -113,6 +92,8 @@ class Law(NamedTuple):
     lyapunov_weight: Array
     adaptation_gain: Array
     grip_safety: float
+    normal_forces: tuple[float, float]  # least and largest [N]
+    torque_limit: float  # [N m]
     squeezes: bool
     norm_bound: float
     minimum: Array
@@ -139,19 +120,20 @@ class Law(NamedTuple):
         """Torques of Eq. 23 and 27 with the grasp force of docs/model.md."""
         reduced = hand.reduced_form(kin, believed, phase)
         plain = np.linalg.pinv(reduced.B, rcond=1e-10) @ (reduced.M @ v + reduced.h)
-        if not self.squeezes or np.any(np.asarray(phase) != 0):
+        sticks = np.asarray(phase) == 0
+        freedom = 2 * len(sticks) - 3 - np.sum(~sticks)
+        if not self.squeezes or freedom <= 0:
             return Command(plain, 0.0)
         M, h = hand.finger_dynamics(kin, believed)
         qdd = np.linalg.solve(kin.A_q, kin.b - kin.A_o @ v[:3] - kin.A_s @ v[3:])
-        forces = np.linalg.solve(kin.J.T, plain - h - M @ qdd)
-        internal = np.linalg.svd(kin.W)[2][3:]
-        assert len(internal) == 1, "the closed form is for two fingers"
-        N = internal[0]
-        base = forces - N * (N @ forces)
-        c, violation = squeeze(
-            base.reshape(-1, 2), N.reshape(-1, 2), believed.friction / self.grip_safety
-        )
-        return Command(kin.J.T @ (base + c * N) + h + M @ qdd, violation)
+        own = h + M @ qdd
+        forces = np.linalg.solve(kin.J.T, plain - own)
+        cones = np.where(sticks, believed.friction / self.grip_safety, np.nan)
+        limits = Limits(cones, *self.normal_forces, kin.J.T, own, self.torque_limit)
+        _, D = friction_rows(phase, believed.friction)
+        G = np.vstack((kin.W, D[~sticks]))
+        forces, violation = least_forces(G, G @ forces, limits)
+        return Command(kin.J.T @ forces + own, violation)
 
     def estimate_rates(
         self,

@@ -19,25 +19,32 @@ _FACES = ("left", "right", "bottom", "top")
 _OUTWARD = {"left": (-1.0, 0.0), "right": (1.0, 0.0), "bottom": (0.0, -1.0), "top": (0.0, 1.0)}
 
 
-def random_scenario(rng: np.random.Generator, num_fingers: int, unknown: str) -> Scenario:
+def random_scenario(
+    rng: np.random.Generator, num_fingers: int, unknown: str, *, polygon: bool = False, **law: Any
+) -> Scenario:
     """A hand with one finger per face, everything about it drawn at random.
 
     Args:
         rng: Source of randomness.
-        num_fingers: 2, 3 or 4.
+        num_fingers: 2, 3 or 4; up to 6 on a polygon.
         unknown: Which parameters are estimated, one of `UNKNOWN_KINDS`.
+        polygon: Whether the object is a polygon of up to eight corners instead of a rectangle.
+        law: Entries of the controller that are not left to chance.
     """
     half_width, half_length = rng.uniform(0.05, 0.2, 2)
     pose = rng.uniform([-1.0, -1.0, -0.5], [1.0, 1.0, 0.5])
-    fingers = [
-        _random_finger(rng, face, pose, half_width, half_length) for face in _FACES[:num_fingers]
-    ]
+    outline: dict[str, Any] = {"half_width": half_width, "face_half_length": half_length}
+    extent = np.array([half_width, half_length])
+    sides = [(f, np.array(_OUTWARD[f]) * extent, np.array(_OUTWARD[f])) for f in _FACES]
+    if polygon:
+        corners = _random_corners(rng, num_fingers)
+        outline, sides = {"corners": corners}, _edges(corners)
+    fingers = [_random_finger(rng, side, pose) for side in sides[:num_fingers]]
     mapping: dict[str, Any] = {
         "object": {
             "mass": rng.uniform(0.3, 2.0),
             "inertia": rng.uniform(0.005, 0.05),
-            "half_width": half_width,
-            "face_half_length": half_length,
+            **outline,
         },
         "fingers": fingers,
         "trajectory": {
@@ -52,9 +59,10 @@ def random_scenario(rng: np.random.Generator, num_fingers: int, unknown: str) ->
             "position_gain": rng.uniform(20.0, 200.0, 3),
             "velocity_gain": rng.uniform(5.0, 20.0, 3 + num_fingers),
             "lyapunov_weight": rng.uniform(1.0, 50.0, 3 + num_fingers),
-            "grasp_force": "minimum" if num_fingers == 2 else "none",
+            "grasp_force": "minimum" if num_fingers == 2 else rng.choice(["minimum", "none"]),
             "grip_safety": rng.uniform(1.0, 1.5),
             "estimate_norm_bound": 1.0,
+            **law,
         },
         "estimates": _random_unknowns(rng, num_fingers, unknown),
         "simulation": {"gravity": rng.uniform(1.0, 15.0)},
@@ -80,16 +88,32 @@ def random_estimates(rng: np.random.Generator, scenario: Scenario) -> NDArray[np
     return initial * rng.uniform(0.7, 1.3, len(initial))
 
 
+def _random_corners(rng: np.random.Generator, num_fingers: int) -> NDArray[np.float64]:
+    """Corners on an ellipse: convex, whatever the angles."""
+    count = int(rng.integers(max(num_fingers, 3), 9))
+    angles = 2.0 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
+    return np.column_stack((np.cos(angles), np.sin(angles))) * rng.uniform(0.15, 0.25, 2)
+
+
+def _edges(corners: NDArray[np.float64]) -> list[tuple[str, Any, Any]]:
+    """Name, middle and outward normal of every edge."""
+    following = np.roll(corners, -1, axis=0)
+    along = (following - corners) / np.linalg.norm(following - corners, axis=1)[:, None]
+    return [
+        (f"edge-{k}", 0.5 * (corners[k] + following[k]), np.array([y, -x]))
+        for k, (x, y) in enumerate(along)
+    ]
+
+
 def _random_finger(
-    rng: np.random.Generator, face: str, pose: Any, half_width: float, half_length: float
+    rng: np.random.Generator, side: tuple[str, Any, Any], pose: Any
 ) -> dict[str, Any]:
-    outward = np.array(_OUTWARD[face])
-    depth = half_width if outward[0] else half_length
+    face, middle, outward = side
     lengths = rng.uniform(0.6, 1.2, 2)
     reach = rng.uniform(0.5, 0.85) * lengths.sum()
     angle = pose[2] + np.arctan2(outward[1], outward[0]) + rng.uniform(-0.8, 0.8)
     turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
-    base = pose[:2] + turn @ outward * depth + reach * np.array([np.cos(angle), np.sin(angle)])
+    base = pose[:2] + turn @ middle + reach * np.array([np.cos(angle), np.sin(angle)])
     return {
         "face": face,
         "base": base,

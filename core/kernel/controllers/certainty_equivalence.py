@@ -6,11 +6,11 @@ The adaptive laws command the same torque and change the estimates.
 from __future__ import annotations
 
 from core.kernel.compiler import compiled
-from core.kernel.grasp import choose_grasp_force
+from core.kernel.grasp import choose_grasp_force, keep_limits, minimise_forces
 from core.kernel.kinematics import to_inertial_frame
 from core.kernel.records import Record
 from core.kernel.reduced import inertial_force
-from core.kernel.wrench import distribute_wrench, share_wrench
+from core.kernel.wrench import distribute_wrench, find_squeeze, share_wrench
 
 
 @compiled
@@ -35,14 +35,17 @@ def command_forces(model: Record, discrete: Record, work: Record) -> int:
         room.right_side[k] = believed.object_inertia[k] * room.demand[k]
     room.right_side[1] += believed.object_inertia[1] * model.hand.gravity
     room.violation = 0.0
-    if model.law.grasp_force and slipping == 0:
+    if model.law.grasp_force and n == 2 and slipping == 0:
         regular = share_wrench(work.kin, n, room)
-    else:
-        regular = distribute_wrench(model, discrete, work)
-    if model.law.grasp_force and 3 + slipping == 2 * n - 1:
+        find_squeeze(work.kin, room)
         room.violation = choose_grasp_force(
             room.contact_force, room.direction, believed, model.law.grip_safety, discrete.beliefs
         )
+        keep_limits(model, discrete, work)
+    elif model.law.grasp_force and 3 + slipping < 2 * n:
+        regular = minimise_forces(model, discrete, work)
+    else:
+        regular = distribute_wrench(model, discrete, work)
     for i in range(n):
         along, normal = room.contact_force[i, 0], room.contact_force[i, 1]
         fx, fy = to_inertial_frame(work.kin, i, along, normal)

@@ -13,5 +13,5 @@ def squeeze_harder(model: Record, discrete: Record) -> None:
         if discrete.beliefs[i] != 0:
             discrete.squeeze += model.law.grip_rate * model.law.period
             break
-    most = max(model.law.maximum_grip - model.law.grip_force, 0.0)
+    most = max(model.law.maximum_normal_force - model.law.grip_force, 0.0)
     discrete.squeeze = min(discrete.squeeze, most)
