@@ -138,7 +138,7 @@ def minimise_forces(model: Record, discrete: Record, work: Record) -> int:
             return 0
         _share_violation(problem)
         solve_quadratic(problem)
-        problem.size -= 1
+        problem.columns -= 1
         room.violation = largest_violation(problem)
     for i in range(model.num_fingers):
         room.contact_force[i, 0] = problem.solution[2 * i]
@@ -151,7 +151,7 @@ def _pose_wrench(model: Record, discrete: Record, work: Record) -> None:
     """G F^ = (d, 0) as equalities."""
     problem, room, columns = work.quadratic, work.room, 2 * model.num_fingers
     rows = assemble_rows(work.kin, work.believed, discrete.beliefs, room)
-    problem.size, problem.equalities = columns, rows
+    problem.columns, problem.equalities = columns, rows
     for row in range(rows):
         for column in range(columns):
             problem.normals[row, column] = room.basis[column, row]
@@ -198,7 +198,7 @@ def _torque_of_force(work: Record, i: int, joint: int) -> tuple[float, float, fl
 def _require(problem: Record, i: int, along: float, normal: float, bound: float) -> None:
     """Along * F_x + normal * F_n >= bound at contact i."""
     row = problem.rows
-    for column in range(problem.size):
+    for column in range(problem.columns):
         problem.normals[row, column] = 0.0
     problem.normals[row, 2 * i], problem.normals[row, 2 * i + 1] = along, normal
     problem.bounds[row] = bound
@@ -209,8 +209,8 @@ def _require(problem: Record, i: int, along: float, normal: float, bound: float)
 def _share_violation(problem: Record) -> None:
     """One unknown more by which every inequality may be missed, dear compared with forces."""
     for row in range(problem.rows):
-        problem.normals[row, problem.size] = SLACK if row >= problem.equalities else 0.0
-    problem.size += 1
+        problem.normals[row, problem.columns] = SLACK if row >= problem.equalities else 0.0
+    problem.columns += 1
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)

@@ -28,7 +28,7 @@ TOLERANCE = 1e-12
 
 QUADRATIC = np.dtype(
     [
-        ("size", np.int64),  # of x
+        ("columns", np.int64),  # length of x
         ("equalities", np.int64),
         ("rows", np.int64),  # equalities and inequalities
         ("normals", np.float64, (MAX_ROWS, MAX_SIZE)),  # a_k
@@ -55,7 +55,7 @@ def solve_quadratic(problem: Record) -> int:
         1, or 0 where the rows contradict each other or equalities depend on each other.
     """
     problem.count = 0
-    for i in range(problem.size):
+    for i in range(problem.columns):
         problem.solution[i] = 0.0
     for row in range(problem.equalities):
         if not _enforce(problem, row):
@@ -82,7 +82,7 @@ def largest_violation(problem: Record) -> float:
 def _excess(problem: Record, row: int) -> float:
     """By how much a row holds: a x - b."""
     total = -problem.bounds[row]
-    for i in range(problem.size):
+    for i in range(problem.columns):
         total += problem.normals[row, i] * problem.solution[i]
     return total
 
@@ -91,7 +91,7 @@ def _excess(problem: Record, row: int) -> float:
 def _most_violated(problem: Record) -> int:
     """The inequality violated most, -1 if all hold up to rounding."""
     largest = 0.0
-    for i in range(problem.size):
+    for i in range(problem.columns):
         largest = max(largest, abs(problem.solution[i]))
     worst, least = -1, -TOLERANCE * (1.0 + largest)
     for row in range(problem.equalities, problem.rows):
@@ -111,18 +111,18 @@ def _enforce(problem: Record, row: int) -> bool:
     multiplier = 0.0
     for _ in range(MAX_SIZE + 1):
         rest = _split_normal(problem, row)
-        blocking, room = _first_to_let_go(problem)
+        blocking, reach = _first_to_let_go(problem)
         full = -_excess(problem, row) / rest if rest > 0.0 else np.inf
-        length = min(full, room)
+        length = min(full, reach)
         if length == np.inf:
             return False
         multiplier += length
         for k in range(problem.count):
             problem.multipliers[k] -= length * problem.slopes[k]
         if rest > 0.0:
-            for i in range(problem.size):
+            for i in range(problem.columns):
                 problem.solution[i] += length * problem.step[i]
-        if full <= room:
+        if full <= reach:
             _append(problem, row, multiplier, np.sqrt(rest))
             return True
         _let_go(problem, blocking)
@@ -138,7 +138,7 @@ def _split_normal(problem: Record, row: int) -> float:
     Returns:
         The squared length of the rest, 0 where the normal depends on the active ones.
     """
-    size, count = problem.size, problem.count
+    size, count = problem.columns, problem.count
     whole, rest = 0.0, 0.0
     for i in range(size):
         problem.step[i] = problem.normals[row, i]
@@ -181,7 +181,7 @@ def _append(problem: Record, row: int, multiplier: float, length: float) -> None
     for j in range(k):
         problem.triangle[j, k] = problem.parts[j]
     problem.triangle[k, k] = length
-    for i in range(problem.size):
+    for i in range(problem.columns):
         problem.basis[i, k] = problem.step[i] / length
     problem.count = k + 1
 
@@ -204,7 +204,7 @@ def _let_go(problem: Record, gone: int) -> None:
             upper, lower = problem.triangle[k, j], problem.triangle[k + 1, j]
             problem.triangle[k, j] = cosine * upper + sine * lower
             problem.triangle[k + 1, j] = cosine * lower - sine * upper
-        for i in range(problem.size):
+        for i in range(problem.columns):
             left, right = problem.basis[i, k], problem.basis[i, k + 1]
             problem.basis[i, k] = cosine * left + sine * right
             problem.basis[i, k + 1] = cosine * right - sine * left

@@ -14,9 +14,9 @@ largest_violation = from_python(quadratic.largest_violation)
 
 def pose(normals, bounds, equalities):
     problem = make_record(quadratic.QUADRATIC)
-    problem.rows, problem.size = normals.shape
+    problem.rows, problem.columns = normals.shape
     problem.equalities = equalities
-    problem.normals[: problem.rows, : problem.size] = normals
+    problem.normals[: problem.rows, : problem.columns] = normals
     problem.bounds[: problem.rows] = bounds
     return problem
 
@@ -25,7 +25,7 @@ def solve(normals, bounds, equalities=0):
     """The least-norm point, or None where there is none."""
     problem = pose(normals, bounds, equalities)
     solved = call(quadratic.solve_quadratic, problem)
-    return problem.solution[: problem.size].copy() if solved else None
+    return problem.solution[: problem.columns].copy() if solved else None
 
 
 def solve_by_library(normals, bounds, equalities=0):
