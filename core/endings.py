@@ -13,6 +13,7 @@ from core.kernel.jump import (
     SINGULAR,
     STEP_UNDERFLOW,
 )
+from core.misbelief import describe_misbelief
 from core.scenario import Scenario
 from core.trace import Trace
 from core.types import Outcome, Reason
@@ -39,9 +40,12 @@ def describe_end(
         status = MODEL_SINGULAR
     outcome, code, hint = _ENDINGS[status]
     message, value, limit = _explain(status, contact, scenario, last)
+    message = f"{message} at {t:.5g} s"
+    if status in _OF_WRONG_BELIEFS and (misbelief := describe_misbelief(scenario, last)):
+        message += f"; {misbelief}"
     reason = Reason(
         code=code,
-        message=f"{message} at {t:.5g} s",
+        message=message,
         contact=contact if contact >= 0 and status in _OF_ONE_CONTACT else None,
         time=t,
         value=value,
@@ -52,17 +56,27 @@ def describe_end(
 
 
 _OF_ONE_CONTACT = (SEPARATED, LEFT_FACE, SINGULAR)
+_OF_WRONG_BELIEFS = (
+    SEPARATED,
+    LEFT_FACE,
+    CHATTERING,
+    INCONSISTENT,
+    MODEL_SINGULAR,
+    STEP_UNDERFLOW,
+)
 
 _ENDINGS = {
     SEPARATED: (
         Outcome.SEPARATED,
         "contact_separation",
-        "squeeze harder (grip_safety), or start from estimates nearer to the truth",
+        "squeeze harder (grip_safety), use the composite law, or start from estimates nearer to "
+        "the truth",
     ),
     LEFT_FACE: (
         Outcome.LEFT_FACE,
         "contact_left_face",
-        "stop the slip earlier (higher lyapunov_weight or grip_safety), or use a longer face",
+        "stop the slip earlier (composite law, higher lyapunov_weight or grip_safety), or use a "
+        "longer face",
     ),
     SINGULAR: (
         Outcome.SINGULAR,
@@ -109,13 +123,17 @@ def _explain(
     """Message, offending value and its limit."""
     simulation = scenario.simulation
     if status == SEPARATED:
-        return _explain_separation(contact, last)
+        return _explain_separation(contact, scenario, last)
     if status == LEFT_FACE:
         slip = float(last.slip[0, contact])
-        return f"fingertip {contact} slid off the end of its face", slip, abs(slip)
+        return (
+            f"the {scenario.finger_names[contact]} fingertip slid off the end of its face",
+            slip,
+            abs(slip),
+        )
     if status == SINGULAR:
         angle = float(last.joint_position[0, 2 * contact + 1])
-        return f"finger {contact} became straight or folded", angle, 0.0
+        return f"the {scenario.finger_names[contact]} finger became straight or folded", angle, 0.0
     if status == CHATTERING:
         changes, window = simulation.chatter_changes, simulation.chatter_window
         return (
@@ -143,13 +161,16 @@ def _explain(
     return "no step of the integration is small enough: the closed loop diverges", None, None
 
 
-def _explain_separation(contact: int, last: Trace) -> tuple[str, float | None, float | None]:
+def _explain_separation(
+    contact: int, scenario: Scenario, last: Trace
+) -> tuple[str, float | None, float | None]:
     """A normal force that falls to zero, or one that would have to pull after a torque jump."""
     force = float(last.normal_force[0, contact]) if contact >= 0 else 0.0
+    name = f"the {scenario.finger_names[contact]} fingertip" if contact >= 0 else "a fingertip"
     if force > _NO_FORCE:
-        message = f"contact {contact} separated from the object: the new torque would have it pull"
+        message = f"{name} separated from the object: the new torque would have it pull"
         return message, None, 0.0
-    message = f"contact {contact} separated from the object: its normal force fell to zero"
+    message = f"{name} separated from the object: its normal force fell to zero"
     return message, force, 0.0
 
 

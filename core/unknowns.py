@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 from core.scenario import Scenario
 
-__all__ = ["Unknown", "parse_unknown"]
+__all__ = ["Unknown", "name_unknown", "parse_unknown", "unit_of_unknown"]
 
 
 class Unknown(NamedTuple):
@@ -36,3 +36,24 @@ def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
         if finger < len(scenario.fingers) and link < len(scenario.fingers[finger].link_masses):
             return Unknown("link_mass", finger, link)
     return None
+
+
+def name_unknown(scenario: Scenario, key: str) -> str:
+    """What a dotted key stands for, in words: ``the friction of the left fingertip``."""
+    unknown = parse_unknown(scenario, key)
+    assert unknown is not None, "validated scenarios name only what can be estimated"
+    if unknown.kind == "object_mass":
+        return "the mass of the object"
+    if unknown.kind == "object_inertia":
+        return "the moment of inertia of the object"
+    finger = scenario.finger_names[unknown.finger]
+    if unknown.kind == "friction":
+        return f"the friction of the {finger} fingertip"
+    return f"the mass of link {unknown.link + 1} of the {finger} finger"
+
+
+def unit_of_unknown(scenario: Scenario, key: str) -> str:
+    """SI unit of what a dotted key stands for, with a space before it; empty for friction."""
+    unknown = parse_unknown(scenario, key)
+    assert unknown is not None, "validated scenarios name only what can be estimated"
+    return {"friction": "", "object_inertia": " kg m^2"}.get(unknown.kind, " kg")
