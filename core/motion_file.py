@@ -59,16 +59,17 @@ def _table_name(mapping: Any) -> str | None:
 
 def _read(name: str, folder: Path) -> str:
     """The content of a file inside the folder, symbolic links followed."""
+    near = "a file beside the scenario"
     try:
         root = folder.resolve()
         path = (root / name).resolve()
-        inside, present = path.is_relative_to(root), path.is_file()
-    except (OSError, RuntimeError, ValueError):
-        inside, present = True, False
-    if not inside:
-        raise _error(name, "a file beside the scenario", "it lies outside the scenario's folder")
+        present = path.is_file()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise _error(name, near, "there is no such file") from error
+    if not path.is_relative_to(root):
+        raise _error(name, near, "it lies outside the scenario's folder")
     if not present:
-        raise _error(name, "a file beside the scenario", "there is no such file")
+        raise _error(name, near, "there is no such file")
     try:
         with path.open("rb") as file:
             content = file.read(_MAX_BYTES + 1)

@@ -172,7 +172,7 @@ def _path(parameters: TrajectoryParameters) -> Path:
 
     def circle(psi: float) -> tuple[Array, Array, Array]:
         arm = parameters.radius * np.exp(1j * (psi - 0.5 * np.pi))
-        middle = start + [0.0, parameters.radius, 0.0]
+        middle = start + np.array([0.0, parameters.radius, 0.0])
         return middle + _in_plane(arm), _in_plane(1j * arm), _in_plane(-arm)
 
     return circle
