@@ -44,7 +44,7 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
         node[int(last)] = value
-    elif isinstance(node, dict) and (last in node or template_key(key) in template_keys()):
+    elif isinstance(node, dict) and (last in node or _is_field(key)):
         parameter = template_keys().get(template_key(key))
         if value is None and parameter is not None and parameter.optional:
             node.pop(last, None)
@@ -53,6 +53,11 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     else:
         return unknown_key(scenario, key)
     return None
+
+
+def _is_field(key: str) -> bool:
+    """Whether some scenario has a value there, or a list of values."""
+    return not template_keys().keys().isdisjoint((template_key(key), template_key(f"{key}.0")))
 
 
 def _growable(mapping: dict[str, Any]) -> Iterator[tuple[type, Any]]:
