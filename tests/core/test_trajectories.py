@@ -72,7 +72,7 @@ def trajectories(draw):
             now = time + duration
         return {"kind": kind, "set_points": points}
     if kind == "table":
-        rows = draw(st.lists(st.tuples(st.floats(0.05, 1.0), poses), max_size=12))
+        rows = draw(st.lists(st.tuples(st.floats(0.05, 1.0), poses), min_size=1, max_size=12))
         times = np.cumsum([step for step, _ in rows]).tolist()
         later = [(t, *pose) for t, (_, pose) in zip(times, rows, strict=True)]
         return {"kind": kind, "table": [(0.0, *START), *later]}
@@ -91,15 +91,14 @@ def trajectories(draw):
 @settings(max_examples=100, deadline=None)
 @given(trajectories(), st.lists(st.floats(0.0, 1.2), min_size=1, max_size=8))
 def test_any_motion_is_that_of_scipy_and_continuous_at_all_its_breaks(values, shares):
-    kind = values.pop("kind")
-    scenario = moving(kind, **values)
+    scenario = moving(**values)
     reference = trajectory_of(scenario.trajectory)
     for k, t in enumerate(reference.breaks):
         before, after = (evaluate_motion(scenario, float(t), piece) for piece in (k, k + 1))
         np.testing.assert_allclose(before[:2], after[:2], rtol=1e-9, atol=1e-9)
     ends = np.concatenate(([0.0], reference.breaks))
     for share in shares:
-        t = share * float(ends[-1]) if len(ends) > 1 else share
+        t = share * float(ends[-1])
         if np.min(np.abs(ends - t)) > 1e-8:
             expected = np.array(reference.desired(t))
             scale = 1.0 + np.max(np.abs(expected), axis=1, keepdims=True)
@@ -185,6 +184,11 @@ def test_a_table_passes_through_its_rows_without_a_jump_of_the_acceleration():
         if 0 < k < len(rows) - 1:
             before, after = (evaluate_motion(scenario, t, piece)[2] for piece in (k - 1, k))
             np.testing.assert_allclose(before, after, atol=1e-12)
+
+
+def test_a_table_of_one_row_rests():
+    scenario = moving("table", table=[(0.0, *START)])
+    np.testing.assert_array_equal(evaluate_motion(scenario, 2.0), [START, (0,) * 3, (0,) * 3])
 
 
 def test_as_many_rows_and_moves_as_are_allowed_fit():
