@@ -49,10 +49,10 @@ def jumping_trajectory():
 
 
 def short_shake():
-    """Speeds up, runs and brakes within 0.16 s, in x, y and theta at once."""
+    """Speeds up, runs and brakes within 0.16 s, in x and y at once."""
     values = {
         "trajectory.kind": "shake",
-        "trajectory.amplitude": [0.001, 0.004, 0.01],
+        "trajectory.amplitude": [0.0003, 0.001, 0.0],
         "trajectory.acceleration_time": 0.06,
         "trajectory.period": 0.08,
         "trajectory.cycles": 1.25,

@@ -172,6 +172,17 @@ def test_a_file_of_the_machine_is_no_scenario(client, tmp_path) -> None:
         assert error["field"] == "scenario"
 
 
+def test_a_file_of_the_machine_is_no_table_of_a_motion(client, tmp_path) -> None:
+    file = tmp_path / "moves.csv"
+    file.write_text("0, 1.466, 0.366, 0")
+    scenario = client.get("/presets/paper-case-1").json()["scenario"]
+    scenario["trajectory"] |= {"kind": "table", "table": str(file)}
+    for body in (json.dumps({"scenario": scenario}), with_value("trajectory.table", f'"{file}"')):
+        (error,) = refused(client, body)
+        assert error["field"] == "trajectory.table"
+        assert "give the rows themselves" in error["message"]
+
+
 @pytest.mark.parametrize(
     ("body", "field"),
     [
