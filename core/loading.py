@@ -41,9 +41,10 @@ _MAX_FILE_BYTES = 1_000_000
 
 
 def preset_names() -> tuple[str, ...]:
-    """Names of the scenarios that come with the program."""
+    """Names of the scenarios that come with the program, the paper's cases first."""
     folder = resources.files("core") / "presets"
-    return tuple(sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")))
+    names = [f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")]
+    return tuple(sorted(names, key=lambda name: (not name.startswith("paper-"), name)))
 
 
 @cache
