@@ -7,9 +7,9 @@ from core.loading import load_scenario, scenario_from_mapping, with_values
 from core.simulation import Simulation
 from core.simulator import simulate
 from core.types import ContactPhase, Outcome
-from tests.references.closed_loop import ClosedLoop
 from tests.references.continuous import run_continuous
 from tests.references.sampled import run_sampled
+from tests.references.world import World
 
 CASE_1 = load_scenario("paper-case-1")
 CASE_2 = load_scenario("paper-case-2")
@@ -123,11 +123,11 @@ def test_recognition_delay_and_fast_sampling_leave_the_same_slip():
 def test_passage_of_the_inconsistent_boundary_follows_the_scipy_reference(period):
     scenario = with_values(CASE_1, {**INCONSISTENT_BOUNDARY, "controller.control_period": period})
     result = simulate(scenario)
-    loop = ClosedLoop.from_scenario(scenario)
+    world = World.from_scenario(scenario)
     if period:
-        reference = run_sampled(loop, period, 0.19, [0.15])
+        reference = run_sampled(world, period, 0.19, [0.15])
     else:
-        reference = run_continuous(loop, 0.19, [0.15])
+        reference = run_continuous(world, 0.19, [0.15])
     assert not any(reference.changes[-1][1])
     np.testing.assert_allclose(result.metrics.slip_path, reference.slip_path, atol=1e-9)
     changes = sorted({change.time for change in result.phase_changes})

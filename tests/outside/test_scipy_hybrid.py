@@ -15,11 +15,11 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.scenario import Scenario
 from core.simulator import simulate
-from tests.references.closed_loop import ClosedLoop
 from tests.references.continuous import run_continuous
 from tests.references.hands import random_scenario
 from tests.references.hybrid import Run
 from tests.references.sampled import run_sampled
+from tests.references.world import World
 
 
 class Case(NamedTuple):
@@ -71,6 +71,38 @@ def unequal_and_bounded():
     return paper_case(1, duration=0.1, **values)
 
 
+def pulse(index, t, duration, force, moment):
+    values = {"time": t, "duration": duration, "force": force, "moment": moment}
+    return {f"pulses.{index}.{name}": value for name, value in values.items()}
+
+
+def patch(index, face, start, end, factor, **times):
+    """A patch between two slips of a fingertip that touches the middle of the face [m]."""
+    values = {"face": face, "centre": 0.5 * (start + end), "half_length": 0.5 * (end - start)}
+    values |= {"friction_factor": factor, **times}
+    return {f"patches.{index}.{name}": value for name, value in values.items()}
+
+
+# Pushed while they slip, and again after they have come to rest.
+PUSHED = {
+    **pulse(0, 0.05, 0.03, [1.0, -2.0], 0.05),
+    **pulse(1, 0.06, 0.01, [0.0, 4.0], 0.0),
+    **pulse(2, 0.12, 0.02, [-0.5, -20.0], -0.02),
+}
+STATIC = {
+    **pulse(0, 0.12, 0.02, [0.0, -20.0], 0.0),
+    "fingers.0.static_friction": 0.31,
+    "fingers.1.static_friction": 0.28,
+}
+# Two overlap on the left; on the right one comes under the fingertip and dries.
+WET = {
+    **patch(0, "left", 0.5e-3, 1.6e-3, 0.7),
+    **patch(1, "left", 1.2e-3, 2.2e-3, 1.4),
+    **patch(2, "right", -1.8e-3, -0.6e-3, 0.8),
+    **patch(3, "right", -0.01, 0.01, 0.9, start_time=0.02, end_time=0.05),
+}
+
+
 def three_fingers():
     """Three unlike fingers: two slip at once, one turns round, then holds its belief twice."""
     scenario = random_scenario(np.random.default_rng([8, 3]), 3, "object")
@@ -85,6 +117,9 @@ CONTINUOUS = {
     # The reference meets a bound without an event: its step control crosses the kink in the
     # rate at the cost of a digit (it overshoots the bound by 2e-8).
     "unequal friction, bounds": Case(unequal_and_bounded(), [0.05, 0.08, 0.1], slack=10.0),
+    "pulses": Case(paper_case(1, **PUSHED), [0.05, 0.08, 0.1, 0.13, 0.2]),
+    "static friction": Case(paper_case(1, **STATIC), [0.05, 0.1, 0.13, 0.2]),
+    "patches": Case(paper_case(1, **WET), [0.01, 0.05, 0.1, 0.15, 0.2]),
     "three fingers": Case(three_fingers(), [0.05, 0.15, 0.2, 0.235]),
 }
 
@@ -119,24 +154,35 @@ def check(result: RunResult, reference: Run, slack: float = 1.0) -> None:
 @pytest.mark.parametrize("name", CONTINUOUS)
 def test_continuous_run_follows_scipy_through_every_phase(name):
     case = CONTINUOUS[name]
-    loop = ClosedLoop.from_scenario(case.scenario)
-    reference = run_continuous(loop, case.scenario.simulation.duration, case.times)
+    world = World.from_scenario(case.scenario)
+    reference = run_continuous(world, case.scenario.simulation.duration, case.times)
     assert len(reference.changes) > 2
     check(simulate(case.scenario), reference, case.slack)
 
 
-@pytest.mark.parametrize("number", [1, 2])
-def test_sampled_run_follows_the_reference_through_every_phase(number):
-    scenario = paper_case(number, period=0.001, duration=0.13)
-    loop = ClosedLoop.from_scenario(scenario)
-    check(simulate(scenario), run_sampled(loop, 0.001, 0.13, [0.05, 0.1, 0.125]))
+@pytest.mark.parametrize(
+    ("number", "values"),
+    [(1, {}), (2, {}), (1, PUSHED), (1, STATIC), (1, WET)],
+    ids=["paper case I", "paper case II", "pulses", "static friction", "patches"],
+)
+def test_sampled_run_follows_the_reference_through_every_phase(number, values):
+    scenario = paper_case(number, period=0.001, duration=0.15, **values)
+    world = World.from_scenario(scenario)
+    check(simulate(scenario), run_sampled(world, 0.001, 0.15, [0.05, 0.1, 0.145]))
 
 
 def test_scenarios_here_pass_through_what_they_are_meant_to():
-    """Bounds reached, a reversal of slip, a held belief: otherwise nothing is compared."""
+    """Bounds reached, slip turned round or begun again, a held belief, edges crossed."""
     bounded = simulate(CONTINUOUS["unequal friction, bounds"].scenario)
     assert np.any(bounded.trace.estimates[:, 4] == 0.8)
     assert np.any(bounded.trace.estimates[:, 1] == 0.55)
     three = simulate(CONTINUOUS["three fingers"].scenario)
     assert [phase for _, phase in transitions(three, 2)][:3] == [-1, 1, 0]
     assert "recognition_hold" in [warning.code for warning in three.warnings]
+    for name in ("pulses", "static friction"):
+        pushed = simulate(CONTINUOUS[name].scenario)
+        assert any(t > 0.11 and phase != 0 for t, phase in transitions(pushed, 0))
+    wet = simulate(CONTINUOUS["patches"].scenario).trace
+    factors = np.round(wet.friction_coefficient / 0.25, 12)
+    assert list(dict.fromkeys(factors[:, 0])) == [1.0, 0.7, 0.98, 1.4]
+    assert set(factors[:, 1]) == {1.0, 0.9, 0.8, 0.72}

@@ -38,10 +38,12 @@ class ClosedLoop(NamedTuple):
     law: Law
     trajectory: Trajectory
     initial_estimates: Array
+    static_friction: Array  # (n,)
+    load: Array  # force and moment on the object from outside, (3,)
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> ClosedLoop:
-        """Reads a scenario; timed changes are not part of the reference."""
+        """Reads a scenario but for what happens during the run."""
         n = len(scenario.fingers)
         truth = Parameters(
             np.array([f.link_masses for f in scenario.fingers]),
@@ -56,6 +58,22 @@ class ClosedLoop(NamedTuple):
             law=_law(scenario, n),
             trajectory=trajectory_of(scenario.trajectory),
             initial_estimates=np.array([e.initial for e in scenario.estimates]),
+            static_friction=np.array(
+                [
+                    f.friction if f.static_friction is None else f.static_friction
+                    for f in scenario.fingers
+                ]
+            ),
+            load=np.zeros(3),
+        )
+
+    def with_friction(self, factors: Array) -> ClosedLoop:
+        """The same with the frictions of all contacts multiplied."""
+        truth = self.truth._replace(friction=factors * self.truth.friction)
+        return self._replace(
+            truth=truth,
+            unknowns=self.unknowns._replace(known=truth),
+            static_friction=factors * self.static_friction,
         )
 
     def evaluate(
@@ -86,7 +104,7 @@ class ClosedLoop(NamedTuple):
             torques, violation = self.law.command(
                 self.hand, kin, self.unknowns.fill(estimates), believed, v
             )
-        motion = self.hand.solve_all_unknowns(kin, self.truth, phase, torques)
+        motion = self.hand.solve_all_unknowns(kin, self.truth, phase, torques, self.load)
         return Evaluation(kin, torques, violation, motion)
 
     def estimate_rates(

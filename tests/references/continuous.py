@@ -12,6 +12,7 @@ from tests.references.closed_loop import ClosedLoop
 from tests.references.hybrid import (
     REST_SPEED,
     Flow,
+    Guard,
     Run,
     at_rest,
     guards,
@@ -19,6 +20,7 @@ from tests.references.hybrid import (
     select_phases,
     unpack,
 )
+from tests.references.world import World
 
 __all__ = ["run_continuous"]
 
@@ -34,20 +36,25 @@ class Mode(NamedTuple):
 
 
 def run_continuous(
-    loop: ClosedLoop, t_final: float, times: list[float], recognition_time: float = 1e-3
+    world: World, t_final: float, times: list[float], recognition_time: float = 1e-3
 ) -> Run:
     """The law acts inside the right-hand side and knows the phase.
 
     Where no phase is consistent under its own torque, the controller keeps the phase it
     believes in for the recognition time and the plant selects under that torque.
     """
-    z, t, path = initial_vector(loop), 0.0, np.zeros(len(loop.hand.fingers))
+    plain = world.plain
+    z, t, path = initial_vector(plain), 0.0, np.zeros(len(plain.hand.fingers))
     record: dict[float, Array] = {}
     mode = Mode((0,) * len(path), None, np.inf)
     changes = [(0.0, mode.phase)]
-    for stop in [*(b for b in loop.trajectory.breaks if b < t_final), t_final]:
+    instants = {*plain.trajectory.breaks, *world.instants()}
+    for stop in [*sorted(b for b in instants if 0.0 < b < t_final), t_final]:
         middle = 0.5 * (t + stop)
+        begin = t
         while t < stop:
+            sides = world.sides(begin, z)
+            loop = world.loop(begin, sides)
             if t >= mode.until:
                 mode = _recognise(loop, mode, t, z, middle, recognition_time)
             mode = _select(loop, mode, t, z, middle, recognition_time)
@@ -55,7 +62,8 @@ def run_continuous(
                 changes.append((t, mode.phase))
             flow = Flow(loop, mode.phase, middle, belief=mode.belief)
             before = unpack(loop, z)[0].slip
-            t, z = _flow_to_event(flow, t, z, min(stop, mode.until), times, record)
+            events = [*guards(flow), *world.edge_guards(sides)]
+            t, z = _flow_to_event(flow, t, z, min(stop, mode.until), events, times, record)
             path += np.abs(unpack(loop, z)[0].slip - before)
     return Run(changes, path, times, [record[time] for time in times])
 
@@ -85,7 +93,13 @@ def _recognise(
 
 
 def _flow_to_event(
-    flow: Flow, t: float, z: Array, stop: float, times: list[float], record: dict[float, Array]
+    flow: Flow,
+    t: float,
+    z: Array,
+    stop: float,
+    events: list[Guard],
+    times: list[float],
+    record: dict[float, Array],
 ) -> tuple[float, Array]:
     solution = solve_ivp(
         flow.derivative,
@@ -94,7 +108,7 @@ def _flow_to_event(
         method="DOP853",
         rtol=1e-9,
         atol=1e-11,
-        events=list(guards(flow)),
+        events=events,
         dense_output=True,
     )
     end, last = float(solution.t[-1]), solution.y[:, -1].copy()

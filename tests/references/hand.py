@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tests.references.finger import Finger
 
@@ -150,9 +150,17 @@ class Hand(NamedTuple):
         return M_o, np.array([0.0, m * self.gravity, 0.0])
 
     def solve_all_unknowns(
-        self, kin: Kinematics, parameters: Parameters, phase: Phase, torques: Array
+        self,
+        kin: Kinematics,
+        parameters: Parameters,
+        phase: Phase,
+        torques: Array,
+        load: ArrayLike = 0.0,
     ) -> Motion:
-        """Solves Eq. 15 for all its unknowns together, nothing eliminated by hand."""
+        """Solves Eq. 15 for all its unknowns together, nothing eliminated by hand.
+
+        ``load`` is a force and moment on the object from outside, ``(3,)``.
+        """
         n = len(self.fingers)
         M, h = self.finger_dynamics(kin, parameters)
         M_o, h_o = self.object_dynamics(parameters)
@@ -166,7 +174,7 @@ class Hand(NamedTuple):
                 [zero((n, 2 * n + 3)), alpha, D],
             ]
         )
-        right = np.concatenate((torques - h, -h_o, kin.b, zero(n)))
+        right = np.concatenate((torques - h, load - h_o, kin.b, zero(n)))
         solution = np.linalg.solve(matrix, right)
         return Motion(
             joint_accelerations=solution[: 2 * n].reshape(n, 2),

@@ -13,9 +13,19 @@ from numpy.typing import NDArray
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.hand import Motion, State
 
-__all__ = ["Flow", "Run", "at_rest", "guards", "initial_vector", "select_phases", "unpack"]
+__all__ = [
+    "Flow",
+    "Guard",
+    "Run",
+    "at_rest",
+    "guards",
+    "initial_vector",
+    "select_phases",
+    "unpack",
+]
 
 Array = NDArray[np.float64]
+Guard = Callable[[float, Array], float]
 
 REST_SPEED = 1e-9  # slip velocity [m]/[s] below which a contact may change its phase
 FORCE_BAND = 1e-7  # relative distance from the friction cone that counts as on it
@@ -72,9 +82,11 @@ class Flow:
         )
 
     def margins(self, t: float, z: Array) -> Array:
-        """mu F_n - |F_x| per contact [N]."""
+        """mu F_n - |F_x| per contact [N], with the friction of its phase."""
         forces = self.motion(t, z).forces
-        return self.loop.truth.friction * forces[:, 1] - np.abs(forces[:, 0])
+        sticks = np.array(self.phase) == 0
+        friction = np.where(sticks, self.loop.static_friction, self.loop.truth.friction)
+        return friction * forces[:, 1] - np.abs(forces[:, 0])
 
     def rate(self, quantity: Callable[[float, Array], Array], t: float, z: Array) -> Array:
         """Time derivative of a quantity along this flow."""
@@ -137,14 +149,25 @@ def unpack(loop: ClosedLoop, z: Array) -> tuple[State, Array]:
 def select_phases(
     flow_in: Callable[[tuple[int, ...]], Flow], loop: ClosedLoop, t: float, z: Array
 ) -> list[tuple[int, ...]]:
-    """All consistent phases; contacts that move keep the direction in which they move."""
+    """All consistent phases; contacts that move keep the direction in which they move.
+
+    What static friction, where it exceeds that of slip, can hold at rest stays at rest.
+    """
     speeds = unpack(loop, z)[0].slip_velocity
     free = np.abs(speeds) < REST_SPEED
     choices = [(0, 1, -1) if f else (int(np.sign(v)),) for f, v in zip(free, speeds, strict=True)]
-    return [p for p in product(*choices) if flow_in(p).is_consistent(t, z, free)]
+    found = [p for p in product(*choices) if flow_in(p).is_consistent(t, z, free)]
+    excess = loop.static_friction > loop.truth.friction
+    return [p for p in found if not any(_is_held(p, q, excess) for q in found if q != p)]
 
 
-def guards(flow: Flow) -> Iterator[Callable[[float, Array], float]]:
+def _is_held(phase: tuple[int, ...], other: tuple[int, ...], excess: Array) -> bool:
+    """Whether the other phase differs only by contacts that static friction holds."""
+    pairs = zip(phase, other, excess, strict=True)
+    return all(a == b or (b == 0 and more) for a, b, more in pairs)
+
+
+def guards(flow: Flow) -> Iterator[Guard]:
     """One event function per contact: leaving the cone, or the end of its slip."""
     n = len(flow.phase)
     for i, gamma in enumerate(flow.phase):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.references.closed_loop import ClosedLoop
 from tests.references.hybrid import (
     Flow,
+    Guard,
     Run,
     at_rest,
     guards,
@@ -18,20 +17,26 @@ from tests.references.hybrid import (
     select_phases,
     unpack,
 )
+from tests.references.world import World
 
 __all__ = ["run_sampled"]
 
 Array = NDArray[np.float64]
 
 
-def run_sampled(loop: ClosedLoop, period: float, t_final: float, times: list[float]) -> Run:
-    """Torques held over each period; estimates advance by one projected Euler step per tick."""
-    z, path = initial_vector(loop), np.zeros(len(loop.hand.fingers))
+def run_sampled(world: World, period: float, t_final: float, times: list[float]) -> Run:
+    """Torques held over each period; estimates advance by one projected Euler step per tick.
+
+    Pulses and patches come and go at ticks.
+    """
+    plain = world.plain
+    z, path = initial_vector(plain), np.zeros(len(plain.hand.fingers))
     phase: tuple[int, ...] = (0,) * len(path)
     changes, record = [(0.0, phase)], {}
     for tick in range(round(t_final / period)):
         t = tick * period
         record.update({time: z for time in times if abs(time - t) < 0.1 * period})
+        loop = world.loop(t, world.sides(t, z))
         state, estimates = unpack(loop, z)
         desired = loop.trajectory.desired(t)
         now = loop.evaluate(state, phase, estimates, desired)
@@ -42,7 +47,7 @@ def run_sampled(loop: ClosedLoop, period: float, t_final: float, times: list[flo
         z[6 + 2 * len(path) :] = np.clip(
             estimates + period * rates, loop.law.minimum, loop.law.maximum
         )
-        z, flow, path = _advance_held(flow, t, period, z, path, changes)
+        z, flow, path = _advance_held(world, flow, t, period, z, path, changes)
         phase = flow.phase
     return Run(changes, path, times, [record[time] for time in times])
 
@@ -54,6 +59,7 @@ def _select_one(flow: Flow, t: float, z: Array) -> Flow:
 
 
 def _advance_held(
+    world: World,
     flow: Flow,
     start: float,
     period: float,
@@ -66,7 +72,9 @@ def _advance_held(
     while True:
         if flow.phase != changes[-1][1]:
             changes.append((t, flow.phase))
-        watched = list(guards(flow))
+        sides = world.sides(start, z)
+        flow = replace(flow, loop=world.loop(start, sides))
+        watched = [*guards(flow), *world.edge_guards(sides)]
         after = _runge_kutta(flow, t, z, end - t)
         fired = [g for g in watched if g(end, after) < 0.0]
         part = end - t
@@ -78,12 +86,11 @@ def _advance_held(
         if not fired:
             return z, flow, path
         z = at_rest(flow.loop, z)
+        flow = replace(flow, loop=world.loop(start, world.sides(start, z)))
         flow = _select_one(flow, t, z)
 
 
-def _locate(
-    flow: Flow, guard: Callable[[float, Array], float], t: float, z: Array, step: float
-) -> float:
+def _locate(flow: Flow, guard: Guard, t: float, z: Array, step: float) -> float:
     """Time after t at which a guard falls through zero, by bisection on one step."""
     low, high = 0.0, step
     while high - low > 1e-14:
