@@ -6,8 +6,9 @@ comes or goes) or where a fingertip slides over the edge of a patch.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class Schedule:
     def __init__(self, scenario: Scenario) -> None:
         n, duration = len(scenario.fingers), scenario.simulation.duration
         self.present = replace(scenario, changes=())
-        self._changes = scenario.changes
+        self._changes = sorted(scenario.changes, key=lambda change: change.time)
         self._ends = [*sorted({t for t in _instants(scenario) if 0.0 < t < duration}), duration]
         self._begin = 0.0
         self._faces: list[tuple[Segment, ...]] = [()] * n
@@ -78,9 +79,11 @@ class Schedule:
             The timed changes that take place.
         """
         self._begin = self._ends.pop(0)
-        due = [change for change in self._changes if change.time == self._begin]
-        values = {change.parameter: _plain(change) for change in due}
-        self.present = with_values(self.present, values)
+        due = list(takewhile(lambda change: change.time == self._begin, self._changes))
+        if due:
+            self._changes = self._changes[len(due) :]
+            values = {change.parameter: _plain(change) for change in due}
+            self.present = with_values(self.present, values)
         self._lay_patches(slips, velocities)
         return due
 
@@ -113,8 +116,12 @@ class Schedule:
         patches = [patch for patch in self.present.patches if _is_there(patch, self._begin)]
         for i, finger in enumerate(self.present.fingers):
             before, self._faces[i] = self._faces[i], segments_of(body, finger, patches)
-            if [face[:2] for face in before] != [face[:2] for face in self._faces[i]]:
+            if _edges(before) != _edges(self._faces[i]):
                 self._places[i] = segment_at(self._faces[i], slips[i], velocities[i])
+
+
+def _edges(face: Sequence[Segment]) -> list[float]:
+    return [segment.start for segment in face]
 
 
 def _instants(scenario: Scenario) -> Iterator[float]:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from core.margin import Margin, MarginError, find_margin
     from core.result import Metrics, RunResult, RunSummary
-    from core.scenario import Scenario
+    from core.scenario import Patch, Pulse, Scenario
     from core.simulation import Simulation
     from core.simulator import simulate
     from core.study.definition import Study
@@ -55,7 +55,9 @@ __all__ = [
     "Metrics",
     "MissingPackageError",
     "Outcome",
+    "Patch",
     "PhaseChange",
+    "Pulse",
     "Reason",
     "RecordingError",
     "RunResult",
@@ -101,7 +103,9 @@ _ORIGINS = {
     "Metrics": "core.result",
     "MissingPackageError": "core.frames",
     "Outcome": "core.types",
+    "Patch": "core.scenario",
     "PhaseChange": "core.types",
+    "Pulse": "core.scenario",
     "Reason": "core.types",
     "RecordingError": "recordings.exceptions",
     "RunResult": "core.result",

@@ -29,6 +29,7 @@ SELECTION_ROOM = np.dtype(
         ("beliefs", np.int64, (MAX_FINGERS,)),  # before the selection
         ("best", np.int64, (MAX_FINGERS,)),
         ("free", np.int64, (MAX_FINGERS,)),  # 1 where the slip velocity is zero
+        ("loose", np.int64, (MAX_FINGERS,)),  # 1 where static friction is overcome
         ("pulling", np.int64),  # contact that would pull, -1 if none
         ("derivative", STATE),
         ("probe", STATE),
@@ -118,7 +119,7 @@ def _set_candidate(model: Record, discrete: Record, room: Record, code: int, ins
         code //= 3
         discrete.phases[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
         if digit == 0:
-            score += n + 1
+            score += n + 1 if room.loose[i] == 0 else -n - 1
         elif discrete.phases[i] == room.previous[i]:
             score += 1
     if instant == 1:
@@ -127,16 +128,32 @@ def _set_candidate(model: Record, discrete: Record, room: Record, code: int, ins
 
 
 @compiled
-def _holds_by_static_friction(model: Record, phases: Integers, others: Integers) -> bool:
-    """Whether ``phases`` differ from ``others`` only where static friction holds a contact.
+def _has_static_excess(model: Record, i: int) -> bool:
+    """Whether contact i has more friction in stick than in slip."""
+    return model.truth.static_friction[i] > model.truth.friction[i]
 
-    With more friction in stick than in slip both are consistent, and what rests stays at rest.
-    """
+
+@compiled
+def _differ_by_static_excess(model: Record, phases: Integers, others: Integers) -> bool:
+    """Whether one has stick and the other slip, and only at contacts with static excess."""
     for i in range(model.num_fingers):
-        excess = model.truth.static_friction[i] > model.truth.friction[i]
-        if phases[i] != others[i] and (phases[i] != 0 or not excess):
+        if phases[i] != others[i] and (
+            phases[i] * others[i] != 0 or not _has_static_excess(model, i)
+        ):
             return False
     return True
+
+
+@compiled
+def _find_loose(
+    model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
+) -> None:
+    """Marks the contacts whose static friction is overcome while all free ones stick."""
+    flow(model, discrete, t, state, room.derivative, work)
+    for i in range(model.num_fingers):
+        value, band = _distance(model, discrete, work, i)
+        held = room.free[i] == 0 or value > band or not _has_static_excess(model, i)
+        room.loose[i] = 0 if held else 1
 
 
 @compiled
@@ -169,8 +186,9 @@ def select_phases(
 ) -> int:
     """Finds the consistent phases and sets ``discrete.phases`` to them.
 
-    Several consistent: more sticking contacts first, then the previous direction. That is
-    ambiguous unless static friction alone makes the difference.
+    Several consistent: more sticking contacts first, then the previous direction. Where a
+    contact has more friction in stick than in slip this is no ambiguity: it slips if its static
+    friction is overcome while all stick, and rests otherwise.
 
     Args:
         model: Constants of the run.
@@ -187,35 +205,36 @@ def select_phases(
         SELECTED or AMBIGUOUS, else why there is none: then phases and belief are unchanged.
     """
     n = model.num_fingers
-    combinations = 1
+    combinations, excess = 1, False
     for i in range(n):
         room.previous[i] = discrete.phases[i]
         room.beliefs[i] = discrete.beliefs[i]
         room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
+        room.loose[i] = 0
+        excess = excess or _has_static_excess(model, i)
         combinations *= 3 if room.free[i] == 1 else 1
-    ambiguous, best_score, verdict_found = False, -1, NONE_CONSISTENT
+    found, ambiguous, best_score, verdict_found = 0, False, 0, NONE_CONSISTENT
     room.pulling = -1
     all_pull = True
     for code in range(combinations):
         score = _set_candidate(model, discrete, room, code, instant)
         verdict = _judge(model, discrete, t, state, work, room)
         if verdict == _CONSISTENT:
-            if score > best_score:
-                if best_score >= 0 and not _holds_by_static_friction(
-                    model, discrete.phases, room.best
-                ):
-                    ambiguous = True
+            found += 1
+            if found > 1 and not _differ_by_static_excess(model, discrete.phases, room.best):
+                ambiguous = True
+            if found == 1 or score > best_score:
                 best_score = score
                 for i in range(n):
                     room.best[i] = discrete.phases[i]
-            elif not _holds_by_static_friction(model, room.best, discrete.phases):
-                ambiguous = True
             if code == 0 and exhaustive == 0:
                 break
         elif verdict == _IRREGULAR:
             verdict_found = NONE_REGULAR
+        elif verdict == _WRONG and code == 0 and excess:
+            _find_loose(model, discrete, t, state, work, room)
         all_pull = all_pull and verdict == _PULLS
-    if best_score < 0:
+    if found == 0:
         _set_phases(discrete, room.previous, room.beliefs, n)
         if all_pull and verdict_found != NONE_REGULAR:
             return NONE_PRESSES

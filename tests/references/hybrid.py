@@ -151,20 +151,20 @@ def select_phases(
 ) -> list[tuple[int, ...]]:
     """All consistent phases; contacts that move keep the direction in which they move.
 
-    What static friction, where it exceeds that of slip, can hold at rest stays at rest.
+    Where static friction exceeds that of slip, a contact slips if it is overcome while all
+    stick that may, and rests otherwise.
     """
     speeds = unpack(loop, z)[0].slip_velocity
     free = np.abs(speeds) < REST_SPEED
     choices = [(0, 1, -1) if f else (int(np.sign(v)),) for f, v in zip(free, speeds, strict=True)]
     found = [p for p in product(*choices) if flow_in(p).is_consistent(t, z, free)]
-    excess = loop.static_friction > loop.truth.friction
-    return [p for p in found if not any(_is_held(p, q, excess) for q in found if q != p)]
-
-
-def _is_held(phase: tuple[int, ...], other: tuple[int, ...], excess: Array) -> bool:
-    """Whether the other phase differs only by contacts that static friction holds."""
-    pairs = zip(phase, other, excess, strict=True)
-    return all(a == b or (b == 0 and more) for a, b, more in pairs)
+    excess = free & (loop.static_friction > loop.truth.friction)
+    resting = tuple(0 if f else int(np.sign(v)) for f, v in zip(free, speeds, strict=True))
+    loose = excess & (flow_in(resting).margins(t, z) < FORCE_BAND)
+    ranks = [
+        (np.sum(loose & (np.array(p) == 0)), np.sum(excess & (np.array(p) != 0))) for p in found
+    ]
+    return [p for p, rank in zip(found, ranks, strict=True) if rank == min(ranks)]
 
 
 def guards(flow: Flow) -> Iterator[Guard]:
