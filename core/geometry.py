@@ -14,6 +14,7 @@ __all__ = [
     "ContactFrame",
     "contact_frame",
     "face_names",
+    "inner_radius",
     "joint_points",
     "outline",
     "tip_distance",
@@ -59,6 +60,16 @@ def outline(body: ObjectParameters) -> NDArray[np.float64]:
         return np.array(body.corners)
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return signs * (body.half_width, body.face_half_length)
+
+
+def inner_radius(body: ObjectParameters) -> float:
+    """Distance from the centre of mass to the nearest face of the object [m]."""
+    if not body.corners:
+        return min(body.half_width, body.face_half_length)
+    corners = outline(body)
+    sides = np.roll(corners, -1, axis=0) - corners
+    areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
+    return float((areas / np.hypot(*sides.T)).min())
 
 
 def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFrame:

@@ -33,7 +33,10 @@ __all__ = [
     "OBJECT",
     "OBJECT_EDGE",
     "PHASES",
+    "PUSH",
     "SHADE",
+    "WATER",
+    "WAVES",
     "Rgb",
     "css",
     "glow",
@@ -44,6 +47,10 @@ __all__ = [
 
 LENS: Rgb = (247, 248, 250)
 BELIEVED_CONE: Rgb = (150, 156, 168)
+PUSH: Rgb = (176, 24, 40)
+"""The arrow of a push."""
+WATER: Rgb = (96, 200, 226)
+WAVES: Rgb = (236, 250, 255)
 CONE_INSIDE: Rgb = (198, 207, 220)
 _WHITE_ON_DARK = 0.35
 _TONES: dict[str, Rgb] = {"good": (0, 120, 85), "warning": (178, 116, 0), "bad": (190, 40, 40)}

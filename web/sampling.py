@@ -24,6 +24,7 @@ class Sample:
         time: Simulation time [s].
         object_pose: Pose x, y, theta [m, m, rad].
         desired_pose: Desired pose x, y, theta [m, m, rad].
+        external_wrench: Force and moment that push the object [N, N, N m].
         slip: Displacement of each fingertip along its face [m].
         slip_reach: Least and largest slip of each fingertip so far, shape ``(contacts, 2)`` [m].
         slip_velocity: Its first derivative [m/s].
@@ -38,6 +39,7 @@ class Sample:
     time: float
     object_pose: Values
     desired_pose: Values
+    external_wrench: Values
     slip: Values
     slip_reach: Values
     slip_velocity: Values
@@ -110,6 +112,7 @@ class Sampler:
             time=float(spot.read(trace.times)),
             object_pose=pose,
             desired_pose=pose + spot.read(trace.tracking_error),
+            external_wrench=trace.external_wrench[spot.row],
             slip=slip,
             slip_reach=np.stack(reach, axis=1),
             slip_velocity=spot.read(trace.slip_velocity),

@@ -18,7 +18,7 @@ __all__ = [
 ]
 
 _PLACE_OF_CHANGE = re.compile(r"changes\.\d+\.(?P<what>value: |time)")
-_WITH_COORDINATES = ("base", "start", "acceleration")
+_WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
 _COORDINATES = ("x", "y", "theta")
 _SUPERSCRIPTS = str.maketrans({"2": "²", "3": "³"})
 

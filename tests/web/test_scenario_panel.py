@@ -10,6 +10,7 @@ import pytest
 import viser
 
 from core.exceptions import FieldError
+from core.loading import preset_names
 from core.result import RunResult
 from server.viewer_server import ViewerServer
 from web.intents.intent import Intent
@@ -122,8 +123,7 @@ def test_a_recording_and_a_file_stay_among_the_scenarios_to_choose(
     assert panel.origin.options == (
         "file own.toml",
         "recording mine",
-        "paper-case-1",
-        "paper-case-2",
+        *preset_names(),
     )
     assert panel.origin.value == "file own.toml"
     panel.remove()

@@ -6,6 +6,8 @@ import time
 from dataclasses import replace
 from typing import ClassVar
 
+import numpy as np
+
 from core.exceptions import ScenarioError
 from core.field_errors import shortened
 from core.loading import scenario_from_toml
@@ -15,20 +17,28 @@ from web.intents.intent import Intent
 from web.intents.scenario import (
     ChoosePreset,
     ChooseReach,
+    Happen,
     LoadScenario,
     Redo,
     RemoveChange,
     RemoveChanges,
+    RemoveIncident,
     ResetScenario,
     SetParameter,
     Undo,
 )
-from web.scenario.draft import Draft
+from web.sampling import locate
+from web.scenario.draft import Draft, change_time
 from web.scenario.history import Turn
+from web.scenario.incidents import Incidence, push_at, wet_spot
 from web.showing import with_status
-from web.view import RunStatus, ViewState
+from web.view import RunStatus, Shown, ViewState
 
 __all__ = ["ScenarioDesk"]
+
+_POURED = 1.5
+"""What a pour multiplies mass and inertia by."""
+_DIGITS = 6
 
 
 class ScenarioDesk(Desk):
@@ -39,6 +49,8 @@ class ScenarioDesk(Desk):
         ChooseReach,
         RemoveChange,
         RemoveChanges,
+        RemoveIncident,
+        Happen,
         ChoosePreset,
         LoadScenario,
         ResetScenario,
@@ -66,6 +78,8 @@ class ScenarioDesk(Desk):
                 return _loaded(view, name, content)
             case EndComparison():
                 return replace(view, editing=replace(view.editing, ghost_due=False))
+            case Happen():
+                return _with_draft(view, _happened(view, intent))
             case _:
                 return _with_draft(view, _simplified(view.draft, intent))
 
@@ -75,12 +89,50 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
     match intent:
         case RemoveChange(moment, key):
             return draft.without_change(moment, key)
+        case RemoveIncident(index):
+            return draft.without_incident(index)
         case RemoveChanges():
             return draft.without_changes()
         case ResetScenario():
             return draft.reset()
         case _:
             return draft
+
+
+def _happened(view: ViewState, intent: Happen) -> Draft:
+    """The draft in which something happens where the play head stands."""
+    if view.shown is None or view.playback is None:
+        return view.draft
+    draft, moment = view.draft, change_time(view.playback.time)
+    match intent.kind:
+        case Incidence.PUSH:
+            return draft.with_incident(push_at(moment))
+        case Incidence.WET_SPOT:
+            return _wetted(draft, view.shown, moment, intent.contact)
+        case Incidence.POUR:
+            for key in ("object.mass", "object.inertia"):
+                draft = _multiplied(draft, moment, key, _POURED)
+            return draft
+
+
+def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
+    """The draft with a wet spot where a fingertip of the run on the screen is."""
+    trace = shown.result.trace
+    spot = locate(trace.times, moment)
+    contacts = range(len(draft.base.fingers))
+    if contact is None:
+        contact = int(np.argmin(trace.friction_margin[spot.row]))
+    if contact not in contacts or trace.shape.num_contacts != len(contacts):
+        return draft
+    slip = float(spot.read(trace.slip)[contact])
+    return draft.with_incident(wet_spot(draft.base, contact, slip, moment))
+
+
+def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:
+    value = draft.value_at(moment, key)
+    if not isinstance(value, float):
+        return draft
+    return draft.edited_from(moment, key, float(f"{factor * value:.{_DIGITS}g}"))
 
 
 def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:

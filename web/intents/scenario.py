@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from web.intents.intent import Intent, LatestIntent
 from web.scenario.draft import Value
 from web.scenario.editing import Reach
+from web.scenario.incidents import Incidence
 
 __all__ = [
     "ChoosePreset",
     "ChooseReach",
+    "Happen",
     "LoadScenario",
     "Redo",
     "RemoveChange",
     "RemoveChanges",
+    "RemoveIncident",
     "ResetScenario",
     "SetParameter",
     "Undo",
@@ -51,7 +54,27 @@ class RemoveChange(Intent):
 
 @dataclass(frozen=True, slots=True)
 class RemoveChanges(Intent):
-    """The user takes back every timed change."""
+    """The user takes back every timed change, push and wet spot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Happen(Intent):
+    """The user lets something happen to the object at the play head.
+
+    Attributes:
+        kind: What.
+        contact: Under which fingertip, where that matters; None is the one nearest to slip.
+    """
+
+    kind: Incidence
+    contact: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveIncident(Intent):
+    """The user takes back a push or a wet spot, by its place among them."""
+
+    index: int
 
 
 @dataclass(frozen=True, slots=True)

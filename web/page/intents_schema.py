@@ -25,7 +25,7 @@ from web.intents.playback import (
     Zoom,
 )
 from web.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
-from web.intents.scenario import Redo, RemoveChange, RemoveChanges, Undo
+from web.intents.scenario import Redo, RemoveChange, RemoveChanges, RemoveIncident, Undo
 from web.intents.study import OpenMember, SeePlan
 from web.room import Room
 from web.timeline.playback import WindowChoice
@@ -231,6 +231,14 @@ class _RemoveChange(Gesture):
         return RemoveChange(self.time, self.key)
 
 
+class _RemoveIncident(Gesture):
+    kind: Literal["remove-incident"]
+    index: int = Field(ge=0, le=10**6)
+
+    def intent(self) -> Intent:
+        return RemoveIncident(self.index)
+
+
 class _SwapRuns(Gesture):
     kind: Literal["swap-runs"]
 
@@ -274,6 +282,7 @@ _AnyGesture = Annotated[
     | _Redo
     | _RemoveChange
     | _RemoveChanges
+    | _RemoveIncident
     | _SwapRuns
     | _EndComparison
     | _OpenMember

@@ -16,7 +16,14 @@ from web.intents.intent import Send
 from web.panels.parameter_inputs import Knob, add_knob
 from web.scenario.draft import Draft, change_time
 from web.scenario.editing import Editing
-from web.scenario.parameter_groups import Entry, Group, group_parameters
+from web.scenario.incidents import is_of_incident
+from web.scenario.parameter_groups import (
+    Entry,
+    Group,
+    group_parameters,
+    incident_groups,
+    incident_title,
+)
 from web.view import RunStage, ViewState
 from web.words import error_words
 
@@ -36,6 +43,9 @@ class KnobsPanel:
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self._gui, self._send = gui, send
         self._folders: list[viser.GuiFolderHandle] = []
+        self._incident_folders: list[viser.GuiFolderHandle] = []
+        self._incidents: tuple[str, ...] = ()
+        self._conditional: list[tuple[Knob, Entry]] = []
         self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
         self._errors: list[viser.GuiHtmlHandle] = []
         self._told: tuple[FieldError, ...] = ()
@@ -54,6 +64,7 @@ class KnobsPanel:
         draft = view.draft
         if draft.base is not self._base:
             self._build(draft.base)
+        self._build_incidents(draft)
         self._show_values(draft, view)
         if view.status.errors is not self._told:
             self._tell(view.status.errors, draft, view.editing)
@@ -69,29 +80,53 @@ class KnobsPanel:
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for element in (*self._errors, *self._folders):
+        for element in (*self._errors, *self._incident_folders, *self._folders):
             element.remove()
         self._errors, self._folders, self._knobs = [], [], {}
+        self._incident_folders, self._incidents, self._conditional = [], (), []
 
     def _build(self, scenario: Scenario) -> None:
         self.remove()
         self._base, self._shown, self._told = scenario, None, ()
         definitions = parameter_definitions(scenario)
         for group in group_parameters(_steady(definitions), scenario.finger_names):
-            self._add_group(group, definitions)
+            self._folders.append(self._add_group(group, definitions))
 
-    def _add_group(self, group: Group, definitions: dict[str, Parameter]) -> None:
-        folder = self._gui.add_folder(group.title, expand_by_default=group.is_open)
-        self._folders.append(folder)
+    def _build_incidents(self, draft: Draft) -> None:
+        """A folder for each push and wet spot, above all others; made anew when one more comes."""
+        places = tuple(incident.place for incident in draft.incidents)
+        if places != self._incidents:
+            self._forget_errors()
+            self._incidents, self._shown = places, None
+            for folder in self._incident_folders:
+                folder.remove()
+            self._knobs = {key: k for key, k in self._knobs.items() if not is_of_incident(key)}
+            names, top = draft.base.finger_names, self._folders[0].order - 1.0
+            groups = incident_groups(draft.incidents, names)
+            self._incident_folders = [
+                self._add_group(group, {}, top + (i + 1.0) / (len(groups) + 1.0))
+                for i, group in enumerate(groups)
+            ]
+        for folder, incident in zip(self._incident_folders, draft.incidents, strict=True):
+            if folder.label != (title := incident_title(incident)):
+                folder.label = title
+
+    def _add_group(
+        self, group: Group, definitions: dict[str, Parameter], order: float | None = None
+    ) -> viser.GuiFolderHandle:
+        folder = self._gui.add_folder(group.title, order=order, expand_by_default=group.is_open)
         with folder:
             for entry in group.entries:
                 self._add(entry, definitions, folder)
+        return folder
 
     def _add(
         self, entry: Entry, definitions: dict[str, Parameter], folder: viser.GuiFolderHandle
     ) -> None:
         knob = add_knob(self._gui, entry, definitions, self._send)
         self._knobs.setdefault(knob.key, []).append((knob, folder))
+        if entry.used_by:
+            self._conditional.append((knob, entry))
 
     def _show_values(self, draft: Draft, view: ViewState) -> None:
         """Sets the knobs once there is something else to show than the last time.
@@ -110,19 +145,24 @@ class KnobsPanel:
         for key in keys - {in_hand}:
             for knob, _ in self._knobs[key]:
                 knob.show(draft.value_at(moment, key))
+        for knob, entry in self._conditional:
+            knob.use(draft.value_at(moment, entry.kind_key) in entry.used_by)
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
         """Puts what is wrong below the fields that are wrong."""
+        self._forget_errors()
         self._told = errors
-        for line in self._errors:
-            line.remove()
-        self._errors = []
         last = editing.gesture.key if editing.gesture else ""
         for error in errors:
             for knob, folder in self._find(draft.key_of(error)) or self._knobs.get(last, []):
                 with folder:
                     content, order = error_html(error_words(error)), knob.input.order + _BELOW
                     self._errors.append(self._gui.add_html(content, order=order))
+
+    def _forget_errors(self) -> None:
+        for line in self._errors:
+            line.remove()
+        self._errors, self._told = [], ()
 
     def _find(self, key: str) -> list[tuple[Knob, viser.GuiFolderHandle]] | None:
         """The knobs of a parameter, or of the first below or above a key that has none."""
@@ -133,8 +173,12 @@ class KnobsPanel:
 
 
 def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
-    """The parameters that have a knob: all but the timed changes, which have a list."""
-    return {key: p for key, p in definitions.items() if not key.startswith("changes.")}
+    """The parameters of the scenario as it is when nothing changes and nothing happens."""
+    return {
+        key: parameter
+        for key, parameter in definitions.items()
+        if not (key.startswith("changes.") or is_of_incident(key))
+    }
 
 
 def _in_hand(editing: Editing) -> str:

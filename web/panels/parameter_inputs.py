@@ -14,6 +14,7 @@ from core.parameters import Parameter
 from web.intents.intent import Send
 from web.intents.scenario import SetParameter
 from web.scenario.draft import Value
+from web.scenario.incidents import is_of_incident
 from web.scenario.parameter_groups import Entry
 
 __all__ = [
@@ -30,6 +31,7 @@ Input = (
     | viser.GuiNumberHandle[float]
     | viser.GuiNumberHandle[int]
     | viser.GuiDropdownHandle[str]
+    | viser.GuiCheckboxHandle
     | viser.GuiTextHandle
 )
 
@@ -51,6 +53,7 @@ class Knob(ABC):
     def __init__(self, parameter: Parameter, widget: Input, send: Send) -> None:
         self.key, self.input = parameter.key, widget
         self._parameter, self._send = parameter, send
+        self._is_used = True
         widget.on_update(self._moved)
 
     @property
@@ -61,6 +64,16 @@ class Knob(ABC):
     @abstractmethod
     def show(self, value: object) -> None:
         """Shows the value that holds."""
+
+    def use(self, is_used: bool) -> None:
+        """Hides the widget while nothing uses its parameter."""
+        self._is_used = is_used
+        self.input.visible = is_used and self._fits
+
+    @property
+    def _fits(self) -> bool:
+        """Whether the widget can say the value that holds."""
+        return True
 
     def read(self, value: Any) -> Value:
         """What the user means by what the widget says."""
@@ -109,12 +122,14 @@ class _SliderKnob(Knob):
         super().__init__(parameter, widget, send)
         self._definitions = definitions
         self._outgrown = _Outgrown()
+        self._is_single = widget.visible
         # Else the field would round what is typed to the steps of the slider.
         widget.precision = _DECIMALS
 
     def show(self, value: object) -> None:
-        """Shows a number; a list has no place on a slider, it is shown as a text."""
-        self.input.visible = not isinstance(value, (list, tuple))
+        """Shows a number; a list is shown as a text instead."""
+        self._is_single = not isinstance(value, (list, tuple))
+        self.use(self._is_used)
         if isinstance(value, (float, int)) and math.isfinite(value):
             low, high, _ = slider_range(self._parameter, self._definitions, value)
             self._span(low, high)
@@ -132,6 +147,11 @@ class _SliderKnob(Knob):
             self._span(min(low, number), max(high, number))
         return number
 
+    @property
+    def _fits(self) -> bool:
+        """A list has no place on a slider."""
+        return self._is_single
+
     def _span(self, low: float, high: float) -> None:
         if low != self.input.min:
             self.input.min = low
@@ -140,7 +160,7 @@ class _SliderKnob(Knob):
 
 
 class _PlainKnob(Knob):
-    """A number or one of several words."""
+    """A number, one of several words, or yes and no."""
 
     def show(self, value: object) -> None:
         """Shows the value."""
@@ -226,6 +246,8 @@ def add_knob(
     if parameter.kind == "choice":
         choice = gui.add_dropdown(label, parameter.choices, initial_value=str(value), hint=hint)
         return _PlainKnob(parameter, choice, send)
+    if parameter.kind == "boolean":
+        return _PlainKnob(parameter, gui.add_checkbox(label, bool(value), hint=hint), send)
     if _is_text(entry):
         return _TextKnob(parameter, gui.add_text(label, as_text(value), hint=hint), send)
     if parameter.kind == "integer":
@@ -265,7 +287,8 @@ def _hint(entry: Entry) -> str:
     parameter = entry.parameter
     means = " One number, or several with commas." if entry.as_text else ""
     optional = " Empty for none." if parameter.optional else ""
-    reach = "" if parameter.changeable else " It cannot change during a run: it acts on all of it."
+    acts_anyhow = parameter.changeable or is_of_incident(parameter.key)
+    reach = "" if acts_anyhow else " It cannot change during a run: it acts on all of it."
     return f"{parameter.text}{means}{optional} {parameter.key}, {parameter.limit}.{reach}"
 
 

@@ -12,6 +12,7 @@ from web.intents.intent import Intent, Send
 from web.intents.scenario import (
     ChoosePreset,
     ChooseReach,
+    Happen,
     Redo,
     ResetScenario,
     Undo,
@@ -21,6 +22,7 @@ from web.page.markup import click_attribute
 from web.panels.parameter_inputs import as_text
 from web.scenario.draft import Draft, TimedEdit, change_time
 from web.scenario.editing import Reach
+from web.scenario.incidents import Incidence, incident_words
 from web.scenario.parameter_groups import value_words
 from web.timeline.playback import Playback
 from web.view import Ghost, ViewState
@@ -29,6 +31,8 @@ __all__ = ["ScenarioPanel", "changes_html", "ghost_html", "reach_html"]
 
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
+_HAPPENINGS = {kind.value: kind for kind in Incidence}
+_NEAREST = "the one nearest to slip"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
 
@@ -60,6 +64,18 @@ class ScenarioPanel:
             "stays as it is. On the whole run: it has its value from the start.",
         )
         self.note = gui.add_html("")
+        self.happenings = gui.add_button_group(
+            "let happen",
+            tuple(_HAPPENINGS),
+            hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
+            "first. Wet spot: less friction where a fingertip touches, from then on. Pour: mass "
+            "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
+        )
+        self.wet = gui.add_dropdown(
+            "wet under",
+            (_NEAREST, *draft.base.finger_names),
+            hint="Under which fingertip a wet spot appears.",
+        )
         self.changes = gui.add_html("")
         self._connect()
         self._noted: tuple[object, ...] | None = None
@@ -84,7 +100,9 @@ class ScenarioPanel:
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for element in (self.origin, self.steps, self.reach, self.note, self.changes):
+        for element in (self.origin, self.steps, self.reach, self.note):
+            element.remove()
+        for element in (self.happenings, self.wet, self.changes):
             element.remove()
 
     def _connect(self) -> None:
@@ -98,6 +116,7 @@ class ScenarioPanel:
         self.origin.on_update(pass_on)
         self.reach.on_update(pass_on)
         self.steps.on_click(pass_on)
+        self.happenings.on_click(pass_on)
 
     def _intent(self, event: viser.GuiEvent[Any]) -> Intent | None:
         """What a widget asks for; its value comes from a browser."""
@@ -105,8 +124,17 @@ class ScenarioPanel:
             return ChoosePreset(self.origin.value)
         if event.target is self.steps:
             return _STEPS.get(self.steps.value)
+        if event.target is self.happenings:
+            kind = _HAPPENINGS.get(self.happenings.value)
+            return Happen(kind, self._contact) if kind else None
         reach = _REACHES.get(self.reach.value)
         return ChooseReach(reach) if reach else None
+
+    @property
+    def _contact(self) -> int | None:
+        """The contact that the user chose, None for the one nearest to slip."""
+        names = list(self.wet.options)
+        return names.index(self.wet.value) - 1 if self.wet.value in names[1:] else None
 
     def _show_origin(self, view: ViewState) -> None:
         """Names what the knobs start from."""
@@ -114,6 +142,9 @@ class ScenarioPanel:
         self.origin.options = _origins(view.draft, *opened)
         self.origin.value = view.draft.origin
         self.origin.hint = view.draft.base.title or "What the knobs start from."
+        contacts = (_NEAREST, *view.draft.base.finger_names)
+        if tuple(self.wet.options) != contacts:
+            self.wet.options = contacts
 
 
 def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:
@@ -140,13 +171,18 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
 
 
 def changes_html(draft: Draft) -> str:
-    """The timed changes with a button each that takes it back; nothing if there are none."""
-    if not draft.changes:
+    """What changes and happens, with a button each that takes it back; nothing if nothing does."""
+    rows = "".join(
+        (
+            *(_change_html(draft, change) for change in draft.changes),
+            *(_incident_html(draft, index) for index in range(len(draft.incidents))),
+        )
+    )
+    if not rows:
         return ""
-    rows = "".join(_change_html(draft, change) for change in draft.changes)
     clear = ""
-    if len(draft.changes) > 1:
-        clear = _button("remove all", "Take every timed change back", "remove-changes")
+    if len(draft.changes) + len(draft.incidents) > 1:
+        clear = _button("remove all", "Take all of these back", "remove-changes")
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
         f"<span>Changes during the run</span>{clear}</div>{rows}</div>"
@@ -158,6 +194,15 @@ def _change_html(draft: Draft, change: TimedEdit) -> str:
     fields = {"time": change.time, "key": change.key}
     button = _button("✕", "Take this change back", "remove-change", **fields)
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
+
+
+def _incident_html(draft: Draft, index: int) -> str:
+    incident = draft.incidents[index]
+    words = escape(incident_words(incident))
+    button = _button("✕", "Take this back", "remove-incident", index=index)
+    return (
+        f"<div class='sg-editor-row'><span><b>{incident.time:g} s</b> {words}</span>{button}</div>"
+    )
 
 
 def ghost_html(ghost: Ghost | None) -> str:

@@ -11,6 +11,12 @@ from core.loading import load_scenario, parameter_definitions, preset_names, wit
 from core.parameters import Parameter
 from core.scenario import Scenario
 from web.library.replay import Replay
+from web.scenario.incidents import (
+    Incident,
+    incident_values,
+    incidents_of,
+    is_of_incident,
+)
 
 __all__ = ["Draft", "TimedEdit", "Value", "change_time"]
 
@@ -48,17 +54,24 @@ class Draft:
         base: The scenario of it.
         edits: Values set since for the whole run, by dotted key; any may be out of bounds.
         changes: What changes during the run, in order of time.
+        incidents: What happens to the object: pushes, then wet spots.
     """
 
     origin: str
     base: Scenario
     edits: Mapping[str, Value] = field(default_factory=dict)
     changes: tuple[TimedEdit, ...] = ()
+    incidents: tuple[Incident, ...] = ()
 
     @classmethod
     def starting_from(cls, origin: str, scenario: Scenario) -> Draft:
-        """The scenario as it comes, with its own timed changes."""
-        return cls(origin, scenario, changes=tuple(_timed_edits(scenario)))
+        """The scenario as it comes, with its own timed changes and incidents."""
+        return cls(
+            origin,
+            scenario,
+            changes=tuple(_timed_edits(scenario)),
+            incidents=incidents_of(scenario),
+        )
 
     @classmethod
     def from_preset(cls, name: str) -> Draft:
@@ -84,12 +97,13 @@ class Draft:
     @property
     def is_touched(self) -> bool:
         """Whether it is no longer as it came."""
-        return bool(self.edits) or self.changes != tuple(_timed_edits(self.base))
+        return self != self.reset()
 
     @property
     def touched(self) -> frozenset[str]:
-        """The parameters that were set, for the whole run or from some time on."""
-        return frozenset((*self.edits, *(change.key for change in self.changes)))
+        """The parameters that were set: for the whole run, from some time on, of incidents."""
+        of_incidents = (key for key, _ in incident_values(self.incidents))
+        return frozenset((*self.edits, *(change.key for change in self.changes), *of_incidents))
 
     def reset(self) -> Draft:
         """The draft as it came."""
@@ -98,6 +112,8 @@ class Draft:
     def edited(self, key: str, value: Value) -> Draft:
         """The draft with a value that holds on the whole run."""
         kept = tuple(change for change in self.changes if change.key != key)
+        if is_of_incident(key):
+            return replace(self, changes=kept)._with_incident_edited(key, value)
         return replace(self, edits={**self.edits, key: value}, changes=kept)
 
     def edited_from(self, time: float, key: str, value: Value) -> Draft:
@@ -128,11 +144,26 @@ class Draft:
         return replace(self, changes=kept)
 
     def without_changes(self) -> Draft:
-        """The draft in which nothing changes during the run."""
-        return replace(self, changes=())
+        """The draft in which nothing changes or happens during the run."""
+        return replace(self, changes=(), incidents=())
+
+    def with_incident(self, incident: Incident) -> Draft:
+        """The draft in which one thing more happens."""
+        same = [each for each in self.incidents if each.place == incident.place]
+        others = [each for each in self.incidents if each.place != incident.place]
+        grown = [*same, incident]
+        ordered = [*grown, *others] if incident.place == "pulses" else [*others, *grown]
+        return replace(self, incidents=tuple(ordered))
+
+    def without_incident(self, index: int) -> Draft:
+        """The draft without one of its incidents; the same if there is no such."""
+        kept = tuple(each for i, each in enumerate(self.incidents) if i != index)
+        return replace(self, incidents=kept)
 
     def is_changeable(self, key: str) -> bool:
-        """Whether a parameter may change during the run."""
+        """Whether a parameter may change during the run; those of incidents do as a whole."""
+        if is_of_incident(key):
+            return False
         parameter = _definitions(self.base).get(key)
         return parameter is not None and parameter.changeable
 
@@ -141,6 +172,8 @@ class Draft:
         latest = [c.value for c in self.changes if c.key == key and c.time <= time]
         if latest:
             return latest[-1]
+        if is_of_incident(key):
+            return dict(incident_values(self.incidents)).get(key)
         return self.edits[key] if key in self.edits else _plain(_definitions(self.base)[key].value)
 
     def num_changes_until(self, time: float) -> int:
@@ -153,7 +186,9 @@ class Draft:
         Raises:
             ScenarioError: With every value that is not allowed, and its limit.
         """
-        return with_values(_steady(self.base), {**self.edits, **dict(self._change_entries())})
+        happening = dict(incident_values(self.incidents))
+        changing = dict(self._change_entries())
+        return with_values(_calm(self.base), {**happening, **self.edits, **changing})
 
     def key_of(self, error: FieldError) -> str:
         """The parameter that an error in the draft is about: a change stands for what it sets."""
@@ -162,6 +197,15 @@ class Draft:
         if head == "changes" and index.isdecimal() and int(index) < len(self.changes):
             return self.changes[int(index)].key
         return error.field
+
+    def _with_incident_edited(self, key: str, value: Value) -> Draft:
+        place, index, own = key.split(".", 2)
+        same = [i for i, incident in enumerate(self.incidents) if incident.place == place]
+        if not index.isdecimal() or int(index) >= len(same):
+            return self
+        edited = list(self.incidents)
+        edited[same[int(index)]] = edited[same[int(index)]].edited(own, value)
+        return replace(self, incidents=tuple(edited))
 
     def _change_entries(self) -> Iterator[tuple[str, Value]]:
         for i, change in enumerate(self.changes):
@@ -177,9 +221,9 @@ def _definitions(base: Scenario) -> dict[str, Parameter]:
 
 
 @lru_cache(maxsize=32)
-def _steady(base: Scenario) -> Scenario:
-    """A scenario without its timed changes."""
-    return replace(base, changes=())
+def _calm(base: Scenario) -> Scenario:
+    """A scenario in which nothing changes or happens during the run."""
+    return replace(base, changes=(), pulses=(), patches=())
 
 
 def _timed_edits(scenario: Scenario) -> Iterator[TimedEdit]:

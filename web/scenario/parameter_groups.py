@@ -8,19 +8,42 @@ from dataclasses import dataclass
 from core.field_errors import template_key, template_keys
 from core.parameters import Parameter
 from core.scenario import Scenario
+from web.scenario.incidents import Incident, incident_parameters
 from web.words import key_words, unit_after, unit_words
 
-__all__ = ["Entry", "Group", "group_parameters", "knob_label", "value_words"]
+__all__ = [
+    "Entry",
+    "Group",
+    "group_parameters",
+    "incident_groups",
+    "incident_title",
+    "knob_label",
+    "value_words",
+]
 
 _BELIEFS = "What the controller believes at first"
 _MAIN = ("object", "fingers", "estimates", "controller")
 # Changeable, but of use only to those who know why.
-_DETAILS = ("recognition_time", "estimate_norm_bound", "minimum", "maximum")
+_DETAILS = (
+    "recognition_time",
+    "latency",
+    "minimum_normal_force",
+    "maximum_normal_force",
+    "force_noise",
+    "initial_deviation",
+    "estimate_norm_bound",
+    "minimum",
+    "maximum",
+)
+_MANY_INCIDENTS = 3
+_NOUNS = {"pulses": "Push", "patches": "Wet spot"}
 _FOLDED_TITLES = {
     "controller": "Controller in detail",
     "object": "Shape of the object",
     "estimates": "Unknowns and their bounds",
     "trajectory": "Desired motion",
+    "sensing": "Sensing",
+    "actuation": "Actuation",
     "simulation": "Simulation",
     "title": "Title",
 }
@@ -34,11 +57,23 @@ class Entry:
         parameter: What it sets.
         label: What it is called inside its group, with its unit.
         as_text: Whether it is a text field, for one number or a list of them.
+        used_by: The kinds of its part that use it; all of them if empty.
     """
 
     parameter: Parameter
     label: str
     as_text: bool = False
+    used_by: tuple[str, ...] = ()
+
+    @property
+    def kind_key(self) -> str:
+        """Key of the parameter that says of which kind its part is."""
+        return kind_key(self.parameter.key)
+
+
+def kind_key(key: str) -> str:
+    """Key of the parameter that says of which kind the part with some parameter is."""
+    return f"{key.partition('.')[0]}.kind"
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +112,13 @@ def _placed(
 ) -> Iterator[tuple[str, bool, Entry]]:
     for parameter in sorted(definitions.values(), key=_rank):
         is_open = _is_main(parameter)
-        label = knob_label(parameter, definitions, names)
-        yield _title(parameter.key, is_open, names), is_open, Entry(parameter, label)
-        if parameter.kind == "number-or-list":
+        label, kinds = knob_label(parameter, definitions, names), _used_by(parameter, definitions)
+        as_text = parameter.kind == "number-or-list" and parameter.optional
+        entry = Entry(parameter, label, as_text, kinds)
+        yield _title(parameter.key, is_open, names), is_open, entry
+        if parameter.kind == "number-or-list" and not parameter.optional:
             each = key_words(parameter.key.partition(".")[2], names) + ", each"
-            entry = Entry(parameter, each + unit_words(parameter.unit), as_text=True)
+            entry = Entry(parameter, each + unit_words(parameter.unit), True, kinds)
             yield _title(parameter.key, False, names), False, entry
 
 
@@ -91,7 +128,15 @@ def _rank(parameter: Parameter) -> int:
 
 
 def _is_main(parameter: Parameter) -> bool:
-    return parameter.changeable and parameter.key.rpartition(".")[2] not in _DETAILS
+    head, last = parameter.key.partition(".")[0], parameter.key.rpartition(".")[2]
+    return parameter.changeable and head in _MAIN and last not in _DETAILS
+
+
+def _used_by(parameter: Parameter, definitions: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """The kinds at the head of the sentence on a parameter, such as ``circle, shake: …``."""
+    kind = definitions.get(kind_key(parameter.key))
+    named = tuple(parameter.text.partition(":")[0].split(", "))
+    return named if kind is not None and set(named) <= set(kind.choices) else ()
 
 
 def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
@@ -102,6 +147,29 @@ def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
     if not is_open:
         return _FOLDED_TITLES[head]
     return _BELIEFS if head == "estimates" else head.capitalize()
+
+
+def incident_title(incident: Incident) -> str:
+    """What a push or a wet spot is called, such as ``Push at 0.08 s``."""
+    return f"{_NOUNS[incident.place]} at {incident.time:g} s"
+
+
+def incident_groups(incidents: Sequence[Incident], names: Sequence[str]) -> tuple[Group, ...]:
+    """A group for everything that happens to the object, unfolded unless there are many.
+
+    Args:
+        incidents: What happens.
+        names: What the fingers are called.
+    """
+    entries: dict[str, list[Entry]] = {}
+    for parameter in incident_parameters(incidents):
+        place, index, own = parameter.key.split(".", 2)
+        label = key_words(own, names) + unit_words(parameter.unit)
+        entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))
+    return tuple(
+        Group(incident_title(incident), len(incidents) <= _MANY_INCIDENTS, tuple(own))
+        for incident, own in zip(incidents, entries.values(), strict=True)
+    )
 
 
 def knob_label(

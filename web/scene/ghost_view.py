@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame, contact_frame
+from core.geometry import ContactFrame, contact_frame, inner_radius, outline
 from core.scenario import Scenario
 from web.sampling import Sample
 from web.scene.detail import Detail, Follower
@@ -17,7 +17,7 @@ from web.scene.layout import SceneLayout
 from web.scene.lens_view import LENS_DEPTH
 from web.scene.marks import MarkSizes, sizes_in_lens, sizes_on_hand
 from web.scene.object_view import HALF_DEPTH, PoseFrame
-from web.scene.shapes import circle, extrude, lift, polyline, position, rectangle
+from web.scene.shapes import circle, extrude, lift, polyline, position
 from web.scene.surfaces import Surfaces
 
 __all__ = ["GhostView"]
@@ -55,11 +55,10 @@ class GhostView:
                 link = LinkShape(finger.link_lengths, k)
                 _add_plate(scene, path, link.outline, link.front + 0.002, surfaces)
         body = scenario.object
-        outline = rectangle(body.half_width, body.face_half_length)
         self._body = PoseFrame(scene, f"{name}/body", detail)
-        _add_plate(scene, f"{name}/body", outline, HALF_DEPTH + 0.003, surfaces)
+        _add_plate(scene, f"{name}/body", outline(body), HALF_DEPTH + 0.003, surfaces)
         own = [contact_frame(body, finger) for finger in scenario.fingers]
-        sizes = sizes_on_hand(min(body.half_width, body.face_half_length))
+        sizes = sizes_on_hand(inner_radius(body))
         self._tips = [
             _GhostTip(
                 scene, f"{name}/body/tip{i}", np.asarray(f.anchor), f, sizes, surfaces, detail

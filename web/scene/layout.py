@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import joint_points
+from core.geometry import joint_points, outline
 from core.result import RunResult
+from core.scenario import ObjectParameters
 from web.sampling import Sampler
 
 __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
@@ -55,11 +56,10 @@ def lay_out(result: RunResult) -> SceneLayout:
     """
     fingers = result.scenario.fingers
     start = Sampler(result.trace[:1]).at(0.0)
-    joints = np.concatenate(
-        [joint_points(f, q) for f, q in zip(fingers, start.joint_positions, strict=True)]
-    )
-    low = joints.min(axis=0) - _MARGIN_LOW
-    high = joints.max(axis=0) + _MARGIN_HIGH
+    joints = [joint_points(f, q) for f, q in zip(fingers, start.joint_positions, strict=True)]
+    points = np.concatenate([*joints, _corners(result.scenario.object, start.object_pose)])
+    low = points.min(axis=0) - _MARGIN_LOW
+    high = points.max(axis=0) + _MARGIN_HIGH
     width = high[0] - low[0]
     radius = min(_LENS_WIDTH * width / len(fingers), _LARGEST_LENS)
     middle = low[0] + width * (np.arange(len(fingers)) + 0.5) / len(fingers)
@@ -73,6 +73,13 @@ def lay_out(result: RunResult) -> SceneLayout:
         high=np.array([high[0], height + radius + 0.24]),
         hand_high=high,
     )
+
+
+def _corners(body: ObjectParameters, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Corners of the object in a pose, shape ``(corners, 2)`` [m]."""
+    x, y, angle = pose.tolist()
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([x, y]) + outline(body) @ np.array([[cos, sin], [-sin, cos]])
 
 
 def lens_magnification(largest_slip: float, radius: float) -> float:

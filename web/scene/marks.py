@@ -31,7 +31,7 @@ __all__ = [
 Points = NDArray[np.float64]
 
 _DASHES = 8
-_USUAL_HALF_WIDTH = 0.05
+_USUAL_INNER_RADIUS = 0.05
 
 
 class MarkSizes(NamedTuple):
@@ -72,17 +72,17 @@ class ContactMarks(NamedTuple):
     motion: Points
 
 
-def sizes_on_hand(half_width: float) -> MarkSizes:
+def sizes_on_hand(inner_radius: float) -> MarkSizes:
     """Sizes of the marks on the hand itself.
 
     Args:
-        half_width: Half of the object's shorter side [m]; cones must not meet inside it.
+        inner_radius: How near its centre the object's faces come [m]; cones must not meet there.
     """
-    share = min(max(half_width / _USUAL_HALF_WIDTH, 0.4), 1.4)
+    share = min(max(inner_radius / _USUAL_INNER_RADIUS, 0.4), 1.4)
     return MarkSizes(
         tip_radius=0.02 * share,
         trail_width=0.014 * share,
-        cone_length=0.9 * half_width,
+        cone_length=0.9 * inner_radius,
         force_length=0.09 * share,
         speed_length=0.1 * share,
         shaft_radius=0.005 * share,

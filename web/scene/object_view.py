@@ -8,19 +8,19 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame
+from core.geometry import ContactFrame, inner_radius, outline
 from core.scenario import ObjectParameters
 from web.colours import GHOST
 from web.sampling import Sample
 from web.scene.detail import Detail, Follower
-from web.scene.shapes import circle, extrude, lift, polyline, position, rectangle, turn
+from web.scene.shapes import circle, extrude, lift, polyline, position, turn
 from web.scene.surfaces import Surfaces
 
 __all__ = ["HALF_DEPTH", "ObjectView", "PoseFrame"]
 
 HALF_DEPTH = 0.05
 """Half the thickness of the object towards the eye [m]."""
-_DASHES_PER_SIDE = 9
+_DASHES = 36
 _FACE_WIDTH = 0.012
 
 
@@ -42,7 +42,7 @@ class PoseFrame:
 
 
 class ObjectView:
-    """Draws the object as a block and its desired pose as a dashed outline.
+    """Draws the object as a block, and its desired pose as a dashed outline.
 
     Args:
         scene: Where the nodes go.
@@ -62,21 +62,21 @@ class ObjectView:
         surfaces: Surfaces,
         detail: Detail,
     ) -> None:
-        outline = rectangle(body.half_width, body.face_half_length)
+        corners = outline(body)
         self.body = PoseFrame(scene, f"{name}/body", detail)
         scene.add_mesh_simple(
             f"{name}/body/block",
-            *extrude(outline, -HALF_DEPTH, HALF_DEPTH),
+            *extrude(corners, -HALF_DEPTH, HALF_DEPTH),
             color=surfaces.object,
             flat_shading=True,
         )
         edge = surfaces.object_edge
-        edges = polyline(outline, HALF_DEPTH + 0.002, closed=True)
+        edges = polyline(corners, HALF_DEPTH + 0.002, closed=True)
         scene.add_line_segments(f"{name}/body/edges", edges, edge, thickness=0.005)
         scene.add_line_segments(f"{name}/body/faces", _faces(frames), edge, thickness=_FACE_WIDTH)
-        _add_centre(scene, f"{name}/body/centre", 0.2 * float(outline.max()), surfaces)
+        _add_centre(scene, f"{name}/body/centre", 0.3 * inner_radius(body), surfaces)
         self._desired = PoseFrame(scene, f"{name}/desired", detail)
-        scene.add_line_segments(f"{name}/desired/outline", _dashes(outline), GHOST, thickness=0.008)
+        scene.add_line_segments(f"{name}/desired/outline", _dashes(corners), GHOST, thickness=0.008)
 
     def update(self, sample: Sample) -> None:
         """Moves the object and the outline to their poses."""
@@ -110,7 +110,8 @@ def _add_centre(scene: viser.SceneApi, name: str, radius: float, surfaces: Surfa
 
 
 def _dashes(corners: NDArray[np.float64]) -> NDArray[np.float32]:
-    steps = np.linspace(0.0, 1.0, 2 * _DASHES_PER_SIDE).reshape(-1, 2)
+    per_side = _DASHES // len(corners)
+    steps = np.linspace(0.0, 1.0, 2 * per_side).reshape(-1, 2)
     sides = np.roll(corners, -1, axis=0) - corners
     lines = [c + steps[..., None] * side for c, side in zip(corners, sides, strict=True)]
     return lift(np.concatenate(lines), HALF_DEPTH + 0.006)

@@ -9,7 +9,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame, contact_frame
+from core.geometry import ContactFrame, contact_frame, inner_radius, outline
 from core.result import RunResult
 from core.scenario import Scenario
 from web.look import Look
@@ -18,6 +18,7 @@ from web.scene.contact_view import ContactView
 from web.scene.detail import Detail
 from web.scene.ghost_view import GhostView
 from web.scene.hand_view import HandView
+from web.scene.incident_view import PushView, WetSpots
 from web.scene.layout import SceneLayout, lay_out, nice_at_least
 from web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
 from web.scene.marks import FullScale, sizes_on_hand
@@ -49,6 +50,8 @@ class Scene:
         self._view_shape: object = None
         self._ghost: GhostView | None = None
         self._ghost_shape: object = None
+        self._wet_spots: WetSpots | None = None
+        self._wet: object = None
         self._run: _RunFacts | None = None
         _light(stage.scene)
 
@@ -72,6 +75,7 @@ class Scene:
             views = self._views_of(result.scenario, layout)
             views.show_parts(self._look)
             views.magnify(layout)
+            self._lay_wet_spots(result.scenario, views, layout)
             self._show_ghost(ghost, views, layout)
         return layout
 
@@ -90,6 +94,8 @@ class Scene:
             if self._ghost is not None and ghost is not None:
                 self._ghost.update(ghost, self._run.magnification)
             self._views.update(sample, self._run)
+            if self._wet_spots is not None:
+                self._wet_spots.update(sample.time)
             if self._look.lenses:
                 self._update_lenses(self._views, sample, self._run, ghost)
 
@@ -100,6 +106,7 @@ class Scene:
         if self._views is not None:
             self._views.root.remove()
         self._views = self._ghost = self._view_shape = self._ghost_shape = None
+        self._wet_spots = self._wet = None
 
     def _update_lenses(
         self, views: _Views, sample: Sample, run: _RunFacts, ghost: Sample | None
@@ -121,6 +128,17 @@ class Scene:
             )
             self._view_shape = shape
         return self._views
+
+    def _lay_wet_spots(self, scenario: Scenario, views: _Views, layout: SceneLayout) -> None:
+        """The nodes of the wet spots, made anew for others or for another magnification."""
+        wet = (scenario.patches, layout.magnification)
+        if self._wet_spots is not None and self._wet == wet:
+            return
+        if self._wet_spots is not None:
+            self._wet_spots.remove()
+        body, lenses = views.body.body.name, views.lens_root.name
+        self._wet_spots = WetSpots(self._stage.scene, body, lenses, scenario, layout)
+        self._wet = wet
 
     def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:
         """The nodes of the pale run; they stay, hidden, until one of another shape comes."""
@@ -173,6 +191,7 @@ class _Views:
     frames: tuple[ContactFrame, ...]
     hand: HandView
     body: ObjectView
+    push: PushView
     contacts: tuple[ContactView, ...]
     rings: tuple[viser.LineSegmentsHandle, ...]
     lens_root: viser.FrameHandle
@@ -197,6 +216,7 @@ class _Views:
         """Moves hand, object and the marks on them."""
         self.hand.update(sample.joint_positions)
         self.body.update(sample)
+        self.push.update(sample, run.full)
         for i, contact in enumerate(self.contacts):
             contact.update(sample, i, run.full, run.believed(sample, i))
 
@@ -206,8 +226,7 @@ def _shape(scenario: Scenario) -> object:
     fingers = tuple(
         (f.link_lengths, f.base, f.face, f.contact_offset, f.elbow) for f in scenario.fingers
     )
-    body = scenario.object
-    return (fingers, body.half_width, body.face_half_length, scenario.trajectory.start)
+    return (fingers, outline(scenario.object).tobytes(), scenario.trajectory.start)
 
 
 def _make_views(
@@ -222,7 +241,8 @@ def _make_views(
     frames = tuple(contact_frame(body, finger) for finger in scenario.fingers)
     root = scene.add_frame(_ROOT, show_axes=False)
     held = ObjectView(scene, f"{_ROOT}/object", body, frames, surfaces, detail)
-    sizes = sizes_on_hand(min(body.half_width, body.face_half_length))
+    push = PushView(scene, f"{_ROOT}/object/push", inner_radius(body), detail)
+    sizes = sizes_on_hand(inner_radius(body))
     spots = [f"{held.body.name}/contact{i}" for i in range(len(frames))]
     contacts = tuple(
         ContactView(scene, spot, np.asarray(frame.anchor), frame, 1.0, sizes, detail)
@@ -240,7 +260,7 @@ def _make_views(
         for i, (frame, name) in enumerate(zip(frames, scenario.finger_names, strict=True))
     )
     hand = HandView(scene, f"{_ROOT}/fingers", scenario.fingers, surfaces, detail)
-    return _Views(root, frames, hand, held, contacts, rings, lens_root, lenses)
+    return _Views(root, frames, hand, held, push, contacts, rings, lens_root, lenses)
 
 
 def _spots(sample: Sample, frames: tuple[ContactFrame, ...]) -> NDArray[np.float64]:

@@ -21,7 +21,6 @@ __all__ = [
     "lift",
     "polyline",
     "position",
-    "rectangle",
     "tapered_bar",
     "turn",
 ]
@@ -68,11 +67,6 @@ def half_disc(radius: float, normal: tuple[float, float]) -> Points:
     """Outline of the half of a disc that lies on the side of ``normal``."""
     middle = math.atan2(normal[1], normal[0])
     return arc(radius, middle - 0.5 * math.pi, middle + 0.5 * math.pi, 40)
-
-
-def rectangle(half_width: float, half_height: float) -> Points:
-    """Corners of a rectangle about the origin, anticlockwise, shape ``(4, 2)``."""
-    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (half_width, half_height)
 
 
 def tapered_bar(length: float, start_radius: float, end_radius: float) -> Points:

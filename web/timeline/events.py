@@ -10,6 +10,7 @@ import numpy as np
 
 from core.result import RunResult
 from core.types import ContactPhase, Outcome, PhaseChange
+from web.scenario.incidents import incident_words, incidents_of
 from web.words import key_words
 
 __all__ = ["EventKind", "RunEvent", "events_of", "neighbouring_event_time"]
@@ -21,6 +22,8 @@ class EventKind(StrEnum):
     SLIP = "slip"
     STICK = "stick"
     CHANGE = "change"
+    PUSH = "push"
+    WET_SPOT = "wet spot"
     END = "end"
 
 
@@ -43,8 +46,9 @@ class RunEvent:
 
 def events_of(result: RunResult) -> list[RunEvent]:
     """Everything that happens in a run, in time order."""
-    events = [*_phase_events(result), *_timed_changes(result), _end_of(result)]
-    return sorted(events, key=lambda event: event.time)
+    during = [*_phase_events(result), *_timed_changes(result), *_incidents(result)]
+    happened = [event for event in during if event.time <= result.end_time]
+    return sorted([*happened, _end_of(result)], key=lambda event: event.time)
 
 
 def neighbouring_event_time(result: RunResult, time: float, direction: int) -> float:
@@ -84,10 +88,21 @@ def _what_it_does(change: PhaseChange) -> str:
 
 def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
     for change in result.scenario.changes:
-        if change.time <= result.end_time:
-            words = key_words(change.parameter, result.scenario.finger_names)
-            text = f"{words} becomes {change.value}"
-            yield RunEvent(change.time, EventKind.CHANGE, text)
+        words = key_words(change.parameter, result.scenario.finger_names)
+        text = f"{words} becomes {change.value}"
+        yield RunEvent(change.time, EventKind.CHANGE, text)
+
+
+def _incidents(result: RunResult) -> Iterator[RunEvent]:
+    """Pushes as they begin, wet spots as they come and go."""
+    for incident in incidents_of(result.scenario):
+        is_push = incident.place == "pulses"
+        kind = EventKind.PUSH if is_push else EventKind.WET_SPOT
+        yield RunEvent(incident.time, kind, incident_words(incident))
+        end_time = incident.values.get("end_time")
+        if end_time is not None:
+            face = str(incident.values["face"]).replace("-", " ")
+            yield RunEvent(end_time, kind, f"the wet spot on {face} dries")
 
 
 def _end_of(result: RunResult) -> RunEvent:

@@ -36,9 +36,18 @@ _SIGNS = {
     EventKind.SLIP: "▼",
     EventKind.STICK: "▲",
     EventKind.CHANGE: "◆",
+    EventKind.PUSH: "►",
+    EventKind.WET_SPOT: "●",
     EventKind.END: "■",
 }
-_WEIGHTS = (EventKind.END, EventKind.CHANGE, EventKind.SLIP, EventKind.STICK)
+_WEIGHTS = (
+    EventKind.END,
+    EventKind.PUSH,
+    EventKind.WET_SPOT,
+    EventKind.CHANGE,
+    EventKind.SLIP,
+    EventKind.STICK,
+)
 
 
 class Tick(NamedTuple):
