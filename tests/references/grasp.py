@@ -39,9 +39,7 @@ class Limits(NamedTuple):
         n = len(self.cones)
         across, normal = np.eye(2 * n)[::2], np.eye(2 * n)[1::2]
         stuck = ~np.isnan(self.cones)
-        sides = [
-            (self.cones[:, None] * normal + sign * across)[stuck] for sign in (1.0, -1.0)
-        ]
+        sides = [(self.cones[:, None] * normal + sign * across)[stuck] for sign in (1.0, -1.0)]
         lengths = np.linalg.norm(self.levers, axis=1)
         levers = self.levers / lengths[:, None]
         A = np.vstack((*sides, normal, -normal, levers, -levers))
