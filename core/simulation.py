@@ -237,6 +237,7 @@ def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
     if head == "estimates" and field == "initial":
         offset = 6 + 2 * len(scenario.fingers)
         run.step.start.x[offset + int(index)] = scenario.estimates[int(index)].initial
+        run.pending_rates[int(index)] = 0.0
 
 
 def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:

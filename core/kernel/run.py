@@ -20,7 +20,7 @@ from core.kernel.records import (
 )
 from core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from core.kernel.selection import SELECTION_ROOM
-from core.kernel.sensing import SENSES
+from core.kernel.sensing import NOISE_TICKS, SENSES
 from core.kernel.stepper import STEP
 from core.kernel.tally import TALLY, add_to_tally, make_tally
 from core.kernel.workspace import DISCRETE, WORKSPACE
@@ -114,6 +114,7 @@ def make_progress() -> Record:
     progress.last_event = progress.last_stick = -np.inf
     progress.step_size = FIRST_STEP
     progress.concerned = -1
+    progress.senses.noise_start = -NOISE_TICKS
     progress.tally = make_tally()
     return progress
 

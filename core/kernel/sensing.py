@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.kernel.compiler import compiled
-from core.kernel.records import MAX_COORDINATES, MAX_FINGERS, STATE, Record
+from core.kernel.records import MAX_COORDINATES, MAX_FINGERS, STATE, Floats, Record
 
 __all__ = [
     "MAX_CHANNELS",
@@ -20,6 +20,7 @@ __all__ = [
 ]
 
 NOISE_TICKS = 256
+SAME_TIME = 1e-9
 MAX_CHANNELS = 3 * MAX_COORDINATES
 
 # What is measured, and what the filters and detectors remember.
@@ -31,6 +32,7 @@ SENSES = np.dtype(
         ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
         ("time", np.float64),  # of the tick before [s]
         ("num_ticks", np.int64),  # measured so far
+        ("num_filtered", np.int64),  # velocities the filter has seen
         ("noise_start", np.int64),  # tick of the first row of ``noise``
         ("noise", np.float64, (NOISE_TICKS, MAX_CHANNELS)),  # standard normal
         ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
@@ -41,7 +43,7 @@ SENSES = np.dtype(
 
 
 @compiled
-def measure(model: Record, senses: Record, state: Record, torques: Record, now: float) -> None:
+def measure(model: Record, senses: Record, state: Record, torques: Floats, now: float) -> None:
     """Measures positions and velocities, and differences velocities if need be.
 
     Args:
@@ -62,6 +64,8 @@ def measure(model: Record, senses: Record, state: Record, torques: Record, now: 
             senses.measured.x[rate] += sensors.velocity_noise * senses.noise[row, size + k]
     if sensors.true_accelerations == 0:
         _difference(model, senses, torques, now)
+    else:
+        senses.num_filtered = 0
     senses.num_ticks += 1
 
 
@@ -74,19 +78,19 @@ def _places(n: int, k: int) -> tuple[int, int]:
 
 
 @compiled
-def _difference(model: Record, senses: Record, torques: Record, now: float) -> None:
+def _difference(model: Record, senses: Record, torques: Floats, now: float) -> None:
     """Velocity differences and the torques, through one low-pass filter of first order.
 
     It starts as the mean of all differences so far.
     """
-    elapsed, size = now - senses.time, 3 + model.num_fingers
+    elapsed, size, seen = now - senses.time, 3 + model.num_fingers, senses.num_filtered
     share = 1.0
-    if senses.num_ticks > 1:
-        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / senses.num_ticks)
+    if seen > 1:
+        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
     for k in range(size):
         _, rate = _places(model.num_fingers, k)
         velocity = senses.measured.x[rate]
-        if senses.num_ticks > 0 and elapsed > 0.0:
+        if seen > 0:
             slope = (velocity - senses.velocities[k]) / elapsed
             senses.acceleration[k] += share * (slope - senses.acceleration[k])
         senses.velocities[k] = velocity
@@ -94,6 +98,7 @@ def _difference(model: Record, senses: Record, torques: Record, now: float) -> N
         for joint in range(2):
             senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
     senses.time = now
+    senses.num_filtered += 1
 
 
 @compiled
@@ -109,7 +114,7 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
                 seen = 1 if velocity > 0.0 else -1
         if seen == discrete.beliefs[i]:
             senses.doubt[i] = now
-        elif sensors.true_phases == 1 or now - senses.doubt[i] >= sensors.slip_delay:
+        elif sensors.true_phases == 1 or now - senses.doubt[i] > sensors.slip_delay - SAME_TIME:
             discrete.beliefs[i] = seen
             senses.doubt[i] = now
             senses.since[i] = now
@@ -138,7 +143,7 @@ def trust(model: Record, senses: Record) -> float:
     if model.sensors.true_accelerations == 1:
         return 1.0
     period = model.law.period
-    return min(1.0, (senses.num_ticks - 1) * period / (model.sensors.filter_time + period))
+    return min(1.0, (senses.num_filtered - 1) * period / (model.sensors.filter_time + period))
 
 
 @compiled

@@ -12,7 +12,7 @@ from core.kernel.jump import select_again
 from core.kernel.model import MODEL
 from core.kernel.records import Record
 from core.kernel.run import OUTLET, PROGRESS, emit, keep_old
-from core.kernel.tick import control_tick, next_tick, restart_ticks
+from core.kernel.tick import control_tick, leave_ticks, next_tick, restart_ticks
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)
@@ -29,7 +29,9 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
     run.begun = 1
     if first == 0:
         _book_energy(model, run)
-    if model.law.period > 0.0 and same_ticks == 0:
+    if model.law.period == 0.0:
+        leave_ticks(run)
+    elif same_ticks == 0:
         restart_ticks(model, run)
         run.hold_until = np.inf
     if model.law.period > 0.0 and run.now >= next_tick(model, run):

@@ -36,14 +36,20 @@ def next_tick(model: Record, run: Record) -> float:
 
 @compiled
 def restart_ticks(model: Record, run: Record) -> None:
-    """Sampled control begins anew: the first tick is now, and its torque acts at once."""
+    """Sampled control begins, or goes on with another period: its first tick is now."""
     run.tick_origin = run.now
     run.last_tick = run.now
     run.ticks = 0
-    run.acting = 0
-    run.num_waiting = 0
     for k in range(model.num_unknowns):
         run.pending_rates[k] = 0.0
+
+
+@compiled
+def leave_ticks(run: Record) -> None:
+    """Continuous control: no torque is held, none waits, and no filter remembers anything."""
+    run.acting = 0
+    run.num_waiting = 0
+    run.senses.num_filtered = 0
 
 
 @compiled
@@ -75,12 +81,12 @@ def _learn(model: Record, run: Record) -> None:
         for k in range(3 + n):
             work.acceleration[k] = senses.acceleration[k]
         for i in range(n):
-            if discrete.beliefs[i] == 0:
+            if run.memory.directions[i] == 0:
                 work.acceleration[3 + i] = 0.0
         torques_to_forces(work.kin, n, senses.torques, work.tip_forces)
         learn_at_tick(model, discrete, senses.measured, work, run.memory)
     # Differences of the velocity say nothing before there are two of them.
-    informed = model.sensors.true_accelerations == 1 or senses.num_ticks > 1
+    informed = model.sensors.true_accelerations == 1 or senses.num_filtered > 1
     for k in range(model.num_unknowns):
         run.pending_rates[k] = work.rates[k] if informed else 0.0
     if model.sensors.perfect == 0:

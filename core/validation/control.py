@@ -12,6 +12,7 @@ __all__ = ["check_control", "check_gains", "check_latency", "check_least_gain", 
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
 MAX_LATENCY_PERIODS = 100
+ROUNDING = 1e-12
 _SAMPLED_KINDS = ("grip-reflex", "composite")
 
 
@@ -105,7 +106,7 @@ def check_latency(scenario: Scenario) -> Iterator[FieldError]:
     """Not more commands are under way than the queue holds."""
     controller = scenario.controller
     longest = MAX_LATENCY_PERIODS * controller.control_period
-    if 0.0 < longest < controller.latency:
+    if 0.0 < longest < controller.latency * (1.0 - ROUNDING):
         yield FieldError(
             field="controller.latency",
             value=controller.latency,

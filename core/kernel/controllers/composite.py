@@ -177,8 +177,10 @@ def _take_row(model: Record, state: Record, memory: Record, error: float, varian
     scale = 1.0 / (variance + spread)
     for j in range(count):
         memory.estimates[j] += scale * memory.gain[j] * error
-        for k in range(count):
+        for k in range(j + 1):
+            # Both halves alike: forgetting would blow up the least difference between them.
             covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
+            covariance[k, j] = covariance[j, k]
 
 
 @compiled
