@@ -53,6 +53,20 @@ SIGNALS = (
     Signal(
         "external_wrench", "object", "coordinate", "N, N, N m", "Force and moment of the pulses."
     ),
+    Signal(
+        "input_rank",
+        "object",
+        "",
+        "1",
+        "Rank of B~ in the phase: how many accelerations torques choose.",
+    ),
+    Signal(
+        "controllability",
+        "object",
+        "coordinate",
+        "1",
+        "Share of an acceleration that torques can produce whatever else is asked.",
+    ),
     Signal("slip", "contacts", "contact", "m", "Displacement of the fingertip along the face."),
     Signal("slip_velocity", "contacts", "contact", "m/s", "Its first derivative."),
     Signal("slip_acceleration", "contacts", "contact", "m/s^2", "Its second derivative."),
@@ -144,6 +158,8 @@ class Trace:
     object_acceleration: NDArray[np.float64]
     tracking_error: NDArray[np.float64]
     external_wrench: NDArray[np.float64]
+    input_rank: NDArray[np.float64]
+    controllability: NDArray[np.float64]
     slip: NDArray[np.float64]
     slip_velocity: NDArray[np.float64]
     slip_acceleration: NDArray[np.float64]

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from core.kernel import dynamics, kinematics, law, motion, reduced
 from core.kernel.compiler import call, from_python
+from core.kernel.controllability import find_controllable
 from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
 from core.kernel.model import pack_model
 from core.kernel.records import STATE, Floats, Record, make_record
@@ -53,6 +54,8 @@ class StateEvaluation(NamedTuple):
     contact_forces: Floats  # (n, 2) as (F_x, F_n)
     estimate_rates: Floats  # (p,)
     lyapunov_value: float
+    input_rank: int  # of B
+    controllability: Floats  # (3,), diagonal of B B^+
     kinetic_energy: float
     potential_energy: float
 
@@ -132,6 +135,7 @@ def _collect(
     estimated_inertia = work.estimated_inertia[:size, :size].copy()
     regressor = _regressor(model, discrete, work, size, p)
     value = _lyapunov_value(model.law, model.truth, model.unknowns, state, work.room)
+    rank = call(find_controllable, model, discrete, work)
     kinetic, potential = _stored_energy(model.hand, model.truth, kin, state)
     return StateEvaluation(
         joint_positions=_joint_positions(kin, n),
@@ -152,6 +156,8 @@ def _collect(
         contact_forces=work.forces[:n].copy(),
         estimate_rates=work.rates[:p].copy(),
         lyapunov_value=value,
+        input_rank=rank,
+        controllability=work.shares.copy(),
         kinetic_energy=kinetic,
         potential_energy=potential,
     )

@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.controllability import find_controllable
 from core.kernel.dynamics import stored_energy
 from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
 from core.kernel.guards import friction_margin, present_friction
@@ -88,6 +89,8 @@ def fill_row(model: Record, row: Record, work: Record) -> int:
     at = _put(values, at, work.acceleration, 0, 3)
     at = _put(values, at, work.room.error, 0, 3)
     at = _put(values, at, model.load, 0, 3)
+    values[at] = find_controllable(model, row.discrete, work)
+    at = _put(values, at + 1, work.shares, 0, 3)
     at = _put(values, at, state, 6, 2 * n)
     at = _put(values, at, work.acceleration, 3, n)
     for i in range(n):

@@ -63,6 +63,7 @@ WORKSPACE = np.dtype(
         ("forces", np.float64, (MAX_FINGERS, 2)),  # F = (F_x, F_n), contact frame
         ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates, before projection
         ("column", np.float64, (MAX_COORDINATES,)),
+        ("shares", np.float64, (3,)),  # of the object's coordinates that torques can produce
         ("quadratic", QUADRATIC),  # the grasp force as a quadratic program
     ],
     align=True,

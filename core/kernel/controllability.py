@@ -1,0 +1,68 @@
+"""What the joint torques can do in the present phase: rank and range of B~ (Eq. 18).
+
+B~ = [W; -D] J_c^-T, and J_c is invertible: its range is that of G = [W; -D of the slipping
+contacts], with the true friction.
+"""
+
+from __future__ import annotations
+
+from numba import types
+
+from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.model import MODEL
+from core.kernel.records import Floats, Record
+from core.kernel.workspace import DISCRETE, WORKSPACE
+from core.kernel.wrench import assemble_rows
+
+DEPENDENT = 1e-10
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
+def find_controllable(model: Record, discrete: Record, work: Record) -> int:
+    """Writes the share of each object coordinate that torques can produce to ``work.shares``.
+
+    The shares are the diagonal of B~ B~^+: 1 where a coordinate can be accelerated
+    whatever else is asked, less where it is tied to others.
+
+    Returns:
+        The rank of B~.
+    """
+    basis = work.room.basis
+    rows = assemble_rows(work.kin, model.truth, discrete.phases, work.room)
+    rank = 0
+    for column in range(2 * model.num_fingers):
+        rank += _keep_independent(basis, rows, rank, column)
+        if rank == rows:
+            break
+    for k in range(3):
+        share = 0.0
+        for i in range(rank):
+            share += basis[i, k] ** 2
+        work.shares[k] = 1.0 if rank == rows else share
+    return rank
+
+
+@compiled
+def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
+    """Moves a vector behind the ``count`` orthonormal ones if it is independent of them.
+
+    Returns:
+        1 if it is, else 0.
+    """
+    whole, rest = 0.0, 0.0
+    for k in range(length):
+        whole += vectors[candidate, k] ** 2
+    for _ in range(2):
+        for i in range(count):
+            part = 0.0
+            for k in range(length):
+                part += vectors[i, k] * vectors[candidate, k]
+            for k in range(length):
+                vectors[candidate, k] -= part * vectors[i, k]
+    for k in range(length):
+        rest += vectors[candidate, k] ** 2
+    if rest <= DEPENDENT**2 * whole:
+        return 0
+    for k in range(length):
+        vectors[count, k] = vectors[candidate, k] / rest**0.5
+    return 1
