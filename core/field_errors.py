@@ -27,6 +27,7 @@ from core.scenario import (
 __all__ = [
     "echo",
     "field_errors",
+    "full_scenario",
     "nearest",
     "shortened",
     "single_error",
@@ -105,7 +106,12 @@ def _field_error(key: str, item: Any) -> FieldError:
 @cache
 def template_keys() -> dict[str, Parameter]:
     """Parameters by key with every list index replaced by 0."""
-    full = Scenario(
+    return {template_key(key): parameter for key, parameter in describe(full_scenario()).items()}
+
+
+def full_scenario() -> Scenario:
+    """A scenario with an entry in every list; it could not be simulated."""
+    return Scenario(
         object=ObjectParameters(corners=((0.0, 0.0),)),
         fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
         trajectory=TrajectoryParameters(
@@ -117,7 +123,6 @@ def template_keys() -> dict[str, Parameter]:
         estimates=(Estimate(parameter="object.mass", initial=1.0),),
         changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
     )
-    return {template_key(key): parameter for key, parameter in describe(full).items()}
 
 
 def template_key(key: str) -> str:

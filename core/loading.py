@@ -18,6 +18,7 @@ from core.assignment import assign, replaced
 from core.exceptions import FieldError, ScenarioError
 from core.field_errors import (
     field_errors,
+    full_scenario,
     nearest,
     shortened,
     single_error,
@@ -34,6 +35,7 @@ __all__ = [
     "scenario_from_mapping",
     "scenario_from_toml",
     "scenario_to_toml",
+    "settable_parameters",
     "with_values",
 ]
 
@@ -168,6 +170,15 @@ def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
 def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
     """Every parameter of a scenario by dotted key; of the first preset if none is given."""
     return describe(scenario if scenario is not None else load_scenario(preset_names()[0]))
+
+
+def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
+    """Every parameter by dotted key, and without value those that lists lack: of a first entry."""
+    definitions = parameter_definitions(scenario)
+    for key, parameter in describe(full_scenario()).items():
+        if not key.startswith("fingers."):
+            definitions.setdefault(key, replace(parameter, value=None))
+    return definitions
 
 
 def scenario_to_toml(scenario: Scenario) -> str:

@@ -137,7 +137,7 @@ def _describe_item(
     chosen = own or quantity
     if chosen is not None:
         units = chosen.unit.split(", ")
-        unit = units[index] if len(units) == len(arguments) else chosen.unit
+        unit = units[index] if index < len(units) == len(arguments) else chosen.unit
         quantity = dataclasses.replace(chosen, unit=unit)
         if isinstance(item, tuple) and _is_tuple(item_base):
             for i, part in enumerate(item):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel
 
-from core.loading import load_scenario, parameter_definitions
+from core.loading import load_scenario, settable_parameters
 from core.parameters import Parameter
-from core.scenario import Change, Scenario
+from core.scenario import Scenario
 from server.schemas import API_PATH
 
 __all__ = ["ParameterPublic", "ParametersPublic", "PresetPublic", "PresetSummary", "PresetsPublic"]
@@ -46,8 +45,8 @@ class ParameterPublic(BaseModel):
     """One parameter of a scenario: what it means and what it may be."""
 
     key: str
-    value: float | int | str | list[float] | None
-    kind: Literal["number", "integer", "choice", "text", "number-or-list"]
+    value: bool | float | int | str | list[float] | None
+    kind: Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
     unit: str
     text: str
     limit: str
@@ -73,11 +72,7 @@ class ParametersPublic(BaseModel):
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Self:
-        """All parameters, and those of a timed change without value where there is none."""
-        definitions = dict(parameter_definitions(scenario))
-        example = Change(time=1.0, parameter="object.mass", value=1.0)
-        changed = parameter_definitions(replace(scenario, changes=(example,)))
-        for key in changed.keys() - definitions.keys():
-            definitions[key] = replace(changed[key], value=None)
-        data = [ParameterPublic.from_parameter(p) for p in definitions.values()]
+        """All parameters, and without value those of a first entry that a list lacks."""
+        definitions = settable_parameters(scenario).values()
+        data = [ParameterPublic.from_parameter(parameter) for parameter in definitions]
         return cls(data=data, count=len(data))

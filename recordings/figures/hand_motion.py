@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import contact_frame, joint_points
+from core.geometry import contact_frame, joint_points, outline
 from core.result import RunResult
 from core.trace import JOINTS_PER_FINGER
 
@@ -17,8 +17,6 @@ Values = NDArray[np.float64]
 
 _LARGEST = 1e100
 
-_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandMotion:
@@ -26,7 +24,7 @@ class HandMotion:
 
     Attributes:
         times: The times, shape ``(times,)`` [s].
-        corners: Corners of the object, shape ``(times, 4, 2)``.
+        corners: Corners of the object, shape ``(times, corners, 2)``.
         desired: The same in its desired pose.
         joints: Base, elbow and tip of each finger, shape ``(times, fingers, 3, 2)``.
         normals: Unit vectors into the object, shape ``(times, contacts, 2)``.
@@ -69,12 +67,12 @@ def motion_at(result: RunResult, times: Values) -> HandMotion:
     tangents = _turned(np.array([frame.tangent for frame in frames]), pose)
     normals = _turned(np.array([frame.normal for frame in frames]), pose)
     normal_force, tangential_force = read(trace.normal_force), read(trace.tangential_force)
-    half = np.array([scenario.object.half_width, scenario.object.face_half_length])
+    corners = outline(scenario.object)
     desired = pose + read(trace.tracking_error)
     return HandMotion(
         times=times,
-        corners=pose[:, None, :2] + _turned(half * _CORNERS, pose),
-        desired=desired[:, None, :2] + _turned(half * _CORNERS, desired),
+        corners=pose[:, None, :2] + _turned(corners, pose),
+        desired=desired[:, None, :2] + _turned(corners, desired),
         joints=np.stack(
             [joint_points(f, joints[:, i]) for i, f in enumerate(scenario.fingers)], axis=1
         ),

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from core.geometry import ContactFrame, contact_frame
+from core.geometry import ContactFrame, contact_frame, outline
 from core.scenario import FingerParameters, Scenario
 from recordings.figures.marks import Drawing, Frame, Point, new_drawing, unit
 from recordings.figures.panels import finger_colour, lighter
@@ -87,15 +87,9 @@ def _to_world(scenario: Scenario, point: Point) -> Point:
     return np.array([x, y]) + point[0] * along + point[1] * across
 
 
-def _corners(scenario: Scenario) -> Point:
-    body = scenario.object
-    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return signs * np.array([body.half_width, body.face_half_length])
-
-
 def _draw_hand(figure: Figure, frame: Frame, scenario: Scenario) -> None:
     poses = [start_pose(scenario, i) for i in range(len(scenario.fingers))]
-    corners = np.stack([_to_world(scenario, corner) for corner in _corners(scenario)])
+    corners = np.stack([_to_world(scenario, corner) for corner in outline(scenario.object)])
     points = np.concatenate([corners, *([p.base, p.elbow, p.tip] for p in poses)])
     drawing = new_drawing(figure, frame, points, _HAND_BORDERS, halo=True)
     drawing.axes.set_label("a")
@@ -169,8 +163,8 @@ def _draw_world_frame(drawing: Drawing) -> None:
 
 
 def _draw_object(figure: Figure, frame: Frame, scenario: Scenario) -> None:
-    body, corners = scenario.object, _corners(scenario)
-    below, above = (_clearance(scenario, face) for face in ("bottom", "top"))
+    body, corners = scenario.object, outline(scenario.object)
+    below, above = (_clearance(scenario, side) for side in ("bottom", "top"))
     borders = (_OBJECT_BORDER, below + 6.0, _OBJECT_BORDER, above + 8.0)
     drawing = new_drawing(figure, frame, corners, borders, halo=False)
     drawing.axes.set_label("b")
@@ -179,7 +173,8 @@ def _draw_object(figure: Figure, frame: Frame, scenario: Scenario) -> None:
     for i, finger in enumerate(scenario.fingers):
         _draw_contact(drawing, contact_frame(body, finger), finger, i)
     _draw_object_frame(drawing)
-    _draw_dimensions(drawing, scenario)
+    if not body.corners:
+        _draw_dimensions(drawing, scenario)
     _write_properties(drawing, scenario)
 
 
@@ -192,7 +187,7 @@ def _write_properties(drawing: Drawing, scenario: Scenario) -> None:
         f"$(x_o, y_o)$ = ({x:.4g}, {y:.4g}) m{turned}",
         f"$m_o$ = {body.mass:.4g} kg,  $I_o$ = {body.inertia:.4g} kg m$^2$",
     )
-    lowest = body.face_half_length + (_clearance(scenario, "top") - 0.5) * mm
+    lowest = float(outline(body)[:, 1].max()) + (_clearance(scenario, "top") - 0.5) * mm
     for k, text in enumerate(lines):
         drawing.write(np.array([0.0, lowest + 5.0 * k * mm]), text)
 
@@ -224,9 +219,17 @@ def _draw_dimensions(drawing: Drawing, scenario: Scenario) -> None:
     drawing.write(label, f"{length:.4g} m", turn=0.5 * math.pi)
 
 
-def _clearance(scenario: Scenario, face: str) -> float:
-    """How far from a face a label must stay [mm]."""
-    return 15.0 if any(finger.face == face for finger in scenario.fingers) else 5.0
+def _clearance(scenario: Scenario, side: str) -> float:
+    """How far a label must stay from a side of the object [mm]."""
+    return 15.0 if any(_side(scenario, finger) == side for finger in scenario.fingers) else 5.0
+
+
+def _side(scenario: Scenario, finger: FingerParameters) -> str:
+    """The side of the object from which a finger comes."""
+    x, y = contact_frame(scenario.object, finger).normal
+    if abs(x) > abs(y):
+        return "left" if x > 0.0 else "right"
+    return "bottom" if y > 0.0 else "top"
 
 
 def _draw_contact(

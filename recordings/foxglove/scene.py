@@ -23,10 +23,12 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
+from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 from numpy.typing import NDArray
 
+from core.geometry import inner_radius, outline
 from core.scenario import Scenario
 from core.trace import Trace
 from core.types import ContactPhase
@@ -91,7 +93,7 @@ def sizes_of(scenario: Scenario) -> Sizes:
         scenario: Hand and object.
     """
     body = scenario.object
-    unit = min(body.half_width, body.face_half_length)
+    unit = inner_radius(body)
     mean_length = float(np.mean([finger.link_lengths for finger in scenario.fingers]))
     weight = body.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
     return Sizes(
@@ -121,11 +123,35 @@ def scene_template(scenario: Scenario) -> Template:
 
 
 def _object(scenario: Scenario, sizes: Sizes) -> SceneEntity:
+    entity = SceneEntity(id="object", frame_id=OBJECT)
+    if scenario.object.corners:
+        entity.triangles.append(_prism(scenario, sizes))
+    else:
+        entity.cubes.append(_block(scenario, sizes))
+    entity.lines.append(_outline(scenario, sizes, sizes.half_depth, palette.OBJECT_EDGE))
+    return entity
+
+
+def _block(scenario: Scenario, sizes: Sizes) -> CubePrimitive:
     body = scenario.object
     size = Vector3(x=2.0 * body.half_width, y=2.0 * body.face_half_length, z=2.0 * sizes.half_depth)
-    block = CubePrimitive(pose=_place(0.0, 0.0), size=size, color=_colour(palette.OBJECT))
-    edges = _outline(scenario, sizes, sizes.half_depth, palette.OBJECT_EDGE)
-    return SceneEntity(id="object", frame_id=OBJECT, cubes=[block], lines=[edges])
+    return CubePrimitive(pose=_place(0.0, 0.0), size=size, color=_colour(palette.OBJECT))
+
+
+def _prism(scenario: Scenario, sizes: Sizes) -> TriangleListPrimitive:
+    """The polygon as a slab: its corners behind, then in front, and the triangles between."""
+    corners, depth = outline(scenario.object), sizes.half_depth
+    points = [Point3(x=x, y=y, z=z) for z in (-depth, depth) for x, y in corners.tolist()]
+    count = len(corners)
+    indices: list[int] = []
+    for k in range(1, count - 1):
+        indices += [0, k + 1, k, count, count + k, count + k + 1]
+    for k in range(count):
+        following = (k + 1) % count
+        indices += [k, following, count + following, k, count + following, count + k]
+    return TriangleListPrimitive(
+        pose=_place(0.0, 0.0), points=points, color=_colour(palette.OBJECT), indices=indices
+    )
 
 
 def _desired(scenario: Scenario, sizes: Sizes) -> SceneEntity:
@@ -134,8 +160,7 @@ def _desired(scenario: Scenario, sizes: Sizes) -> SceneEntity:
 
 
 def _outline(scenario: Scenario, sizes: Sizes, depth: float, rgb: palette.Rgb) -> LinePrimitive:
-    x, y = scenario.object.half_width, scenario.object.face_half_length
-    corners = ((-x, -y), (x, -y), (x, y), (-x, y))
+    corners = outline(scenario.object).tolist()
     return LinePrimitive(
         type=LinePrimitive.LINE_LOOP,
         pose=_place(0.0, 0.0),

@@ -46,12 +46,12 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
         CommandError: If an assignment is none.
         ScenarioError: If there is no such scenario, or it is not valid.
     """
-    from core.loading import load_scenario, parameter_definitions, with_values
+    from core.loading import load_scenario, settable_parameters, with_values
 
     scenario, assignments = load_scenario(arguments.scenario), arguments.assignments
     if not assignments:
         return scenario
-    return with_values(scenario, parse_assignments(assignments, parameter_definitions(scenario)))
+    return with_values(scenario, parse_assignments(assignments, settable_parameters(scenario)))
 
 
 def add_data_directory(parser: argparse.ArgumentParser) -> None:

@@ -79,10 +79,10 @@ def _show(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _list_parameters(arguments: argparse.Namespace) -> ExitStatus:
-    from core.loading import load_scenario, parameter_definitions, preset_names
+    from core.loading import load_scenario, preset_names, settable_parameters
 
     scenario = load_scenario(arguments.scenario or preset_names()[0])
-    for parameter in parameter_definitions(scenario).values():
+    for parameter in settable_parameters(scenario).values():
         print(_line(parameter))
     return ExitStatus.COMPLETED
 

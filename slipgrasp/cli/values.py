@@ -46,6 +46,8 @@ def parse_value(text: str, parameter: Parameter | None) -> Any:
     """
     if text == NONE and parameter is not None and parameter.optional:
         return None
+    if parameter is not None and parameter.kind == "boolean":
+        text = text.lower()
     value = _parse_toml(text)
     if parameter is not None and parameter.kind in ("text", "choice"):
         return value if isinstance(value, str) else text
