@@ -41,6 +41,14 @@ THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 COLOURS = 256
 _GRID = 15
 _WEIGHTS = (1.0, 20.0)
+_UNEQUAL = {"fingers.0.friction": 0.25, "fingers.1.friction": 0.3}
+_RUNS: dict[str, tuple[str, dict[str, Any]]] = {
+    **{f"Q = {q:g}": ("paper-case-1", {"controller.lyapunov_weight": q}) for q in _WEIGHTS},
+    "theorem 4": ("composite-case-2", {**_UNEQUAL, "controller.kind": "theorem-4"}),
+    "composite": ("composite-case-2", _UNEQUAL),
+    "three fingers": ("three-fingers", {}),
+    "wet spot": ("wet-patch", {"controller.kind": "pd-gravity"}),
+}
 _STUDY: dict[str, Any] = {
     "title": "Case I: mass and friction, Q = 1 and 20",
     "base": "paper-case-1",
@@ -64,7 +72,7 @@ class Stage(NamedTuple):
 
     Attributes:
         url: Address of the dashboard.
-        run_ids: Stored runs of case I, by name.
+        run_ids: Stored runs, by name.
     """
 
     url: str
@@ -80,15 +88,22 @@ def show_slip(page: Page, stage: Stage) -> None:
 
 def show_comparison(page: Page, stage: Stage) -> None:
     """Case I adapting slowly, still slipping, and pale below it adapting fast."""
-    _open(page, stage.url, run=stage.run_ids["Q = 1"], t=0.2)
-    page.get_by_text("Replay of Q = 1").wait_for()
-    page.get_by_role("tab", name="Recordings").click()
-    page.locator(".sg-row", has_text="Q = 20").get_by_role("button").first.click()
-    page.get_by_role("button", name="Compare with the screen").click()
-    page.get_by_role("tab", name="Compare").click()
-    page.locator(".sg-compare tr").first.wait_for()
-    page.locator(".sg-ghost-lane").first.wait_for()
-    pause_at(page, 0.2)
+    _compare(page, stage, "Q = 1", "Q = 20", 0.2)
+
+
+def show_laws(page: Page, stage: Stage) -> None:
+    """Unequal friction: the paper's law loses the object, pale below it the composite law."""
+    _compare(page, stage, "theorem 4", "composite", 0.1)
+
+
+def show_three_fingers(page: Page, stage: Stage) -> None:
+    """Two fingers at the sides and one below."""
+    _replay(page, stage, "three fingers", 0.02)
+
+
+def show_wet_spot(page: Page, stage: Stage) -> None:
+    """The left face has become wet, and its fingertip slips."""
+    _replay(page, stage, "wet spot", 3.06)
 
 
 def show_study(page: Page, stage: Stage) -> None:
@@ -128,7 +143,11 @@ STORIES: dict[str, Callable[[Page, Stage], None]] = {
     "compare": show_comparison,
     "study": show_study,
     "ended": show_end,
+    "laws": show_laws,
+    "three-fingers": show_three_fingers,
+    "wet-spot": show_wet_spot,
 }
+_TOLD_LARGE_ONLY = ("laws", "three-fingers", "wet-spot")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -146,19 +165,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 @contextmanager
 def _setting_the_stage(folder: Path) -> Iterator[Stage]:
-    """Serves a dashboard whose store has two runs of case I and a study of it."""
+    """Serves a dashboard whose store has the runs of the stories, and a study of case I."""
     settings = Settings(data_directory=folder)
     with serve(settings, create_dashboard_app(settings)) as running:
-        run_ids = {f"Q = {q:g}": _store_run(running, q) for q in _WEIGHTS}
+        run_ids = {name: _store_run(running, name) for name in _RUNS}
         _run_study(running)
         yield Stage(running.url, run_ids)
 
 
-def _store_run(running: RunningServer, lyapunov_weight: float) -> str:
+def _store_run(running: RunningServer, name: str) -> str:
     store = running.app.state.run_service.store
-    values = {"controller.lyapunov_weight": lyapunov_weight}
-    run = store.save(simulate(with_values(load_scenario("paper-case-1"), values)))
-    return store.annotate(run.id, name=f"Q = {lyapunov_weight:g}").id
+    preset, values = _RUNS[name]
+    run = store.save(simulate(with_values(load_scenario(preset), values)))
+    return store.annotate(run.id, name=name).id
 
 
 def _run_study(running: RunningServer) -> None:
@@ -174,6 +193,8 @@ def _take(names: Sequence[str], stage: Stage, folder: Path) -> Iterator[Path]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(FLAGS))
         for name, size, theme in product(names, SIZES, THEMES):
+            if name in _TOLD_LARGE_ONLY and size != SIZES[0]:
+                continue
             path = folder / f"{name}-{size[0]}x{size[1]}-{theme}.png"
             _take_one(browser, STORIES[name], stage, size, theme, path)
             yield path
@@ -216,6 +237,26 @@ def _open(page: Page, url: str, **query: str | float) -> None:
     page.add_style_tag(content=_NO_WARNING)
     # The words for those who are here for the first time would cover what came out.
     page.locator("[data-sg-welcomed]").click()
+
+
+def _replay(page: Page, stage: Stage, name: str, t: float) -> None:
+    """Opens a stored run at a time."""
+    _open(page, stage.url, run=stage.run_ids[name], t=t)
+    page.get_by_text(f"Replay of {name}").wait_for()
+    pause_at(page, t)
+
+
+def _compare(page: Page, stage: Stage, name: str, other: str, t: float) -> None:
+    """Opens a stored run at a time, with another one pale below it."""
+    _open(page, stage.url, run=stage.run_ids[name], t=t)
+    page.get_by_text(f"Replay of {name}").wait_for()
+    page.get_by_role("tab", name="Recordings").click()
+    page.locator(".sg-row", has_text=other).get_by_role("button").first.click()
+    page.get_by_role("button", name="Compare with the screen").click()
+    page.get_by_role("tab", name="Compare").click()
+    page.locator(".sg-compare tr").first.wait_for()
+    page.locator(".sg-ghost-lane").first.wait_for()
+    pause_at(page, t)
 
 
 def _choose(page: Page, label: str, option: str) -> None:

@@ -61,7 +61,12 @@ def demand_acceleration(
         room.error_rate[k] = -state.x[6 + n + i]
         room.demand[k] = 0.0
         if belief[i] != 0:
-            room.demand[k] = law.velocity_gains[k] * room.error_rate[k] - law.slip_stop * belief[i]
+            room.demand[k] = law.velocity_gains[k] * room.error_rate[k]
+            if law.slip_stop > 0.0:
+                # Not more than stops it within one period: the rest would push the others.
+                speed = belief[i] * state.x[6 + n + i]
+                brake = min(law.slip_stop, max(speed, 0.0) / law.period)
+                room.demand[k] -= belief[i] * brake
 
 
 @compiled
