@@ -30,9 +30,9 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
     if first == 0:
         _book_energy(model, run)
     if model.law.period == 0.0:
-        leave_ticks(run)
+        leave_ticks(model, run)
     elif same_ticks == 0:
-        restart_ticks(model, run)
+        restart_ticks(run)
         run.hold_until = np.inf
     if model.law.period > 0.0 and run.now >= next_tick(model, run):
         return control_tick(model, run, outlet, first, 1)

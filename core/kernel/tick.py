@@ -35,21 +35,20 @@ def next_tick(model: Record, run: Record) -> float:
 
 
 @compiled
-def restart_ticks(model: Record, run: Record) -> None:
+def restart_ticks(run: Record) -> None:
     """Sampled control begins, or goes on with another period: its first tick is now."""
     run.tick_origin = run.now
-    run.last_tick = run.now
     run.ticks = 0
-    for k in range(model.num_unknowns):
-        run.pending_rates[k] = 0.0
 
 
 @compiled
-def leave_ticks(run: Record) -> None:
-    """Continuous control: no torque is held, none waits, and no filter remembers anything."""
+def leave_ticks(model: Record, run: Record) -> None:
+    """Continuous control: no torque is held, none waits, and no tick before counts any more."""
     run.acting = 0
     run.num_waiting = 0
     run.senses.num_filtered = 0
+    for k in range(model.num_unknowns):
+        run.pending_rates[k] = 0.0
 
 
 @compiled
@@ -80,9 +79,8 @@ def _learn(model: Record, run: Record) -> None:
         update_command(model, discrete, run.now, senses.measured, work)
         for k in range(3 + n):
             work.acceleration[k] = senses.acceleration[k]
-        for i in range(n):
-            if run.memory.directions[i] == 0:
-                work.acceleration[3 + i] = 0.0
+            if k >= 3 and model.sensors.true_accelerations == 0 and discrete.beliefs[k - 3] == 0:
+                work.acceleration[k] = 0.0  # believed to be 0, and not just by the filter's noise
         torques_to_forces(work.kin, n, senses.torques, work.tip_forces)
         learn_at_tick(model, discrete, senses.measured, work, run.memory)
     # Differences of the velocity say nothing before there are two of them.
