@@ -22,7 +22,8 @@ class Change:
     time: Annotated[float, Gt(0.0), Le(600.0), Quantity("When it changes.", "s")]
     parameter: Annotated[str, Len(1, 80), Quantity("Dotted key of the parameter that changes.")]
     value: Annotated[
-        float | str | tuple[float, ...], Quantity("Its value from then on, in its own unit.")
+        bool | float | str | tuple[float, ...],
+        Quantity("Its value from then on, in its own unit."),
     ]
 
 

@@ -86,6 +86,18 @@ def test_every_kind_of_run_is_verified_bit_for_bit(any_run, tmp_path):
     assert found.recorded == found.present == any_run.provenance
 
 
+@pytest.mark.parametrize(
+    "values", [{}, {"controller.latency": 0.002, "sensing.true_phases": False}]
+)
+def test_a_noisy_run_is_verified_bit_for_bit(values, tmp_path):
+    """Noise comes from the seed that is part of the recorded scenario."""
+    noisy = load_scenario("composite-case-2-noisy")
+    scenario = with_values(noisy, {**values, "simulation.seed": 11, "simulation.duration": 0.6})
+    write_recording(simulate(scenario), tmp_path / "run.mcap")
+    found = verify_recording(tmp_path / "run.mcap")
+    assert found.same and found.bit_for_bit and found.whole
+
+
 @pytest.mark.parametrize("outcome", [Outcome.STOPPED, Outcome.LIMIT])
 def test_a_run_that_was_cut_short_is_verified_as_far_as_it_was_recorded(outcome):
     run = cut_short(outcome)

@@ -1,0 +1,176 @@
+"""What the controller measures: noise, filtered accelerations, detected slip."""
+
+import numpy as np
+import pytest
+
+from core.batch import simulate_many
+from core.loading import load_scenario, with_values
+from core.simulation import Simulation
+from core.simulator import run_to_end, simulate
+from tests.core.test_composite import at_ticks
+from tests.references.closed_loop import ClosedLoop
+from tests.references.hand import State
+
+CASE_2 = load_scenario("composite-case-2")
+NOISY = load_scenario("composite-case-2-noisy")
+PERIOD = 0.001
+SHORT = {"simulation.duration": 0.6, "simulation.output_rate": 1000.0}
+# PD control is linear in the measured velocity, so its torque tells the noise.
+LISTENER = with_values(
+    CASE_2,
+    {
+        **SHORT,
+        "controller.kind": "pd-gravity",
+        "controller.grip_force": 40.0,
+        "estimates.2.initial": 1.0,
+    },
+)
+
+
+def velocity_noise_in(scenario, trace):
+    """Noise of the object's velocity at every tick, from the torque that was commanded."""
+    loop, law = ClosedLoop.from_scenario(scenario), scenario.controller
+    body = np.diag(loop.hand.object_dynamics(loop.unknowns.fill(loop.initial_estimates))[0])
+    noise = []
+    for row in at_ticks(trace):
+        pose, velocity = trace.object_pose[row], trace.object_velocity[row]
+        resting = State(pose, np.zeros(3), trace.slip[row], np.zeros(2))
+        kin = loop.hand.kinematics(resting)
+        _, weight = loop.hand.finger_dynamics(kin, loop.truth)
+        forces = np.linalg.solve(kin.J.T, np.ravel(trace.joint_torque[row]) - weight)
+        wrench = kin.W @ forces - [0.0, body[1] * 9.81, 0.0]
+        desired = loop.trajectory.desired(trace.times[row])
+        spring = law.position_gain * (desired[0] - pose)
+        measured = desired[1] - (wrench / body - spring) / law.velocity_gain
+        noise.append(measured - velocity)
+    return np.array(noise)
+
+
+def drawn(seed, num_ticks):
+    """The normal numbers of docs/model.md, drawn anew."""
+    blocks = []
+    for block in range(-(-num_ticks // 256)):
+        sequence = np.random.SeedSequence([seed, block])
+        generator = np.random.RandomState(np.random.MT19937(sequence))
+        blocks.append(generator.standard_normal((256, 15)))
+    return np.concatenate(blocks)[:num_ticks]
+
+
+def test_velocity_noise_is_as_strong_as_stated_and_drawn_from_the_seed():
+    sigma = 2e-3
+    scenario = with_values(LISTENER, {"sensing.velocity_noise": sigma, "simulation.seed": 7})
+    trace = simulate(scenario).trace
+    noise = velocity_noise_in(scenario, trace)
+    assert len(noise) == 600
+    assert noise[:, :2].std() == pytest.approx(sigma, rel=0.06)
+    # Velocities stand behind the five positions of x, y, theta and both slips.
+    np.testing.assert_allclose(noise, sigma * drawn(7, 600)[:, 5:8], atol=1e-9)
+
+
+def test_noise_that_is_switched_on_in_mid_run_acts_at_once():
+    change = {"time": 0.1, "parameter": "sensing.velocity_noise", "value": 1e-3}
+    scenario = with_values(LISTENER, {"changes": [change]})
+    noise = velocity_noise_in(scenario, simulate(scenario).trace)
+    np.testing.assert_allclose(noise[:100], 0.0, atol=1e-9)
+    np.testing.assert_allclose(noise[100:], 1e-3 * drawn(0, 600)[100:, 5:8], atol=1e-9)
+
+
+def test_a_seed_gives_the_same_run_bit_for_bit_and_another_seed_another():
+    scenario = with_values(NOISY, SHORT)
+    rows = simulate(scenario).trace.to_rows()
+    assert np.array_equal(rows, simulate(scenario).trace.to_rows())
+    other = simulate(with_values(scenario, {"simulation.seed": 1})).trace.to_rows()
+    assert not np.array_equal(rows, other)
+
+
+def test_noise_is_the_same_however_the_run_is_cut(monkeypatch):
+    scenario = with_values(NOISY, SHORT)
+    whole = simulate(scenario)
+    monkeypatch.setattr("core.simulation._STEPS_PER_PIECE", 7)
+    pieces = Simulation(scenario)
+    run_to_end(pieces, lambda _: None)
+    assert np.array_equal(pieces.result().trace.to_rows(), whole.trace.to_rows())
+    (summary,) = simulate_many([scenario])
+    assert summary.metrics == whole.metrics
+
+
+def test_noise_is_the_same_after_a_change_that_changes_nothing():
+    change = {"time": 0.3, "parameter": "controller.grip_force", "value": 31.0}
+    plain = simulate(with_values(NOISY, SHORT)).trace
+    cut = simulate(with_values(NOISY, {**SHORT, "changes": [change]})).trace
+    mine, other = at_ticks(cut), at_ticks(plain)
+    np.testing.assert_allclose(cut.joint_torque[mine], plain.joint_torque[other], atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["position_noise", "velocity_noise", "acceleration_noise"])
+def test_vanishing_noise_is_no_noise(name):
+    plain = simulate(with_values(CASE_2, SHORT))
+    noisy = simulate(with_values(CASE_2, {**SHORT, f"sensing.{name}": 1e-13}))
+    np.testing.assert_allclose(noisy.metrics.slip_path, plain.metrics.slip_path, rtol=1e-6)
+    np.testing.assert_allclose(noisy.trace.estimates[-1], plain.trace.estimates[-1], rtol=1e-6)
+
+
+def filtered(velocities, torques, period, filter_time):
+    """Differences and torques through one filter, which starts as the mean of what there is."""
+    acceleration, torque = np.zeros(velocities.shape[1]), torques[0]
+    for k in range(1, len(velocities)):
+        share = max(period / (filter_time + period), 1.0 / k)
+        slope = (velocities[k] - velocities[k - 1]) / period
+        acceleration = acceleration + share * (slope - acceleration)
+        torque = torque + (1.0 if k == 1 else share) * (torques[k - 1] - torque)
+    return acceleration, torque
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.05])
+def test_accelerations_are_filtered_differences(begin):
+    """With true slip at the start, and in mid-run where the filter starts then."""
+    values = {**SHORT, "simulation.duration": 0.1005, "sensing.acceleration_filter_time": 0.004}
+    if begin == 0.0:
+        values["sensing.true_accelerations"] = False
+    else:
+        change = {"time": begin, "parameter": "sensing.true_accelerations", "value": False}
+        values["changes"] = [change]
+    simulation = Simulation(with_values(CASE_2, values))
+    run_to_end(simulation, lambda _: None)
+    trace, senses = simulation.result().trace, simulation._run.senses
+    ticks = at_ticks(trace)
+    ticks = ticks[trace.times[ticks] > begin - 1e-9]
+    velocities = np.hstack([trace.object_velocity, trace.slip_velocity])[ticks]
+    torques = trace.joint_torque[ticks].reshape(len(ticks), -1)
+    acceleration, torque = filtered(velocities, torques, PERIOD, 0.004)
+    np.testing.assert_allclose(senses.acceleration[:5], acceleration, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(senses.torques[:2].ravel(), torque, rtol=1e-9)
+
+
+def detected(velocities, times, threshold, delay):
+    """Belief of one contact at every tick: a contradiction counts from the tick before it."""
+    belief, agreed, beliefs = 0, times[0], []
+    for t, velocity in zip(times, velocities, strict=True):
+        seen = int(np.sign(velocity)) if abs(velocity) > threshold else 0
+        if seen == belief:
+            agreed = t
+        elif t - agreed > delay - 1e-9:
+            belief, agreed = seen, t
+        beliefs.append(belief)
+    return beliefs
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.002, 0.005])
+@pytest.mark.parametrize("threshold", [0.002, 0.01])
+def test_slip_is_detected_above_a_threshold_and_after_a_delay(threshold, delay):
+    values = {
+        **SHORT,
+        "sensing.true_phases": False,
+        "sensing.slip_threshold": threshold,
+        "sensing.slip_delay": delay,
+    }
+    result = simulate(with_values(CASE_2, values))
+    trace = result.trace
+    ticks = at_ticks(trace)
+    for contact in range(2):
+        velocity, believed = trace.slip_velocity[ticks, contact], trace.believed_phase[ticks]
+        expected = detected(velocity, trace.times[ticks], threshold, delay)
+        assert np.array_equal(believed[:, contact], expected)
+        assert np.any(believed[:, contact] != 0)
+    assert np.any(trace.believed_phase != trace.phase)
+    assert result.metrics.held
