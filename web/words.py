@@ -83,7 +83,7 @@ def joined(words: Sequence[str]) -> str:
 
 
 def _singular(word: str) -> str:
-    return word.removesuffix("es") if word.endswith("sses") else word.removesuffix("s")
+    return word.removesuffix("es") if word.endswith(("sses", "ches")) else word.removesuffix("s")
 
 
 def sentence(text: str) -> str:

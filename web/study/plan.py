@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from core.exceptions import FieldError, ScenarioError
-from core.loading import load_scenario, preset_names
+from core.field_errors import template_key, template_keys
+from core.loading import load_scenario, preset_names, with_values
 from core.parameters import Parameter
 from core.scenario import Scenario
 from core.study.definition import Study, expand_key
 from core.study.loading import study_from_mapping
 from web.panels.parameter_inputs import slider_range
 from web.study.words import VariedNames, names_of
+from web.words import key_words
 
 __all__ = [
     "COMPARISONS",
@@ -33,16 +37,28 @@ MIN_STEPS, MAX_STEPS = 2, 60
 _STEPS = 15
 
 NO_COMPARISON = "nothing"
-COMPARISONS: Mapping[str, tuple[str, tuple[float | str, ...]]] = {
+COMPARISONS: Mapping[str, tuple[str, tuple[float | str | bool, ...]]] = {
     "adapting slowly (Q = 1) and fast (Q = 20)": ("controller.lyapunov_weight", (1.0, 20.0)),
     "control continuous and every 1 ms": ("controller.control_period", (0.0, 0.001)),
     "theorem 3 and theorem 4": ("controller.kind", ("theorem-3", "theorem-4")),
     "grip just enough and 1.5 × as safe": ("controller.grip_safety", (1.0, 1.5)),
+    "every control law": ("controller.kind", template_keys()["controller.kind"].choices),
+    **{
+        f"without and with {key_words(key.partition('.')[2], ())}": (key, (False, True))
+        for key, parameter in template_keys().items()
+        if parameter.kind == "boolean" and parameter.changeable
+    },
 }
 """What may be compared on the same values: the key of a setting, and its values, by their name."""
 
 _FIRST_CHOICES = ("object.mass", "fingers.*.friction")
-_ALSO_OFFERED = ("simulation.gravity",)
+_ALSO_OFFERED = (
+    "simulation.gravity",
+    "pulses.0.force.0",
+    "pulses.0.force.1",
+    "pulses.0.moment",
+)
+"""Template keys of what cannot change during a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +133,13 @@ class Plan:
         return replace(self, axes=(bounded, second) if place == 0 else (first, bounded))
 
 
+@lru_cache(maxsize=8)
 def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
-    """The parameters of a scenario that may vary, those of all fingers alike first."""
+    """The parameters of a scenario that may vary, those of all fingers alike first.
+
+    What is not allowed at either end of its range is not offered, such as noise with
+    continuous control.
+    """
     names = names_of(scenario)
     definitions = names.definitions
     keys = [key for key, parameter in definitions.items() if _may_vary(parameter)]
@@ -127,21 +148,50 @@ def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
     )
     first = [key for key in _FIRST_CHOICES if key in keys or key in of_all]
     ordered = dict.fromkeys((*first, *of_all, *keys))
-    return tuple(_offer(scenario, key, names) for key in ordered)
+    offers = (_offer(scenario, key, names) for key in ordered)
+    return tuple(offer for offer in offers if _is_possible(scenario, offer))
 
 
 def _may_vary(parameter: Parameter) -> bool:
-    is_number = isinstance(parameter.value, float)
-    return is_number and (parameter.changeable or parameter.key in _ALSO_OFFERED)
+    has_range = isinstance(parameter.value, float) or _is_left_out(parameter)
+    return has_range and (parameter.changeable or template_key(parameter.key) in _ALSO_OFFERED)
+
+
+def _is_left_out(parameter: Parameter) -> bool:
+    """Whether it is a number that could be there, of which it is known where it would lie."""
+    is_number = parameter.kind == "number" and parameter.typical is not None
+    return is_number and parameter.value is None
+
+
+def _is_possible(scenario: Scenario, offer: Offer) -> bool:
+    """Whether both ends of its range make a scenario."""
+    steady = replace(scenario, changes=())
+    try:
+        for end in (offer.low, offer.high):
+            with_values(steady, dict.fromkeys(expand_key(scenario, offer.key), end))
+    except ScenarioError:
+        return False
+    return True
 
 
 def _offer(scenario: Scenario, key: str, names: VariedNames) -> Offer:
     parameter = names.definitions[expand_key(scenario, key)[0]]
-    assert isinstance(parameter.value, float)
-    low, high, _ = slider_range(parameter, names.definitions, parameter.value)
+    low, high = _range_of(parameter, names)
     label = names.label(key)
     text = f"{parameter.text} {key}, {parameter.limit}."
     return Offer(key, f"{label[:1].upper()}{label[1:]}", text, low, high)
+
+
+def _range_of(parameter: Parameter, names: VariedNames) -> tuple[float, float]:
+    """Where a parameter varies unless the user says otherwise."""
+    if isinstance(parameter.value, float):
+        return slider_range(parameter, names.definitions, parameter.value)[:2]
+    assert parameter.typical is not None
+    # Friction of stick is at least that of slip.
+    sibling = names.definitions.get(parameter.key.replace("static_friction", "friction"))
+    least = sibling.value if sibling and isinstance(sibling.value, float) else -math.inf
+    low, high = parameter.typical
+    return max(low, least), max(high, 2.0 * least)
 
 
 def fitted(plan: Plan | None, offers: tuple[Offer, ...]) -> Plan:

@@ -27,14 +27,14 @@ _NAMES = {
     "controller.adaptation_gain": "adaptation gain Γ",
     "controller.position_gain": "position gain Kₚ",
     "controller.velocity_gain": "velocity gain Kᵥ",
-    "controller.kind": "adaptive law",
+    "controller.kind": "control law",
 }
 _BELIEFS = {
     "initial": "believed at first",
     "minimum": "believed at least",
     "maximum": "believed at most",
 }
-_QUIET_HEADS = ("controller.", "simulation.", "trajectory.")
+_QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
 _LONGEST_TITLE = 44
 
 
