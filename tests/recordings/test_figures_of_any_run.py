@@ -2,12 +2,14 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.patches import Polygon
 
 from core.loading import load_scenario, scenario_from_mapping, with_values
 from core.simulator import simulate
 from recordings.figures import draw_figures, figure_names
 from recordings.figures.schematic import start_pose
 from recordings.figures.slip_times import closer_look
+from tests.held_polygon import CORNERS, held_polygon
 from tests.recordings.reading_figures import axes_of, quantities, texts, titles
 
 THIRD_FINGER = {"base": [1.466, -1.3], "face": "bottom", "contact_offset": 0.02, "friction": 0.3}
@@ -89,6 +91,16 @@ def test_a_slip_in_the_middle_of_a_run_is_the_one_looked_at_if_it_is_the_longest
     run = simulate(with_values(load_scenario("paper-case-1"), values))
     start, end = closer_look(run)
     assert 1.4 < start < 1.5 < run.metrics.last_slip_time < end < 1.9
+
+
+def test_the_schematic_of_a_polygon_has_its_corners_and_no_sides_of_a_rectangle():
+    figure = draw_figures(simulate(held_polygon()))["schematic"]
+    for label, shift in (("a", (1.466, 0.366)), ("b", (0.0, 0.0))):
+        patches = axes_of(figure, label).patches
+        drawn = [patch.get_xy() for patch in patches if isinstance(patch, Polygon)]
+        outlines = [corners for corners in drawn if len(corners) == len(CORNERS) + 1]
+        np.testing.assert_allclose(outlines[0][:-1], np.array(CORNERS) + shift, atol=1e-12)
+    assert not any("L_o" in text for text in texts(figure))
 
 
 def test_the_schematic_stands_as_the_simulated_hand_starts(three_fingers):

@@ -18,6 +18,7 @@ from core.simulator import simulate
 from core.types import ContactPhase
 from recordings import palette, write_recording
 from recordings.foxglove import display_layouts
+from tests.held_polygon import held_polygon
 from tests.recordings.reading_display import (
     Shown,
     matrix,
@@ -81,10 +82,11 @@ def turning_run():
     return simulate(scenario_from_mapping(json.loads(json.dumps(mapping))))
 
 
-@pytest.fixture(scope="module", params=["slipping", "lost", "turning"])
+@pytest.fixture(scope="module", params=["slipping", "lost", "turning", "polygon"])
 def display(request, tmp_path_factory, short_run, lost_run):
     runs = {"slipping": short_run, "lost": lost_run}
-    run = runs[request.param] if request.param in runs else turning_run()
+    made = {"turning": turning_run, "polygon": lambda: simulate(held_polygon())}
+    run = runs[request.param] if request.param in runs else made[request.param]()
     path = tmp_path_factory.mktemp("display") / "run.mcap"
     write_recording(run, path)
     return Display(run, path)
@@ -199,19 +201,38 @@ def test_entities_keep_their_ids_follow_a_frame_that_exists_and_never_expire(dis
             assert (entity.lifetime.seconds, entity.lifetime.nanos) == (0, 0)
 
 
-def test_object_and_desired_outline_have_the_size_of_the_object(display):
-    body = display.run.scenario.object
+def corners_of(body):
+    """Corners of the object, anticlockwise, read off the scenario alone."""
+    x, y = body.half_width, body.face_half_length
+    return np.array(body.corners or ((-x, -y), (x, -y), (x, y), (-x, y)))
+
+
+def solid_of(entity):
+    """Area and colour of the one solid that is the object; its mesh must be closed, outside out."""
+    for block in entity.cubes:
+        return block.size.x * block.size.y, block.color
+    (mesh,) = entity.triangles
+    points = np.array([[point.x, point.y, point.z] for point in mesh.points])
+    triangles = points[np.array(mesh.indices).reshape(-1, 3)]
+    np.testing.assert_allclose(
+        np.cross(*np.diff(triangles, axis=1).swapaxes(0, 1)).sum(0), 0, atol=1e-12
+    )
+    return np.linalg.det(triangles).sum() / 6.0 / np.ptp(points[:, 2]), mesh.color
+
+
+def test_object_and_desired_outline_have_the_shape_of_the_object(display):
     entities = display.shown[-1].entities
-    (block,) = entities["object"].cubes
-    assert (block.size.x, block.size.y) == (2 * body.half_width, 2 * body.face_half_length)
+    expected = corners_of(display.run.scenario.object)
+    x, y = expected.T
+    area, colour = solid_of(entities["object"])
+    assert area == pytest.approx(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
     for entity in (entities["object"], entities["desired"]):
         (outline,) = entity.lines
         corners = np.array([[point.x, point.y] for point in outline.points])
         assert outline.type == 1  # a closed loop
         assert entity.frame_id == entity.id
-        np.testing.assert_array_equal(abs(corners), [(body.half_width, body.face_half_length)] * 4)
-        assert (np.abs(np.diff(corners, axis=0)) > 0).sum() == 3  # round the edge, never across
-    assert rgb(block.color) == palette.OBJECT
+        np.testing.assert_array_equal(corners, expected)
+    assert rgb(colour) == palette.OBJECT
     assert rgb(entities["desired"].lines[0].color) == palette.GHOST
 
 
@@ -265,7 +286,11 @@ def test_arrows_are_the_forces_on_the_object_at_one_scale(display):
     np.testing.assert_allclose(lengths, lengths[0], rtol=1e-12)
     body = display.run.scenario.object
     weight = body.mass * display.run.scenario.simulation.gravity
-    assert lengths[0] * 2.0 * weight == pytest.approx(min(body.half_width, body.face_half_length))
+    ends = corners_of(body)
+    sides = np.roll(ends, -1, axis=0) - ends
+    outward = np.stack([sides[:, 1], -sides[:, 0]], axis=1) / np.hypot(*sides.T)[:, None]
+    nearest = (ends * outward).sum(axis=1).min()
+    assert lengths[0] * 2.0 * weight == pytest.approx(nearest)
 
 
 def test_cones_open_at_the_friction_angle_and_trails_start_where_the_tip_first_touched(display):

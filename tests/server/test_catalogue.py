@@ -33,13 +33,21 @@ def test_parameters_are_those_of_the_scenario_with_unit_bounds_and_text(client, 
     listed = client.get("/parameters", params={"preset": name}).json()
     by_key = {parameter["key"]: parameter for parameter in listed["data"]}
     definitions = parameter_definitions(load_scenario(name))
-    assert definitions.keys() | {"changes.0.time"} <= by_key.keys()
+    of_lists = {"changes.0.time", "pulses.0.force.1", "patches.0.friction_factor"}
+    assert definitions.keys() | of_lists <= by_key.keys()
     assert listed["count"] == len(by_key)
     for key, definition in definitions.items():
         shown = by_key[key]
         assert shown["unit"] == definition.unit and shown["text"] == definition.text
         assert (shown["minimum"], shown["maximum"]) == (definition.minimum, definition.maximum)
         assert shown["choices"] == list(definition.choices)
+
+
+def test_a_boolean_parameter_has_its_kind_and_its_value(client) -> None:
+    listed = client.get("/parameters", params={"preset": "paper-case-1"}).json()["data"]
+    (shown,) = (each for each in listed if each["key"] == "sensing.true_phases")
+    assert (shown["kind"], shown["limit"]) == ("boolean", "true or false")
+    assert shown["value"] is True
 
 
 def test_parameters_of_an_unknown_preset_are_refused(client) -> None:

@@ -40,6 +40,11 @@ def test_none_removes_an_optional_parameter_and_is_a_word_elsewhere():
     assert parse_value("none", DEFINITIONS["controller.grasp_force"]) == "none"
 
 
+@pytest.mark.parametrize(("text", "value"), [("true", True), ("False", False), ("maybe", "maybe")])
+def test_a_boolean_is_written_in_any_case(text, value):
+    assert parse_value(text, DEFINITIONS["sensing.true_phases"]) == value
+
+
 def test_everything_behind_the_first_equals_sign_is_the_value():
     assert parse_assignments(["title=a = b"], DEFINITIONS) == {"title": "a = b"}
 

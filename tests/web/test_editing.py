@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from core.loading import load_scenario, scenario_to_toml
 from core.result import RunResult
-from core.scenario import Change
+from core.scenario import Change, Pulse
 from web.desks.scenario_desk import ScenarioDesk
 from web.intents.compare import EndComparison
 from web.intents.intent import Intent
 from web.intents.scenario import (
     ChoosePreset,
     ChooseReach,
+    Happen,
     LoadScenario,
     Redo,
     RemoveChange,
     RemoveChanges,
+    RemoveIncident,
     ResetScenario,
     SetParameter,
     Undo,
@@ -26,6 +29,7 @@ from web.intents.scenario import (
 from web.scenario.draft import Draft, TimedEdit
 from web.scenario.editing import Editing, Reach
 from web.scenario.history import History
+from web.scenario.incidents import Incidence
 from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import RunStage, RunStatus, Shown, ViewState
 
@@ -175,3 +179,63 @@ def test_a_preset_that_does_not_exist_is_refused(view: ViewState) -> None:
 def test_editing_begins_at_the_play_head_with_an_empty_history() -> None:
     assert Editing().reach is Reach.PLAY_HEAD
     assert Editing().history == History()
+
+
+def test_a_push_begins_at_the_play_head_and_can_be_edited_and_taken_back(view: ViewState) -> None:
+    pushed = after(view, Happen(Incidence.PUSH))
+    (pulse,) = pushed.draft.scenario().pulses
+    assert pulse == Pulse(time=0.5)
+    harder = after(pushed, SetParameter("pulses.0.force.1", -20.0))
+    assert harder.draft.scenario().pulses[0].force == (0.0, -20.0)
+    assert harder.draft.value_at(0.0, "pulses.0.force.1") == -20.0
+    assert after(harder, Undo()).draft == pushed.draft
+    assert after(harder, RemoveIncident(0)).draft == view.draft
+    assert after(harder, RemoveChanges()).draft == view.draft
+    assert after(harder, RemoveIncident(7)) is harder
+
+
+def test_a_wet_spot_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen_one(
+    view: ViewState, case_2: RunResult
+) -> None:
+    trace, early = case_2.trace, at(view, 0.05)
+    row = int(np.searchsorted(trace.times, 0.05, side="right")) - 1
+    nearest = int(trace.friction_margin[row].argmin())
+    for contact, expected in ((None, nearest), (0, 0), (1, 1)):
+        wet = after(early, Happen(Incidence.WET_SPOT, contact))
+        (patch,) = wet.draft.scenario().patches
+        assert patch.face == ("left", "right")[expected]
+        slip = np.interp(0.05, trace.times, trace.slip[:, expected])
+        assert patch.centre == pytest.approx(slip, abs=1e-5)
+        assert (patch.start_time, patch.end_time) == (0.05, None)
+        assert after(wet, Undo()).draft == view.draft
+    assert after(early, Happen(Incidence.WET_SPOT, 5)) is early
+
+
+def test_a_pour_is_half_as_much_again_of_mass_and_inertia_in_one_step(view: ViewState) -> None:
+    poured = after(view, Happen(Incidence.POUR))
+    base = view.draft.base.object
+    assert [(c.time, c.key, c.value) for c in poured.draft.changes] == [
+        (0.5, MASS, 1.5 * base.mass),
+        (0.5, INERTIA, pytest.approx(1.5 * base.inertia)),
+    ]
+    twice = after(at(poured, 1.0), Happen(Incidence.POUR))
+    assert twice.draft.value_at(1.0, MASS) == pytest.approx(2.25 * base.mass)
+    assert after(twice, Undo(), Undo()).draft == view.draft
+
+
+def test_nothing_can_happen_before_there_is_a_run(view: ViewState) -> None:
+    empty = replace(view, shown=None, playback=None)
+    assert after(empty, Happen(Incidence.PUSH)).draft == empty.draft
+
+
+def test_pushes_and_wet_spots_keep_their_own_numbers(view: ViewState) -> None:
+    both = after(
+        view, Happen(Incidence.WET_SPOT, 0), Happen(Incidence.PUSH), Happen(Incidence.WET_SPOT, 1)
+    )
+    scenario = both.draft.scenario()
+    assert [patch.face for patch in scenario.patches] == ["left", "right"]
+    assert len(scenario.pulses) == 1
+    dried = after(both, SetParameter("patches.1.end_time", 2.0))
+    assert [patch.end_time for patch in dried.draft.scenario().patches] == [None, 2.0]
+    left = after(dried, RemoveIncident(1)).draft.scenario().patches
+    assert [(patch.face, patch.end_time) for patch in left] == [("right", 2.0)]

@@ -16,6 +16,7 @@ from web.panels.knobs_panel import KnobsPanel
 from web.panels.parameter_inputs import as_text, parse_text, slider_range
 from web.scenario.draft import Draft
 from web.scenario.editing import Gesture
+from web.scenario.incidents import push_at
 from web.scenario.parameter_groups import Entry, group_parameters, knob_label, value_words
 from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import RunStage, RunStatus, ViewState
@@ -283,3 +284,50 @@ def test_a_number_beyond_the_slider_survives_a_page_that_cuts_it_off(
     assert knob.read(4.56789) == 4.56789
     assert knob.read(widest) == 4.56789
     assert knob.read(1.5) == 1.5
+
+
+def test_a_yes_or_no_is_a_checkbox(viewer_server: ViewerServer) -> None:
+    panel, sent = panel_of(viewer_server, load_scenario("paper-case-1"))
+    knob = panel.knob("sensing.true_phases")
+    assert isinstance(knob.input, viser.GuiCheckboxHandle)
+    assert knob.value is True
+    draft = Draft.from_preset("paper-case-1").edited(knob.key, False)
+    panel.update(view_of(draft))
+    assert (knob.value, sent) == (False, [])
+
+
+def test_fields_that_the_chosen_kind_does_not_use_are_out_of_sight(
+    viewer_server: ViewerServer,
+) -> None:
+    draft = Draft.from_preset("paper-case-1")
+    panel, _ = panel_of(viewer_server, draft.base)
+    fields = ("controller.slip_stop", "controller.grip_rate", "trajectory.radius", GAIN)
+
+    def seen() -> list[bool]:
+        return [panel.knob(key).input.visible for key in fields]
+
+    assert seen() == [False, False, False, True]
+    panel.update(view_of(draft.edited("controller.kind", "composite")))
+    assert seen() == [True, False, False, True]
+    panel.update(view_of(draft.edited("trajectory.kind", "circle")))
+    assert seen() == [False, False, True, True]
+
+
+def test_a_push_has_knobs_and_what_is_wrong_with_it_stands_below_them(
+    viewer_server: ViewerServer,
+) -> None:
+    draft = Draft.from_preset("paper-case-1")
+    panel, _ = panel_of(viewer_server, draft.base)
+    pushed = draft.with_incident(push_at(0.5))
+    panel.update(view_of(pushed))
+    force = panel.knob("pulses.0.force.1")
+    assert force.value == -5.0
+    panel.update(view_of(pushed.edited("pulses.0.force.1", -8.0)))
+    assert force.value == -8.0
+    panel.update(refused(pushed.edited("pulses.0.duration", -1.0)))
+    (error,) = panel.errors
+    assert "pulses.0.duration is -1.0" in error
+    panel.update(view_of(draft))
+    with pytest.raises(KeyError):
+        panel.knob("pulses.0.force.1")
+    assert panel.errors == ()

@@ -15,6 +15,7 @@ from core.loading import load_scenario, scenario_from_mapping, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from server.viewer_server import ViewerServer
+from tests.held_polygon import CORNERS, held_polygon
 from web.colours import PHASES
 from web.look import Look
 from web.sampling import Sampler
@@ -204,3 +205,67 @@ def test_a_moving_picture_leaves_out_what_nobody_sees_and_one_at_rest_is_exact(
     rested.show(case_2)
     rested.update(sampler.at(0.05002))
     np.testing.assert_array_equal(node(viewer_server, "/hand/lenses/0/contact/tip").position, exact)
+
+
+@pytest.fixture(scope="module")
+def polygon() -> RunResult:
+    return simulate(held_polygon())
+
+
+def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
+    scene: Scene, viewer_server: ViewerServer, polygon: RunResult
+) -> None:
+    layout = scene.show(polygon, polygon)
+    sample = Sampler(polygon.trace).at(0.05)
+    scene.update(sample, sample)
+    for name in ("/hand/object/body/block", "/ghost/body/plate"):
+        drawn = node(viewer_server, name).vertices[: len(CORNERS)]
+        np.testing.assert_allclose(drawn[:, [0, 2]], CORNERS, atol=1e-6)
+    assert (layout.low < np.array(CORNERS) + sample.object_pose[:2]).all()
+    assert (layout.hand_high > np.array(CORNERS) + sample.object_pose[:2]).all()
+
+
+def test_a_wet_spot_lies_on_its_face_and_in_the_lens_while_it_is_there(
+    scene: Scene, viewer_server: ViewerServer, polygon: RunResult
+) -> None:
+    layout, sampler = scene.show(polygon), Sampler(polygon.trace)
+    spots = [node(viewer_server, f"/hand/{place}/wet0") for place in ("object/body", "lenses/0")]
+    for time, there in ((0.01, False), (0.03, True), (0.09, True)):
+        scene.update(sampler.at(time))
+        assert [spot.visible for spot in spots] == [there, there]
+    assert viewer_server.scene.get_handle_by_name("/hand/lenses/1/wet0") is None
+    band = node(viewer_server, "/hand/object/body/wet0/band").vertices[:, [0, 2]]
+    start, end = np.array(CORNERS[5]), np.array(CORNERS[0])
+    along = (band - 0.5 * (start + end)) @ (end - start) / np.hypot(*(end - start))
+    assert np.abs(along).max() == pytest.approx(0.02, abs=1e-6)
+    magnified = node(viewer_server, "/hand/lenses/0/wet0/band").vertices[:, [0, 2]]
+    assert np.ptp(magnified @ (end - start)) == pytest.approx(
+        min(layout.magnification * 0.04, 2 * 0.97 * layout.lens_radius)
+        * float(np.hypot(*(end - start))),
+        rel=1e-5,
+    )
+
+
+def test_a_push_is_an_arrow_to_the_centre_and_a_twist_an_arc_while_they_last(
+    scene: Scene, viewer_server: ViewerServer, polygon: RunResult
+) -> None:
+    scene.show(polygon)
+    sampler = Sampler(polygon.trace)
+    for time, acts in ((0.01, False), (0.04, True), (0.07, False)):
+        scene.update(sampler.at(time))
+        assert node(viewer_server, "/hand/object/push").visible is acts
+    scene.update(sampler.at(0.04))
+    (arrow,) = node(viewer_server, "/hand/object/push/force").points
+    way = (arrow[1] - arrow[0])[[0, 2]]
+    np.testing.assert_allclose(way / np.hypot(*way), (0.6, -0.8), atol=1e-6)
+    np.testing.assert_allclose(arrow[1][[0, 2]], 0.0, atol=1e-6)
+    assert node(viewer_server, "/hand/object/push/moment").visible
+    assert node(viewer_server, "/hand/object/push/words").text == "push 5 N, 0.1 N m"
+
+
+def test_other_wet_spots_take_the_place_of_those_before(
+    scene: Scene, viewer_server: ViewerServer, polygon: RunResult
+) -> None:
+    scene.show(polygon)
+    scene.show(replace(polygon, scenario=replace(polygon.scenario, patches=())))
+    assert viewer_server.scene.get_handle_by_name("/hand/object/body/wet0") is None

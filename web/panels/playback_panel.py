@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
 
 import viser
 
-from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, Rgb, css, sign
+from core.scenario import Scenario
+from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, PUSH, WATER, Rgb, css, sign
 from web.intents.intent import Send
 from web.library.replay import Replay
 from web.page.intents_schema import PageGestures
@@ -85,6 +87,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float, origin: str) ->
             ("━", _legible(CONE), "friction cone"),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
+            *_incident_signs(shown.result.scenario),
         )
     )
     pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
@@ -93,6 +96,14 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float, origin: str) ->
         f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b>'
         f'<span class="sg-legend">{legend}{pale}</span></div>'
     )
+
+
+def _incident_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
+    """Sign, colour and word of what happens in a run."""
+    if scenario.patches:
+        yield "≈", _legible(WATER), "wet spot"
+    if scenario.pulses:
+        yield "➔", _legible(PUSH), "push"
 
 
 def _legible(colour: Rgb) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import contact_frame
+from core.geometry import contact_frame, inner_radius
 from core.scenario import Patch, Scenario
 from web.colours import PUSH, WATER, WAVES, glow
 from web.sampling import Sample
@@ -24,7 +24,8 @@ __all__ = ["PushView", "WetSpots", "spot_in_lens", "spot_on_face"]
 Points = NDArray[np.float64]
 
 _WAVE_POINTS = 12
-_FRONT = 0.056
+_SHARE = 0.35
+_FRONT = 0.058
 _PUSH_DEPTH = 0.09
 _ARC = 1.5 * math.pi
 _SHORTEST_PUSH = 1e-3
@@ -103,7 +104,7 @@ class PushView:
             head_length=5.0 * shaft,
         )
         self._arc = scene.add_line_segments(
-            f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=2.0 * shaft
+            f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
         )
         self._words = scene.add_label(
             f"{name}/words",
@@ -162,7 +163,7 @@ def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, floa
     reach = np.array([-patch.half_length, patch.half_length])
     ends = reach.clip(frame.slip_minimum, frame.slip_maximum)
     points = np.asarray(frame.anchor) + ends[:, None] * frame.tangent
-    return points, np.asarray(frame.normal), 0.02
+    return points, np.asarray(frame.normal), _SHARE * inner_radius(scenario.object)
 
 
 def spot_in_lens(

@@ -18,7 +18,7 @@ __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nic
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
 _LARGEST_LENS = 0.6
-_LENS_WIDTH = 0.46
+_LENS_WIDTH = 0.44
 _LENS_SHARE = 0.64
 _LARGEST_MAGNIFICATION = 200.0
 
