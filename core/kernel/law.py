@@ -11,6 +11,8 @@ from core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from core.kernel.motion import desired_motion
 from core.kernel.records import Integers, Record
 
+LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
+
 
 @compiled
 def believe(truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
@@ -63,9 +65,9 @@ def demand_acceleration(
         if belief[i] != 0:
             room.demand[k] = law.velocity_gains[k] * room.error_rate[k]
             if law.slip_stop > 0.0:
-                # Not more than stops it within one period: the rest would push the others.
-                speed = belief[i] * state.x[6 + n + i]
-                brake = min(law.slip_stop, max(speed, 0.0) / law.period)
+                # Little more than stops it within one period: the rest would push the others.
+                speed = max(belief[i] * state.x[6 + n + i], 0.0)
+                brake = min(law.slip_stop, speed / law.period + LEAST_BRAKE * law.slip_stop)
                 room.demand[k] -= belief[i] * brake
 
 

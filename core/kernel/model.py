@@ -105,6 +105,7 @@ LAW = np.dtype(
         ("grip_rate", np.float64),  # [N/s]
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("forgetting", np.float64),  # per control period
+        ("probing", np.float64),  # [1/s]
         ("force_variance", np.float64),  # [N^2]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
     ],
@@ -237,6 +238,7 @@ def _pack_learning(scenario: Scenario, p: int, law: np.void) -> None:
     composite = controller.kind == "composite"
     law["slip_stop"] = controller.slip_stop if composite else 0.0
     law["forgetting"] = controller.forgetting ** (controller.control_period / FORGETTING_TIME)
+    law["probing"] = controller.probing
     law["force_variance"] = controller.force_noise**2
     deviations: Any = controller.initial_deviation
     if deviations is None:

@@ -189,6 +189,18 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = 0.98
+    probing: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "composite: how fast the believed friction of a sticking contact grows, which releases "
+            "a grip that is too strong until the contact just slips; 0: never.",
+            "1/s",
+            typical=(0.0, 0.2),
+            changeable=True,
+        ),
+    ] = 0.0
     force_noise: Annotated[
         float,
         Gt(0.0),

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from core.loading import load_scenario, with_values
+from core.result import RunResult
 from core.simulation import Simulation
 from core.simulator import run_to_end, simulate
 from core.types import Outcome
@@ -228,3 +230,22 @@ def test_it_starts_as_any_other_law_in_mid_run():
     assert simulate(with_values(CASE_2, values)).outcome is Outcome.SEPARATED
     result = simulate(with_values(CASE_2, {**values, "changes": [switch]}))
     assert result.metrics.held
+
+
+def test_probing_releases_a_grip_that_is_too_strong_at_the_cost_of_a_micrometre() -> None:
+    believed_low = {"estimates.0.initial": 0.1, "estimates.1.initial": 0.1}
+    stubborn = simulate(with_values(load_scenario("composite-case-2"), believed_low))
+    probing = simulate(
+        with_values(load_scenario("composite-case-2"), {**believed_low, "controller.probing": 0.05})
+    )
+    assert _grip_over_least(stubborn)[-1].min() > 2.5
+    assert stubborn.metrics.slip_path == (0.0, 0.0)
+    late = probing.trace.times > 4.0
+    assert (_grip_over_least(probing)[late] < 1.1).all()
+    assert max(probing.metrics.slip_path) < 1e-6
+
+
+def _grip_over_least(run: RunResult) -> NDArray[np.float64]:
+    """Normal force over the least that friction allows for the tangential force, ``(rows, 2)``."""
+    trace = run.trace
+    return trace.normal_force * trace.friction_coefficient / np.abs(trace.tangential_force)

@@ -75,6 +75,11 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
     for k in range(count):
         learnt = (memory.estimates[k] - state.x[offset + k]) / law.period
         work.rates[k] = learnt + memory.gain[k]
+        if (
+            model.unknowns.kinds[k] == FRICTION
+            and memory.directions[model.unknowns.fingers[k]] == 0
+        ):
+            work.rates[k] += law.probing
 
 
 @compiled
