@@ -8,7 +8,7 @@ import pytest
 from core.kernel.evaluate import evaluate_state
 from core.loading import with_values
 from tests.references.closed_loop import ClosedLoop
-from tests.references.grasp import Limits, least_forces
+from tests.references.grasp import Limits, least_violation
 from tests.references.hand import friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
 
@@ -19,12 +19,12 @@ class Grasp:
     """A random hand in a random phase, and the contact forces it asks for."""
 
     def __init__(self, seed, n, phase=None, **values):
-        rng = np.random.default_rng([seed, n])
+        rng = np.random.default_rng([*np.ravel(seed), n])
         self.scenario = random_scenario(
             rng,
             n,
             "friction",
-            polygon=n > 4 or seed % 2 == 0,
+            polygon=n > 4 or rng.random() < 0.5,
             grasp_force="minimum",
             minimum_normal_force=rng.uniform(0.0, 5.0),
             **values,
@@ -43,6 +43,9 @@ class Grasp:
         if rng.random() < 0.5:
             values["actuation.torque_limit"] = float(rng.uniform(20.0, 100.0))
         self.scenario = with_values(self.scenario, values)
+
+    def has_freedom(self):
+        return 3 + np.count_nonzero(self.phase) < 2 * len(self.phase)
 
     def kernel_torques(self):
         return evaluate_state(self.scenario, 0.4, *self.state, self.phase, self.estimates).torques
@@ -78,23 +81,16 @@ def test_torques_agree_with_a_library(seed, n):
     )
 
 
-@pytest.mark.parametrize("n", SIZES)
-def test_the_samples_hold_grasps_that_can_and_that_cannot_keep_their_limits(n):
-    violations = np.array([Grasp(seed, n).reference().violation for seed in range(40)])
-    assert 5 <= np.count_nonzero(violations) <= 35
+def test_the_samples_hold_grasps_that_can_and_that_cannot_keep_their_limits():
+    violations = [Grasp(seed, n).reference().violation for seed in range(20) for n in SIZES]
+    assert 10 <= np.count_nonzero(violations) <= 90
 
 
 @pytest.mark.parametrize("n", [n for n in SIZES if n > 2])
 @pytest.mark.parametrize("seed", range(20))
 def test_forces_are_inside_their_cones_and_limits_wherever_they_can_be(seed, n):
-    grasp = Grasp(seed, n)
-    if grasp.reference().violation > 0.0:
-        grasp = Grasp(seed, n, phase=(0,) * n)
-        grasp.scenario = with_values(
-            grasp.scenario,
-            {"controller.maximum_normal_force": None, "actuation.torque_limit": None},
-        )
-        grasp.loop = ClosedLoop.from_scenario(grasp.scenario)
+    grasps = (Grasp([seed, k], n) for k in range(100))
+    grasp = next(g for g in grasps if g.has_freedom() and g.reference().violation == 0.0)
     torques = grasp.kernel_torques()
     forces, cones = grasp.commanded_forces(torques)
     controller, limit = grasp.scenario.controller, grasp.scenario.actuation.torque_limit
@@ -127,30 +123,14 @@ def test_the_grasp_force_moves_nothing(n):
         np.testing.assert_allclose(one.acceleration, other.acceleration, atol=1e-8)
 
 
-def test_a_violation_is_as_small_as_it_can_be():
+@pytest.mark.parametrize("n", [3, 4, 6])
+def test_a_violation_is_as_small_as_it_can_be(n):
     """Checked by a linear program that looks at the largest violation alone."""
-    from scipy.optimize import linprog
-
-    found = 0
-    for seed in range(40):
-        grasp = Grasp(seed, 4)
-        violation = grasp.reference().violation
-        if violation == 0.0:
-            continue
-        found += 1
+    grasps = [Grasp(seed, n) for seed in range(40)]
+    found = [(g, g.reference().violation) for g in grasps]
+    for grasp, violation in [(g, v) for g, v in found if v > 0.0]:
         G, d, limits = _problem(grasp)
-        A, b = limits.rows()
-        size = G.shape[1]
-        answer = linprog(
-            np.append(np.zeros(size), 1.0),
-            A_ub=-np.column_stack((A, np.ones(len(b)))),
-            b_ub=-b,
-            A_eq=np.column_stack((G, np.zeros(len(d)))),
-            b_eq=d,
-            bounds=(None, None),
-        )
-        assert violation == pytest.approx(answer.fun, rel=1e-5)
-    assert found > 3
+        assert violation == pytest.approx(least_violation(G, d, *limits.rows()), rel=1e-5)
 
 
 def _problem(grasp):
@@ -165,5 +145,4 @@ def _problem(grasp):
     limits = Limits(
         np.where(sticks, cones, np.nan), *law.normal_forces, kin.J.T, own, law.torque_limit
     )
-    assert np.isfinite(least_forces(G, G @ forces.ravel(), limits)[1])
     return G, G @ forces.ravel(), limits

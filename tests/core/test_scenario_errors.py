@@ -121,17 +121,6 @@ def test_an_initial_estimate_must_lie_within_its_own_bounds():
     assert error.value == 0.5
 
 
-def test_more_than_two_fingers_with_a_grasp_force_are_refused():
-    third = {"base": [1.466, -1.3], "face": "bottom", "friction": 0.3}
-    wrong = mapping()
-    wrong["fingers"].append(third)
-    with pytest.raises(ScenarioError) as caught:
-        scenario_from_mapping(wrong)
-    assert "controller.grasp_force" in [e.field for e in caught.value.errors]
-    wrong["controller"]["grasp_force"] = "none"
-    assert len(scenario_from_mapping(wrong).fingers) == 3
-
-
 @pytest.mark.parametrize("count", [0, 1, 7, 100])
 def test_the_number_of_fingers_is_bounded(count):
     wrong = mapping()

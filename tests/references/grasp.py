@@ -1,18 +1,23 @@
-"""The grasp force: the least contact forces within all limits, by a library."""
+"""The grasp force: the least contact forces within all limits, by libraries."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import product
+from typing import Any, NamedTuple
 
+import clarabel
 import numpy as np
 from numpy.typing import NDArray
-from quadprog import solve_qp
+from proxsuite import proxqp
+from scipy.optimize import linprog
+from scipy.sparse import csc_matrix
 
-__all__ = ["Limits", "least_forces", "squeeze"]
+__all__ = ["Limits", "least_forces", "least_violation", "minimise", "squeeze"]
 
 Array = NDArray[np.float64]
 
 VIOLATION_WEIGHT = 1e8
+MET = 1e-9
 
 
 class Limits(NamedTuple):
@@ -66,23 +71,104 @@ def least_forces(G: Array, d: Array, limits: Limits) -> tuple[Array, float]:
         forces, violation = _within_cones(G, d, limits.cones)
         if np.all((A @ forces >= b)[4:]):
             return forces, violation
-    try:
-        rows, bounds = np.vstack((G, A)), np.concatenate((d, b))
-        return solve_qp(np.eye(size), np.zeros(size), rows.T.copy(), bounds, len(d))[0], 0.0
-    except ValueError:
-        return _least_violation(G, d, A, b)
-
-
-def _least_violation(G: Array, d: Array, A: Array, b: Array) -> tuple[Array, float]:
-    """Another unknown, by which every limit may be missed, at a price far above that of forces."""
-    size = G.shape[1]
-    price = np.diag(np.append(np.ones(size), VIOLATION_WEIGHT))
-    wrench = np.column_stack((G, np.zeros(len(d))))
-    relaxed = np.column_stack((A, np.ones(len(b))))
-    rows, bounds = np.vstack((wrench, relaxed)), np.concatenate((d, b))
-    solution = solve_qp(price, np.zeros(size + 1), rows.T.copy(), bounds, len(d))[0]
-    forces = solution[:size]
+    if least_violation(G, d, A, b) < MET:
+        return minimise(G, d, A, b), 0.0
+    forces = _least_with_violation(G, d, A, b)
     return forces, float(np.max(b - A @ forces))
+
+
+def least_violation(G: Array, d: Array, A: Array, b: Array) -> float:
+    """The least t >= 0 with A F + t >= b for some F with G F = d."""
+    return float(_violation_program(G, d, A, b).fun)
+
+
+def _violation_program(G: Array, d: Array, A: Array, b: Array) -> Any:
+    """The linear program of it."""
+    answer = linprog(
+        np.append(np.zeros(G.shape[1]), 1.0),
+        A_ub=-np.column_stack((A, np.ones(len(b)))),
+        b_ub=-b,
+        A_eq=np.column_stack((G, np.zeros(len(d)))),
+        b_eq=d,
+        bounds=[(None, None)] * G.shape[1] + [(0.0, None)],
+    )
+    assert answer.status == 0, answer.message
+    return answer
+
+
+def minimise(G: Array, d: Array, A: Array, b: Array) -> Array:
+    """The x of least norm with G x = d and A x >= b.
+
+    A library finds x up to its tolerance, and which rows hold with equality there; the
+    least-norm point of those rows is x to rounding. Clarabel wants an interior, ProxQP does not.
+    """
+    for library in (_solve_by_clarabel, _solve_by_proxqp):
+        near, pressure = library(G, d, A, b)
+        for share in (1e-7, 1e-5, 1e-9):
+            active = pressure > share * pressure.max(initial=0.0)
+            rows, bounds = np.vstack((G, A[active])), np.concatenate((d, b[active]))
+            x = np.linalg.lstsq(rows, bounds, rcond=1e-12)[0]
+            scatter = MET * (1.0 + np.abs(x).max())
+            if np.all(A @ x > b - scatter) and np.abs(x - near).max() < 1e3 * scatter:
+                return x
+    raise AssertionError("neither library found an optimum")
+
+
+def _least_with_violation(G: Array, d: Array, A: Array, b: Array) -> Array:
+    """The F of least F^2 + VIOLATION_WEIGHT t^2 with G F = d and A F + t >= b.
+
+    F^2 falls with t at the rate of twice its multipliers, which gives t; the rows that bind
+    there give F to rounding, if it meets the conditions of an optimum. Where t is the least to
+    rounding, so do those that the linear program names.
+    """
+    program = _violation_program(G, d, A, b)
+    least, decisive = float(program.fun), program.ineqlin.marginals != 0.0
+    low, high = np.log(1e-9), np.log(1e6)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        t = least + np.exp(middle)
+        _, pressure = _solve_by_clarabel(G, d, A, b - t)
+        low, high = (middle, high) if pressure.sum() > VIOLATION_WEIGHT * t else (low, middle)
+    weight = VIOLATION_WEIGHT**-0.5
+    wrench = np.column_stack((G, np.zeros(len(d))))
+    relaxed = np.column_stack((A, np.full(len(b), weight)))
+    for excess in (np.exp(high), 1e-6, 1e-4):
+        for library in (_solve_by_clarabel, _solve_by_proxqp):
+            _, pressure = library(G, d, A, b - least - excess)
+            for share, others in product((1e-6, 1e-4, 1e-8), (False, decisive)):
+                active = (pressure > share * pressure.max(initial=0.0)) | others
+                rows = np.vstack((wrench, relaxed[active]))
+                x = np.linalg.lstsq(rows, np.concatenate((d, b[active])), rcond=1e-12)[0]
+                multipliers = np.linalg.lstsq(rows.T, x, rcond=1e-12)[0]
+                pushes = multipliers[len(d) :] > -MET * np.abs(multipliers).max()
+                if np.all(relaxed @ x > b - MET * (1.0 + np.abs(x).max())) and pushes.all():
+                    return x[:-1]
+    raise AssertionError("the rows that bind were not found")
+
+
+def _solve_by_clarabel(G: Array, d: Array, A: Array, b: Array) -> tuple[Array, Array]:
+    """X and the multipliers of the inequalities, by an interior-point method."""
+    size = A.shape[1]
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-13
+    cones = [clarabel.ZeroConeT(len(d)), clarabel.NonnegativeConeT(len(b))]
+    rows, bounds = csc_matrix(-np.vstack((G, A))), -np.concatenate((d, b))
+    identity = csc_matrix(np.eye(size))
+    solver = clarabel.DefaultSolver(identity, np.zeros(size), rows, bounds, cones, settings)
+    solution = solver.solve()
+    return np.array(solution.x), np.abs(np.array(solution.z)[len(d) :])
+
+
+def _solve_by_proxqp(G: Array, d: Array, A: Array, b: Array) -> tuple[Array, Array]:
+    """The same by a proximal method of multipliers."""
+    size = A.shape[1]
+    program = proxqp.dense.QP(size, len(d), len(b))
+    program.settings.eps_abs, program.settings.eps_rel = 1e-12, 0.0
+    program.settings.max_iter = 1000
+    program.init(np.eye(size), np.zeros(size), G, d, A, b, np.full(len(b), 1e20))
+    program.solve()
+    return program.results.x, np.abs(program.results.z)
 
 
 def _within_cones(W: Array, d: Array, cones: Array) -> tuple[Array, float]:
