@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import annotated_types
 
-__all__ = ["Parameter", "Quantity", "describe", "iterate_parameters"]
+__all__ = ["Parameter", "Quantity", "describe", "iterate_lists", "iterate_parameters"]
 
 
 ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
@@ -100,6 +100,24 @@ def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
         yield from _describe_value(f"{prefix}{field.name}", hints[field.name], value)
+
+
+def iterate_lists(node: Any, prefix: str = "") -> Iterator[Parameter]:
+    """Yields every list of any length that is stated as one quantity, such as a table.
+
+    Args:
+        node: A scenario or a part of one (a dataclass instance).
+        prefix: Dotted key of ``node``.
+    """
+    for name, hint in _hints(type(node)).items():
+        key, value = f"{prefix}{name}", getattr(node, name)
+        quantity, _, base = _split(hint)
+        if dataclasses.is_dataclass(value):
+            yield from iterate_lists(value, f"{key}.")
+        elif quantity is not None and _is_tuple(base) and Ellipsis in typing.get_args(base):
+            yield Parameter(
+                key=key, value=None, kind="text", unit=quantity.unit, text=quantity.text
+            )
 
 
 @cache

@@ -68,7 +68,12 @@ def test_every_parameter_has_a_place_and_the_main_ones_are_open(preset: str) -> 
     definitions = parameter_definitions(load_scenario(preset))
     groups = group_parameters(definitions, NAMES)
     opened = set().union(*(keys(group.entries) for group in groups if group.is_open))
-    assert set().union(*(keys(group.entries) for group in groups)) == set(definitions)
+    assert set().union(*(keys(group.entries) for group in groups)) == {
+        *definitions,
+        "object.corners",
+        "trajectory.set_points",
+        "trajectory.table",
+    }
     assert opened >= OPEN
     assert [group.title for group in groups if group.is_open] == [
         "Object",
@@ -331,3 +336,24 @@ def test_a_push_has_knobs_and_what_is_wrong_with_it_stands_below_them(
     with pytest.raises(KeyError):
         panel.knob("pulses.0.force.1")
     assert panel.errors == ()
+
+
+def test_lists_of_rows_are_written_in_one_field_each(viewer_server: ViewerServer) -> None:
+    draft = Draft.from_preset("paper-case-1")
+    panel, _ = panel_of(viewer_server, draft.base)
+    corners, moves = panel.knob("object.corners"), panel.knob("trajectory.set_points")
+    assert (corners.value, moves.input.visible) == ("", False)
+    square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
+    text = "-0.1, -0.1; 0.1, -0.1; 0.1, 0.1; -0.1, 0.1"
+    assert corners.read(text) == square
+    draft = draft.edited("object.corners", square)
+    for i, edge in enumerate(("edge-3", "edge-1")):
+        draft = draft.edited(f"fingers.{i}.face", edge)
+    assert draft.scenario().object.corners == tuple(map(tuple, square))
+    panel.update(view_of(draft))
+    assert corners.value == text
+    move = {"time": 0.5, "duration": 1.0, "pose": [1.466, 0.4, 0.0]}
+    assert moves.read("0.5, 1, 1.466, 0.4, 0;") == [move]
+    assert moves.read("0.5, 1") == "0.5, 1"
+    panel.update(refused(draft.edited("object.corners", "round")))
+    assert "object.corners is &#x27;round&#x27;" in panel.errors[0]

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from core.loading import load_scenario, scenario_from_toml, scenario_to_toml
-from core.scenario import Change, ObjectParameters
+from core.scenario import Change, ObjectParameters, Pulse, Scenario
 from recordings.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.web.driving import number_field, pause_at, set_number, slip_at_end, wait_until
@@ -70,6 +70,42 @@ def test_a_knob_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     page.get_by_role("button", name="Take this change back").click()
     shows(page, MASS, "1")
     wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
+
+
+def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(
+    page: Page, dashboard: RunningServer
+) -> None:
+    store = RecordingStore(dashboard.data_directory)
+    slip_before = slip_at_end(page)
+    pause_at(page, 0.08)
+    note(page, "from t = 0.08 s on").wait_for()
+    for button, words in (
+        ("push", "0.08 s push (0, -5) N for 0.05 s"),
+        ("wet spot", "0.08 s wet spot on"),
+        ("pour", "0.08 s object mass 1.5 kg"),
+    ):
+        page.get_by_role("button", name=button, exact=True).click()
+        note(page, words).wait_for()
+    set_number(page, "force y [N]", "-12")
+    note(page, "push (0, -12) N for 0.05 s").wait_for()
+    wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")
+
+    def scenario() -> Scenario:
+        return store.open(store.list(limit=1)[0].id).scenario
+
+    wait_until(lambda: bool(scenario().changes), "the run was not saved")
+    assert scenario().pulses == (Pulse(time=0.08, force=(0.0, -12.0)),)
+    assert [patch.start_time for patch in scenario().patches] == [0.08]
+    assert [change.time for change in scenario().changes] == [0.08, 0.08]
+    title = page.locator(".sg-mark[title*='push (0, -12) N']").get_attribute("title")
+    assert title is not None
+    assert "wet spot" in title
+    leave_field(page)
+    for gone in ("push (0, -12) N", "object mass 1.5 kg", "wet spot on", "push (0, -5) N"):
+        page.keyboard.press("Control+z")
+        note(page, gone).wait_for(state="detached")
+    wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
+    expect(page.locator("label", has_text="force y [N]")).to_have_count(0)
 
 
 def test_a_typed_number_counts_to_the_last_digit_and_a_wrong_one_is_explained_below_it(

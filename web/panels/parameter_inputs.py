@@ -16,6 +16,7 @@ from web.intents.scenario import SetParameter
 from web.scenario.draft import Value
 from web.scenario.incidents import is_of_incident
 from web.scenario.parameter_groups import Entry
+from web.scenario.rows import numbers_of, parse_rows, row_parameters
 
 __all__ = [
     "Knob",
@@ -187,6 +188,23 @@ class _TextKnob(Knob):
         return value if self._parameter.kind == "text" else parse_text(value)
 
 
+class _RowsKnob(Knob):
+    """A list of rows of numbers, parted by semicolons."""
+
+    input: viser.GuiTextHandle
+
+    def show(self, value: object) -> None:
+        """Shows the rows; another way to write the same ones is left as the user typed it."""
+        if self.read(self.input.value) != value:
+            is_list = isinstance(value, list)
+            rows = [as_text(numbers_of(row)) for row in value] if is_list else [as_text(value)]
+            self.input.value = "; ".join(rows)
+
+    def read(self, value: Any) -> Value:
+        """The rows, or the text itself where it says none."""
+        return parse_rows(self.key, value)
+
+
 class SliderRange(NamedTuple):
     """Where a slider moves, in the unit of its parameter."""
 
@@ -243,6 +261,8 @@ def add_knob(
     """
     parameter, label, hint = entry.parameter, entry.label, _hint(entry)
     value = parameter.value
+    if parameter.key in row_parameters():
+        return _RowsKnob(parameter, gui.add_text(label, "", hint=hint), send)
     if parameter.kind == "choice":
         choice = gui.add_dropdown(label, parameter.choices, initial_value=str(value), hint=hint)
         return _PlainKnob(parameter, choice, send)
@@ -286,6 +306,8 @@ def _hint(entry: Entry) -> str:
     """What a knob does: one sentence, its key and limits, and when it acts."""
     parameter = entry.parameter
     means = " One number, or several with commas." if entry.as_text else ""
+    if parameter.key in row_parameters():
+        means = " Numbers with commas, rows with semicolons between them; empty for none."
     optional = " Empty for none." if parameter.optional else ""
     acts_anyhow = parameter.changeable or is_of_incident(parameter.key)
     reach = "" if acts_anyhow else " It cannot change during a run: it acts on all of it."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, parameter_definitions, preset_names, with_values
@@ -17,10 +18,11 @@ from web.scenario.incidents import (
     incidents_of,
     is_of_incident,
 )
+from web.scenario.rows import row_parameters, rows_of
 
 __all__ = ["Draft", "TimedEdit", "Value", "change_time"]
 
-Value = float | int | str | list[float] | None
+Value = float | int | str | list[Any] | None
 
 _DECIMALS_OF_TIME = 6
 
@@ -174,7 +176,11 @@ class Draft:
             return latest[-1]
         if is_of_incident(key):
             return dict(incident_values(self.incidents)).get(key)
-        return self.edits[key] if key in self.edits else _plain(_definitions(self.base)[key].value)
+        if key in self.edits:
+            return self.edits[key]
+        if key in row_parameters():
+            return rows_of(self.base, key)
+        return _plain(_definitions(self.base)[key].value)
 
     def num_changes_until(self, time: float) -> int:
         """How many of its changes have happened at some time [s]."""

@@ -9,6 +9,7 @@ from core.field_errors import template_key, template_keys
 from core.parameters import Parameter
 from core.scenario import Scenario
 from web.scenario.incidents import Incident, incident_parameters
+from web.scenario.rows import is_of_rows, row_parameters
 from web.words import key_words, unit_after, unit_words
 
 __all__ = [
@@ -110,7 +111,8 @@ def group_parameters(
 def _placed(
     definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> Iterator[tuple[str, bool, Entry]]:
-    for parameter in sorted(definitions.values(), key=_rank):
+    single = (parameter for parameter in definitions.values() if not is_of_rows(parameter.key))
+    for parameter in sorted((*single, *row_parameters().values()), key=_rank):
         is_open = _is_main(parameter)
         label, kinds = knob_label(parameter, definitions, names), _used_by(parameter, definitions)
         as_text = parameter.kind == "number-or-list" and parameter.optional
