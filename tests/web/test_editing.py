@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, scenario_to_toml
+from core.loading import load_scenario, scenario_from_toml, scenario_to_toml
 from core.result import RunResult
 from core.scenario import Change, Pulse
 from web.desks.scenario_desk import ScenarioDesk
@@ -221,6 +221,14 @@ def test_a_pour_is_half_as_much_again_of_mass_and_inertia_in_one_step(view: View
     twice = after(at(poured, 1.0), Happen(Incidence.POUR))
     assert twice.draft.value_at(1.0, MASS) == pytest.approx(2.25 * base.mass)
     assert after(twice, Undo(), Undo()).draft == view.draft
+
+
+def test_a_checkbox_changes_the_run_from_the_play_head_on(view: ViewState) -> None:
+    key = "sensing.true_phases"
+    sampled = replace(view, draft=view.draft.edited("controller.control_period", 0.001))
+    scenario = after(sampled, SetParameter(key, False)).draft.scenario()
+    assert scenario.changes == (Change(time=0.5, parameter=key, value=False),)
+    assert scenario_from_toml(scenario_to_toml(scenario).encode(), "again") == scenario
 
 
 def test_nothing_can_happen_before_there_is_a_run(view: ViewState) -> None:

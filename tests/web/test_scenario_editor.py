@@ -93,8 +93,8 @@ def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(
     def scenario() -> Scenario:
         return store.open(store.list(limit=1)[0].id).scenario
 
-    wait_until(lambda: bool(scenario().changes), "the run was not saved")
-    assert scenario().pulses == (Pulse(time=0.08, force=(0.0, -12.0)),)
+    push = Pulse(time=0.08, force=(0.0, -12.0))
+    wait_until(lambda: scenario().pulses == (push,), "the run was not saved")
     assert [patch.start_time for patch in scenario().patches] == [0.08]
     assert [change.time for change in scenario().changes] == [0.08, 0.08]
     title = page.locator(".sg-mark[title*='push (0, -12) N']").get_attribute("title")

@@ -6,13 +6,13 @@ Rows are parted by semicolons, their numbers by commas: ``-0.1, 0; 0.1, 0; 0, 0.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from functools import cache
 from typing import Any
 
 from core.field_errors import full_scenario
 from core.parameters import Parameter, iterate_lists
-from core.scenario import Scenario
+from core.scenario import Scenario, SetPoint
 
 __all__ = ["is_of_rows", "numbers_of", "parse_rows", "row_parameters", "rows_of"]
 
@@ -38,7 +38,7 @@ def rows_of(scenario: Scenario, key: str) -> list[Any]:
     part: Any = scenario
     for name in key.split("."):
         part = getattr(part, name)
-    return [asdict(row) if is_dataclass(row) else list(row) for row in part]
+    return [asdict(row) if isinstance(row, SetPoint) else list(row) for row in part]
 
 
 def numbers_of(row: Any) -> list[Any]:

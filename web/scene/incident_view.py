@@ -26,6 +26,7 @@ Points = NDArray[np.float64]
 _WAVE_POINTS = 12
 _SHARE = 0.35
 _FRONT = 0.058
+_FRONT_IN_LENS = 0.043
 _PUSH_DEPTH = 0.09
 _ARC = 1.5 * math.pi
 _SHORTEST_PUSH = 1e-3
@@ -60,7 +61,9 @@ class WetSpots:
             )
             places = [(i, spot_in_lens(scenario, patch, i, layout)) for i in fingers]
             in_lenses = [
-                _add_spot(scene, f"{lens_name}/{i}/wet{k}", *spot, layout.lens_centres[i], 0.046)
+                _add_spot(
+                    scene, f"{lens_name}/{i}/wet{k}", *spot, layout.lens_centres[i], _FRONT_IN_LENS
+                )
                 for i, spot in places
                 if spot is not None
             ]
