@@ -69,7 +69,7 @@ class Display:
 
 def turning_run():
     """Fingers above and below an object that turns while they slip."""
-    mapping = random_scenario(np.random.default_rng(3), 4, "nothing").to_mapping()
+    mapping = random_scenario(np.random.default_rng(18), 4, "nothing").to_mapping()
     fingers = [{**finger, "friction": 0.2} for finger in mapping["fingers"][2:]]
     controller = {"grasp_force": "minimum", "velocity_gain": 12.0, "lyapunov_weight": 10.0}
     mapping |= {
