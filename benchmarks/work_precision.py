@@ -191,11 +191,11 @@ def measure_drake(
 
 def oracle_difference(reference: Reference) -> float:
     """How far the reference is from the tests' oracle in the end of slip [s]."""
-    from tests.references.closed_loop import ClosedLoop
     from tests.references.continuous import run_continuous
+    from tests.references.world import World
 
-    loop = ClosedLoop.from_scenario(load_scenario(reference.case))
-    oracle = run_continuous(loop, reference.duration, [])
+    world = World.from_scenario(load_scenario(reference.case))
+    oracle = run_continuous(world, reference.duration, [])
     contacts = range(len(reference.slip_ends))
     return max(abs(oracle.slip_end(i) - reference.slip_ends[i]) for i in contacts)
 

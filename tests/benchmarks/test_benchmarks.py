@@ -25,6 +25,7 @@ from benchmarks.mujoco_torques import stepping
 from benchmarks.processes import MemoryWatch, memory_of
 from benchmarks.recording import measure_recording
 from benchmarks.report import Table, format_text, judge, update_page
+from benchmarks.robustness import ORACLE, WORLDS, hold_random_objects, share_held
 from benchmarks.speed import compare_speed, profile
 from benchmarks.study import describe_study, make_study
 from benchmarks.study_load import Client, run_over_rest
@@ -271,11 +272,18 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
 
 
 def test_pages_have_a_place_for_the_tables_of_every_part():
-    text = PAGE.read_text() + PAGE.with_name("scaling.md").read_text()
-    names = {*PARTS, "setting", "profile", "bombs"} - {"scaling", "cluster", "dashboard"}
+    pages = (PAGE, PAGE.with_name("scaling.md"), PAGE.with_name("robustness.md"))
+    text = "".join(page.read_text() for page in pages)
+    names = {*PARTS, "setting", "profile", "bombs"} - {
+        "scaling",
+        "cluster",
+        "dashboard",
+        "robustness",
+    }
     names |= {"scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
     names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
+    names |= {"robustness-ideal", "robustness-noisy"}
     for name in names:
         assert text.index(f"<!-- {name} -->") < text.index(f"<!-- end {name} -->")
 
@@ -336,3 +344,20 @@ def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_conductor():
     worker, conductor, row = measure_costs_of_a_run(make_study(40), rounds=1)
     assert worker > conductor > 0.0
     assert 100.0 < row < 2000.0
+
+
+# Robustness
+
+
+@pytest.mark.parametrize(("world", "share"), [("ideal", 0.99), ("noisy", 0.95)])
+def test_the_composite_law_holds_nearly_all_that_the_oracle_holds_and_the_paper_s_law_does_not(
+    world, share
+):
+    assert world in WORLDS
+    runs = hold_random_objects(world, 40).runs
+    assert all(len(of_a_law) == 40 for of_a_law in runs.values())
+    assert share_held(runs[ORACLE]) == 1.0
+    assert share_held(runs["composite"]) >= share
+    assert share_held(runs["theorem-4"]) < 0.2
+    assert share_held(runs["theorem-4, as printed"]) < 0.5
+    assert max(max(run.metrics.slip_path) for run in runs["composite"]) < 0.02
