@@ -98,7 +98,7 @@ def show_laws(page: Page, stage: Stage) -> None:
 
 def show_three_fingers(page: Page, stage: Stage) -> None:
     """Two fingers at the sides and one below."""
-    _replay(page, stage, "three fingers", 0.02)
+    _replay(page, stage, "three fingers", 0.005)
 
 
 def show_wet_spot(page: Page, stage: Stage) -> None:

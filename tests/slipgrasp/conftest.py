@@ -16,6 +16,14 @@ ROOT = Path(__file__).parents[2]
 PATIENCE = 240
 
 
+def without_waiting(stderr: str) -> str:
+    """What a command complains of, without the words for those who wait longer than a second."""
+    waiting = ("slipgrasp: loading the drawing program\n", "slipgrasp: reading the recording\n")
+    for line in waiting:
+        stderr = stderr.replace(line, "")
+    return stderr
+
+
 @dataclass
 class CommandLine:
     """Runs ``slipgrasp`` in a folder of its own, with its data directory in there."""

@@ -11,6 +11,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Locator, Page
 
+from web.timeline.strip import clock_words
+
 __all__ = [
     "SLIP_CHART",
     "fill",
@@ -83,7 +85,7 @@ def pause_at(page: Page, seconds: float) -> None:
     field = page.get_by_label("time [s]", exact=True)
     field.fill(f"{seconds:g}")
     field.press("Enter")
-    page.locator(".sg-clock", has_text=f"{1e3 * seconds:.1f} ms").wait_for()
+    page.locator(".sg-clock", has_text=clock_words(seconds)).wait_for()
     field.blur()
 
 
