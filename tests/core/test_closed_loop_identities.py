@@ -21,7 +21,13 @@ from core.simulator import simulate
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import lyapunov_matrices, regressor, tracking_errors
 from tests.references.hand import State
-from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
+from tests.references.hands import (
+    UNKNOWN_KINDS,
+    carrying_hand,
+    random_estimates,
+    random_scenario,
+    random_state,
+)
 
 PHASES = [
     *product((0, 1, -1), repeat=2),
@@ -194,18 +200,24 @@ def test_lyapunov_function_changes_at_the_rate_of_the_proof(phase, unknown):
         assert rate == pytest.approx(float(p.terms.lyapunov_terms.sum()), abs=1e-9 * size)
 
 
+# The estimates of friction are pulled back all the time.
+MORE_FINGERS = {
+    "simulation.output_rate": 2000.0,
+    "simulation.duration": 0.17,
+    "controller.estimate_norm_bound": 0.65,
+}
+CASE_1, CASE_2 = load_scenario("paper-case-1"), load_scenario("paper-case-2")
 RUNS = {
-    "theorem 3": ("paper-case-1", {}),
-    "theorem 4": ("paper-case-2", {}),
-    "theorem 4 with estimates pulled back": (
-        "paper-case-2",
-        {"controller.estimate_norm_bound": 1.2},
-    ),
+    "theorem 3": (CASE_1, {}),
+    "theorem 4": (CASE_2, {}),
+    "theorem 4 with estimates pulled back": (CASE_2, {"controller.estimate_norm_bound": 1.2}),
     "theorem 4 with unequal friction": (
-        "paper-case-2",
+        CASE_2,
         # The estimate of the inertia runs through zero at 0.043 s and ends the run.
         {"fingers.1.friction": 0.26, "simulation.duration": 0.03},
     ),
+    **{f"{n} fingers, theorem 3": (carrying_hand(n, "masses"), MORE_FINGERS) for n in (3, 4)},
+    **{f"{n} fingers, theorem 4": (carrying_hand(n, "friction"), MORE_FINGERS) for n in (3, 4)},
 }
 LOPSIDED = ("theorem 3", "theorem 4 with unequal friction")
 
@@ -240,12 +252,12 @@ def terms_of_row(loop, truth, trace, k, piece_time):
 @pytest.mark.parametrize("name", RUNS)
 def test_lyapunov_function_of_a_run_is_the_integral_of_its_proof(name):
     """Along a run, while contacts slip and after they have stopped."""
-    preset, values = RUNS[name]
+    scenario, values = RUNS[name]
     fine = {"simulation.output_rate": 4000.0, "simulation.duration": 0.15}
-    scenario = with_values(load_scenario(preset), {**fine, **values})
-    result = simulate(scenario)
-    assert not result.warnings  # belief and phase agree throughout
-    loop, truth, trace = ClosedLoop.from_scenario(scenario), true_values(scenario), result.trace
+    scenario = with_values(scenario, {**fine, **values})
+    trace = simulate(scenario).trace
+    np.testing.assert_array_equal(trace.believed_phase, trace.phase)
+    loop, truth = ClosedLoop.from_scenario(scenario), true_values(scenario)
     largest_delta = 0.0
     for rows in smooth_pieces(trace):
         t = trace.times[rows]
@@ -256,7 +268,8 @@ def test_lyapunov_function_of_a_run_is_the_integral_of_its_proof(name):
         rates = [float(row.lyapunov_terms.sum()) for row in theory]
         change = trace.lyapunov_value[rows][-1] - trace.lyapunov_value[rows][0]
         assert abs(change) > 1e-4
-        # Simpson's rule at 4 kHz and the tolerance of the run are both better than this.
+        # Simpson's rule and the tolerance of the run are better than this, even where the
+        # grasp force reaches a limit and the rate has a kink.
         assert change == pytest.approx(simpson(rates, x=t), abs=1e-7)
         delta = max(float(np.abs(row.delta).max()) for row in theory)
         largest_delta = max(largest_delta, delta)

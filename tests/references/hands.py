@@ -1,4 +1,7 @@
-"""Random hands and states, away from singular arms, for point-wise comparisons."""
+"""Hands of more than two fingers: random ones in random states, and ones that carry their object.
+
+Random states, for point-wise comparisons, are away from singular arms.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from core.loading import scenario_from_mapping
+from core.loading import load_scenario, scenario_from_mapping
 from core.scenario import Scenario
 from tests.references.hand import Phase, State
 
-__all__ = ["UNKNOWN_KINDS", "random_estimates", "random_scenario", "random_state"]
+__all__ = [
+    "UNKNOWN_KINDS",
+    "carrying_hand",
+    "random_estimates",
+    "random_scenario",
+    "random_state",
+]
 
 UNKNOWN_KINDS = ("masses", "friction", "object", "nothing")
 
@@ -86,6 +95,46 @@ def random_estimates(rng: np.random.Generator, scenario: Scenario) -> NDArray[np
     """Estimates near the initial ones."""
     initial = np.array([e.initial for e in scenario.estimates])
     return initial * rng.uniform(0.7, 1.3, len(initial))
+
+
+def carrying_hand(num_fingers: int, unknown: str) -> Scenario:
+    """The three fingers of the preset, or a fourth from above, under the paper's own law.
+
+    Two contacts slip at first and stop within 0.25 s, under sampled control too; the object
+    is carried to the side and up, and turns. Nothing about hand or motion is symmetric.
+
+    Args:
+        num_fingers: 3 or 4.
+        unknown: Which parameters are estimated, "masses" or "friction".
+    """
+    mapping = load_scenario("three-fingers").to_mapping()
+    below = mapping["fingers"][2]
+    above = {**below, "face": "top", "base": (1.1, 1.73), "elbow": "down"}
+    fingers = [*mapping["fingers"], above][:num_fingers]
+    mapping["fingers"] = fingers
+    mapping["trajectory"] = {
+        "start": mapping["trajectory"]["start"],
+        "acceleration": (0.02, 0.0256, 0.03),
+    }
+    mapping["controller"] = {
+        "kind": "theorem-4" if unknown == "friction" else "theorem-3",
+        "control_period": 0.0,
+        "grip_safety": 1.05,
+    }
+    mapping["estimates"] = [{"parameter": "object.mass", "initial": 0.7}]
+    if unknown == "masses":
+        mapping["estimates"] += [
+            {"parameter": f"fingers.{i}.link_masses.1", "initial": 0.9 * finger["link_masses"][1]}
+            for i, finger in enumerate(fingers)
+        ]
+    else:
+        mapping["estimates"] += [
+            {"parameter": "object.inertia", "initial": 0.012},
+            *({"parameter": f"fingers.{i}.friction", "initial": 0.3} for i in range(num_fingers)),
+        ]
+        # As fast as the other estimates, that of the inertia would run through zero.
+        mapping["controller"]["adaptation_gain"] = (1.28, 0.001, *[1.28] * num_fingers)
+    return scenario_from_mapping(mapping)
 
 
 def _random_corners(rng: np.random.Generator, num_fingers: int) -> NDArray[np.float64]:
