@@ -9,6 +9,7 @@ import pytest
 from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
+from tests.references.hands import carrying_hand
 
 LIGHTER_THEN_HEAVIER = {
     "changes.0.time": 0.2,
@@ -19,13 +20,21 @@ LIGHTER_THEN_HEAVIER = {
 SHORT = {"simulation.duration": 0.3}
 # Runs with slip of both contacts, of one, and of none; the last starts to slip twice.
 RUNS = {
-    "masses unknown": ("paper-case-1", SHORT),
-    "friction unknown": ("paper-case-2", SHORT),
-    "slips twice": ("paper-case-1", LIGHTER_THEN_HEAVIER),
+    "masses unknown": (load_scenario("paper-case-1"), SHORT),
+    "friction unknown": (load_scenario("paper-case-2"), SHORT),
+    "slips twice": (load_scenario("paper-case-1"), LIGHTER_THEN_HEAVIER),
+    **{f"{n} fingers, masses": (carrying_hand(n, "masses"), SHORT) for n in (3, 4)},
+    **{f"{n} fingers, friction": (carrying_hand(n, "friction"), SHORT) for n in (3, 4)},
 }
+ORDERLY_RUNS = ("masses unknown", "slips twice", "3 fingers, masses", "4 fingers, masses")
+# The grasp force of these reaches a limit within a step. The torque has a kink there, which
+# the error estimate of a step misses where it falls between two of its stages.
+KINKED_RUNS = ("3 fingers, friction", "4 fingers, friction")
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.0)
 # What differences between two runs at tolerances of 1e-12 leave: their own error.
 FLOOR = 1e-11
+# What a kink that no stage has seen leaves, found at 1 of 17 tolerances from 1e-8 to 1e-12.
+KINK_FLOOR = 1e-8
 
 
 class Ending(NamedTuple):
@@ -36,13 +45,13 @@ class Ending(NamedTuple):
 
 
 def run(name: str, relative: float, absolute: float, max_step: float) -> RunResult:
-    preset, values = RUNS[name]
+    scenario, values = RUNS[name]
     accuracy = {
         "simulation.relative_tolerance": relative,
         "simulation.absolute_tolerance": absolute,
         "simulation.max_step": max_step,
     }
-    return simulate(with_values(load_scenario(preset), {**values, **accuracy}))
+    return simulate(with_values(scenario, {**values, **accuracy}))
 
 
 def ending(result: RunResult) -> Ending:
@@ -74,22 +83,23 @@ def test_errors_stay_in_proportion_to_the_tolerance(name):
     """
     found = [errors(name, run(name, tol, 1e-2 * tol, 1.0)) for tol in TOLERANCES]
     times, states = np.array(found).T
-    assert np.all(times <= np.maximum(30.0 * TOLERANCES, FLOOR))
-    assert np.all(states <= np.maximum(200.0 * TOLERANCES, FLOOR))
+    floor = KINK_FLOOR if name in KINKED_RUNS else FLOOR
+    assert np.all(times <= np.maximum(30.0 * TOLERANCES, floor))
+    assert np.all(states <= np.maximum(200.0 * TOLERANCES, floor))
     # Six decades of tolerance buy at least four of error.
-    assert times[-1] <= max(1e-4 * times[0], FLOOR)
-    assert states[-1] <= max(1e-4 * states[0], FLOOR)
+    assert times[-1] <= max(1e-4 * times[0], floor)
+    assert states[-1] <= max(1e-4 * states[0], floor)
 
 
-@pytest.mark.parametrize("name", ["masses unknown", "slips twice"])
+@pytest.mark.parametrize("name", ORDERLY_RUNS)
 def test_error_falls_at_the_order_of_the_method_through_phase_changes(name):
     """Tolerances so loose that steps have the greatest size but for the first after an event.
 
     A method of order 5 or more, started anew at events that are located to its own order,
-    gains 8^4.5 from a step of 20 ms to 2.5 ms; events located by lines would leave 8^2.
+    gains 8^4.5 from a step of 40 ms to 5 ms; events located by lines would leave 8^2.
     """
-    coarse = errors(name, run(name, 1e-3, 1e-3, 20e-3))
-    fine = errors(name, run(name, 1e-3, 1e-3, 2.5e-3))
+    coarse = errors(name, run(name, 1e-3, 1e-3, 40e-3))
+    fine = errors(name, run(name, 1e-3, 1e-3, 5e-3))
     for error_coarse, error_fine in zip(coarse, fine, strict=True):
         assert error_fine <= max(error_coarse / 8.0**4.5, FLOOR)
 
