@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, replace
+from functools import cache, partial
 from typing import Any
 
 from core.exceptions import FieldError
-from core.field_errors import template_key, template_keys, unknown_key
+from core.field_errors import (
+    full_scenario,
+    key_of_first,
+    template_key,
+    template_keys,
+    unknown_key,
+)
+from core.parameters import describe
 from core.scenario import Change, Estimate, Patch, Pulse, Scenario, SetPoint
 
 __all__ = ["assign", "replaced"]
 
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
-_GROWABLE = {"estimates": Estimate, "pulses": Pulse, "patches": Patch, "changes": Change}
 
 
 def replaced(node: Any, path: list[str], value: Any) -> Any:
@@ -37,13 +44,14 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
     *parents, last = key.split(".")
     node: Any = mapping
-    for part in parents:
-        kinds = [kind for kind, items in _growable(mapping) if node is items]
-        node = _child(node, part, kinds)
+    for i, part in enumerate(parents):
+        node = _child(node, part, ".".join(parents[: i + 1]))
         if node is None:
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
         node[int(last)] = value
+    elif isinstance(node, list) and last == str(len(node)) and key_of_first(key) in _all_keys():
+        node.append(value)
     elif isinstance(node, dict) and (last in node or _is_field(key)):
         parameter = template_keys().get(template_key(key))
         if value is None and parameter is not None and parameter.optional:
@@ -55,26 +63,35 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     return None
 
 
+@cache
+def _all_keys() -> frozenset[str]:
+    """The keys of every number that the first entries of the lists can have."""
+    return frozenset(describe(full_scenario()))
+
+
 def _is_field(key: str) -> bool:
     """Whether some scenario has a value there, or a list of values."""
     return not template_keys().keys().isdisjoint((template_key(key), template_key(f"{key}.0")))
 
 
-def _growable(mapping: dict[str, Any]) -> Iterator[tuple[type, Any]]:
-    """The lists to which a key may add the next entry, each with the type of its entries."""
-    yield from ((kind, mapping.get(name)) for name, kind in _GROWABLE.items())
-    trajectory = mapping.get("trajectory")
-    if isinstance(trajectory, dict):
-        yield SetPoint, trajectory.get("set_points")
+def _child(node: Any, part: str, key: str) -> Any:
+    """Steps into plain values; the next entry of a list that can grow is made on the way.
 
-
-def _child(node: Any, part: str, kinds: list[type]) -> Any:
-    """Steps into plain values; the entry after the last of a growable list is made on the way."""
+    Args:
+        node: A table or a list.
+        part: Which of its entries.
+        key: Dotted key of that entry.
+    """
     if isinstance(node, list):
-        if kinds and part == str(len(node)):
-            node.append(_defaults(kinds[0]))
+        place = key.rpartition(".")[0]
+        if place in _NEW_ENTRIES and part == str(len(node)):
+            node.append(_NEW_ENTRIES[place]())
         return node[int(part)] if _is_index(part, len(node)) else None
-    return node.get(part) if isinstance(node, dict) else None
+    if not isinstance(node, dict):
+        return None
+    if part not in node and key_of_first(f"{key}.0") in _all_keys():
+        node[part] = []
+    return node.get(part)
 
 
 def _defaults(kind: Any) -> dict[str, Any]:
@@ -89,3 +106,15 @@ def _defaults(kind: Any) -> dict[str, Any]:
 
 def _is_index(part: str, length: int) -> bool:
     return part.isascii() and part.isdigit() and len(part) < 5 and int(part) < length
+
+
+# What the next entry of a list starts with.
+_NEW_ENTRIES: Mapping[str, Callable[[], dict[str, Any] | list[Any]]] = {
+    "estimates": partial(_defaults, Estimate),
+    "pulses": partial(_defaults, Pulse),
+    "patches": partial(_defaults, Patch),
+    "changes": partial(_defaults, Change),
+    "trajectory.set_points": partial(_defaults, SetPoint),
+    "trajectory.table": list,
+    "object.corners": list,
+}

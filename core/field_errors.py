@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -28,6 +29,7 @@ __all__ = [
     "echo",
     "field_errors",
     "full_scenario",
+    "key_of_first",
     "nearest",
     "shortened",
     "single_error",
@@ -105,8 +107,18 @@ def _field_error(key: str, item: Any) -> FieldError:
 
 @cache
 def template_keys() -> dict[str, Parameter]:
-    """Parameters by key with every list index replaced by 0."""
-    return {template_key(key): parameter for key, parameter in describe(full_scenario()).items()}
+    """Parameters by template key: with 0 for every index of a list.
+
+    A component that may be something else than the first of its list, such as the angle of a
+    pose, has a key of its own.
+    """
+    found: dict[str, Parameter] = {}
+    for key, parameter in describe(full_scenario()).items():
+        first, own = _with_zeros(key), key_of_first(key)
+        same = found.setdefault(first, replace(parameter, key=first))
+        if (parameter.unit, parameter.limit) != (same.unit, same.limit):
+            found.setdefault(own, replace(parameter, key=own))
+    return found
 
 
 def full_scenario() -> Scenario:
@@ -126,8 +138,19 @@ def full_scenario() -> Scenario:
 
 
 def template_key(key: str) -> str:
-    """A key with every list index replaced by 0."""
+    """The key in `template_keys` of what a key of some scenario stands for."""
+    own = key_of_first(key)
+    return own if own in template_keys() else _with_zeros(key)
+
+
+def _with_zeros(key: str) -> str:
     return ".".join("0" if part.isdigit() else part for part in key.split("."))
+
+
+def key_of_first(key: str) -> str:
+    """The key of the same component in the first entry of every list: 0 for all other indices."""
+    head, _, last = key.rpartition(".")
+    return f"{_with_zeros(head)}.{last}" if head else last
 
 
 def echo(value: Any) -> float | int | bool | str | None:

@@ -10,17 +10,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
 from pydantic import TypeAdapter
 
-from core.loading import load_scenario, preset_names, scenario_from_mapping
-from core.parameters import Parameter, describe
+from core.field_errors import template_keys
+from core.loading import scenario_from_mapping
 from core.provenance import Provenance
 from core.result import Metrics, RunResult
-from core.scenario import MAX_FINGERS, MAX_UNKNOWNS, Change, Scenario
+from core.scenario import MAX_FINGERS, MAX_UNKNOWNS, Scenario
 from core.trace import TraceShape
 from core.types import Outcome, Reason, RunWarning
 from recordings.state_hash import digest_of
@@ -35,7 +35,6 @@ __all__ = [
     "STUDY_PROFILE",
     "Ending",
     "documents_hash",
-    "parameter_templates",
     "parameters_document",
     "read_provenance",
     "read_scenario",
@@ -119,23 +118,11 @@ def read_scenario(document: bytes) -> Scenario:
 
 
 @cache
-def parameter_templates() -> dict[str, Parameter]:
-    """Every parameter there is, by dotted key with 0 for each index of a list."""
-    change = Change(time=1.0, parameter="object.mass", value=1.0)
-    scenario = replace(load_scenario(preset_names()[0]), changes=(change,))
-    return {
-        key: parameter
-        for key, parameter in describe(scenario).items()
-        if all(part == "0" for part in key.split(".") if part.isdigit())
-    }
-
-
-@cache
 def parameters_document() -> bytes:
     """What the scenario's parameters mean: sentence, unit and allowed values, as JSON."""
     table = {
         key: {"text": parameter.text, "unit": parameter.unit, "allowed": parameter.limit}
-        for key, parameter in parameter_templates().items()
+        for key, parameter in template_keys().items()
     }
     return json.dumps(table, ensure_ascii=False, indent=1).encode()
 

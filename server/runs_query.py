@@ -9,10 +9,10 @@ from typing import Annotated, TypeVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from core.exceptions import FieldError
+from core.field_errors import template_keys
 from core.loading import preset_names
 from core.types import Outcome
 from recordings.annotations import MAX_TAGS, RunTag
-from recordings.documents import parameter_templates
 from recordings.exceptions import QueryError
 from recordings.run_query import Condition, RunQuery, parse_end, parse_instant, parse_sort
 from server.errors import InvalidRequestError, nearest, printable
@@ -132,7 +132,7 @@ def _parse_preset(text: str) -> str:
 
 
 def _parse_controller(text: str) -> str:
-    return _chosen(text, "controller", parameter_templates()["controller.kind"].choices)
+    return _chosen(text, "controller", template_keys()["controller.kind"].choices)
 
 
 def _parse_outcome(text: str) -> Outcome:

@@ -28,11 +28,11 @@ class HelpWithParameters(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the help and ends the program."""
-        from recordings.documents import parameter_templates
+        from core.field_errors import template_keys
 
         print(parser.format_help())
         print("parameters for --set, list items by index from 0:\n")
-        for key, parameter in parameter_templates().items():
+        for key, parameter in template_keys().items():
             print(f"  {key}  ({parameter.limit})\n      {parameter.text}")
         parser.exit()
 

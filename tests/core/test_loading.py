@@ -13,6 +13,7 @@ from core.loading import (
     preset_names,
     scenario_from_mapping,
     scenario_to_toml,
+    settable_parameters,
     with_values,
 )
 from core.scenario import Change, Scenario
@@ -111,6 +112,29 @@ def test_every_definition_can_be_set_to_its_own_value():
         if p.value is not None
     }
     assert with_values(RICH, values) == RICH
+
+
+def test_every_list_grows_number_by_number():
+    corners = [(-0.2, -0.2), (0.1, -0.1458), (0.1, 0.1458), (-0.1, 0.1458)]
+    values = {f"object.corners.{i}.{k}": corners[i][k] for i in range(4) for k in range(2)}
+    values |= {"fingers.0.face": "edge-3", "fingers.1.face": "edge-1"}
+    pose = [1.466, 0.4, 0.0]
+    values |= {"trajectory.kind": "set-points", "trajectory.set_points.0.time": 1.0}
+    values |= {f"trajectory.set_points.0.pose.{k}": pose[k] for k in range(3)}
+    values |= {"trajectory.set_points.0.duration": 2.0}
+    values |= {f"trajectory.table.0.{k}": 0.0 for k in range(4)}
+    grown = with_values(CASE, values)
+    assert grown.object.corners == tuple(corners)
+    assert grown.trajectory.set_points[0].pose == tuple(pose)
+    assert grown.trajectory.table == ((0.0, 0.0, 0.0, 0.0),)
+
+
+def test_every_parameter_that_is_listed_can_be_set():
+    keys = settable_parameters(CASE).keys() - parameter_definitions(CASE).keys()
+    assert {"object.corners.0.1", "trajectory.set_points.0.pose.2", "pulses.0.force.1"} <= keys
+    with pytest.raises(ScenarioError) as caught:
+        with_values(CASE, dict.fromkeys(sorted(keys), None))
+    assert "unknown parameter" not in str(caught.value)
 
 
 def test_definitions_name_what_a_change_may_set():

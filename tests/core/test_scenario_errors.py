@@ -161,6 +161,30 @@ def test_values_out_of_bounds_name_their_field(key, value):
     assert any(field.startswith(key) for field in fields), fields
 
 
+@pytest.mark.parametrize(
+    ("key", "limit"),
+    [
+        ("trajectory.start.0", "-1000 … 1000 m"),
+        ("trajectory.start.1", "-1000 … 1000 m"),
+        ("trajectory.start.2", "-3.2 … 3.2 rad"),
+        ("trajectory.acceleration.1", "-100 … 100 m/s^2"),
+        ("trajectory.table.0.0", "0 … 600 s"),
+        ("trajectory.table.0.3", "-3.2 … 3.2 rad"),
+    ],
+)
+def test_every_number_of_a_list_has_its_own_limit_and_unit(key, limit):
+    row = {f"trajectory.table.0.{k}": 0.0 for k in range(4)}
+    (error,) = errors_of({**row, key: 1e6})
+    assert error.field == key
+    assert error.limit == limit
+
+
+@pytest.mark.parametrize("key", ["object.corners.0.2", "trajectory.start.3", "fingers.0.base.2"])
+def test_no_list_grows_beyond_its_length(key):
+    values = {"object.corners.0.0": 1.0, "object.corners.0.1": 1.0, key: 1.0}
+    assert any(e.field == key and "unknown" in e.message for e in errors_of(values))
+
+
 def test_more_samples_than_fit_are_refused():
     errors = errors_of({"simulation.duration": 600.0, "simulation.output_rate": 1e4})
     assert [e.field for e in errors] == ["simulation.output_rate"]
