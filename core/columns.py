@@ -70,8 +70,9 @@ class Column:
 
 
 def columns_of(trace: Trace) -> list[Column]:
-    """All columns of a trace, in the order of `core.trace.SIGNALS`; the first is the time."""
-    return [column for signal in SIGNALS for column in _columns_of(trace, signal)]
+    """All columns that a trace has, in the order of `core.trace.SIGNALS`; the first is the time."""
+    present = (signal for signal in SIGNALS if signal.name not in trace.absent)
+    return [column for signal in present for column in _columns_of(trace, signal)]
 
 
 def short_columns(trace: Trace) -> list[Column]:

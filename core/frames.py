@@ -51,7 +51,7 @@ def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
 def trace_to_xarray(trace: Trace) -> xarray.Dataset:
     """A trace as labelled arrays; see `core.trace.Trace.to_xarray`."""
     xarray = import_optional("xarray")
-    time, *signals = SIGNALS
+    time, *signals = (signal for signal in SIGNALS if signal.name not in trace.absent)
     return xarray.Dataset(
         {signal.name: _variable(trace, signal) for signal in signals},
         coords={"time": ("time", trace.times, _attributes(time, trace.shape)), **_labels(trace)},

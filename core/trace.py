@@ -149,6 +149,8 @@ class Trace:
     time, the state just before and just after. In the very first such pair the row
     before is the stick phase that every run assumes at t = 0, with the force its law
     demands: where that force lies outside its cone, the contact slips from the start.
+
+    Signals named in ``absent`` are 0: the recording is older than they are.
     """
 
     shape: TraceShape
@@ -182,6 +184,7 @@ class Trace:
     potential_energy: NDArray[np.float64]
     supplied_energy: NDArray[np.float64]
     dissipated_energy: NDArray[np.float64]
+    absent: frozenset[str] = frozenset()
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: NDArray[np.float64]) -> Trace:
@@ -219,7 +222,7 @@ class Trace:
     def __getitem__(self, rows: slice | NDArray[np.intp]) -> Trace:
         """The trace of some of the rows; of a slice its arrays are views."""
         arrays = {signal.name: getattr(self, signal.name)[rows] for signal in SIGNALS}
-        return Trace(shape=self.shape, **arrays)
+        return Trace(shape=self.shape, absent=self.absent, **arrays)
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:

@@ -68,7 +68,8 @@ class Comparison:
         num_instants: How many instants were compared.
         span: First and last of them [s].
         end_times: When the two runs ended [s].
-        only_a: Columns that b does not have: estimates of other unknowns.
+        only_a: Columns that b does not have: estimates of other unknowns, and what is newer than
+            the recording of b.
         only_b: Columns that a does not have.
     """
 

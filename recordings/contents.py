@@ -224,8 +224,9 @@ class Contents:
             raise self._damaged("its samples are not in time order")
         zeros = np.zeros((len(arrays[TIME_SIGNAL.name]), self.shape.num_columns))
         blank = Trace.from_rows(self.shape, zeros)
-        missing = [signal.name for signal in SIGNALS if signal.name not in arrays]
-        return Trace(shape=self.shape, **arrays, **{name: getattr(blank, name) for name in missing})
+        absent = frozenset(signal.name for signal in SIGNALS) - arrays.keys()
+        arrays |= {name: getattr(blank, name) for name in absent}
+        return Trace(shape=self.shape, absent=absent, **arrays)
 
     def _phase_changes(self) -> tuple[PhaseChange, ...]:
         columns = self.columns[PHASE_CHANGES.name]

@@ -11,6 +11,7 @@ import numpy as np
 from core.columns import TIME_COLUMN, Column, columns_of
 from core.metrics import metrics_of_trace
 from core.result import Metrics, RunResult
+from core.trace import Trace
 from core.types import Outcome, PhaseChange
 from recordings.alignment import match_rows
 
@@ -138,15 +139,20 @@ def _count_mismatch(stretch: Stretch) -> Iterator[Mismatch]:
 def _column_mismatches(stretch: Stretch) -> list[Mismatch]:
     """The first different bits of each column, in time order."""
     count = min(len(stretch.recorded.trace), len(stretch.computed.trace))
-    recorded = columns_of(stretch.recorded.trace[:count])
-    computed = columns_of(stretch.computed.trace[:count])
-    times = stretch.recorded.trace.times
+    recorded, computed = stretch.recorded.trace[:count], stretch.computed.trace[:count]
+    times = recorded.times
     found: list[Mismatch] = []
-    for mine, other in zip(recorded, computed, strict=True):
+    for mine, other in _pairs(recorded, computed):
         rows = np.flatnonzero((_bytes_of(mine) != _bytes_of(other)).any(axis=1))
         if len(rows):
             found.append(_mismatch(mine, other, float(times[rows[0]]), int(rows[0]), int(rows[0])))
     return sorted(found, key=lambda mismatch: mismatch.time or 0.0)
+
+
+def _pairs(recorded: Trace, computed: Trace) -> Iterator[tuple[Column, Column]]:
+    """Every column that was recorded, with the same one computed again."""
+    others = {column.name: column for column in columns_of(computed)}
+    return ((column, others[column.name]) for column in columns_of(recorded))
 
 
 def _bytes_of(column: Column) -> np.ndarray:
@@ -172,8 +178,7 @@ def _differing_columns(stretch: Stretch) -> list[Mismatch]:
     times = recorded.trace.times[rows.first]
     smooth = times < _first_switch(stretch)
     found: list[Mismatch] = []
-    columns = zip(columns_of(recorded.trace), columns_of(computed.trace), strict=True)
-    for mine, other in columns:
+    for mine, other in _pairs(recorded.trace, computed.trace):
         apart = np.abs(mine.values[rows.first].astype(float) - other.values[rows.second])
         beyond = np.flatnonzero(smooth & ~(apart <= SAMPLE_TOLERANCE))
         if len(beyond):

@@ -11,4 +11,4 @@ FIRST_FORMAT_WITH_SHA256 = 3
 """Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
 
 FIRST_FORMAT_WITH = {"external_wrench": 4, "input_rank": 4, "controllability": 4}
-"""Signals that not every format holds, and since when; read from an older file they are 0."""
+"""Signals that not every format holds, and since when; absent in the trace of an older file."""

@@ -1,6 +1,7 @@
 """A recording is verified if, and only if, its scenario gives what it holds."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from core.simulator import Simulation, simulate
 from core.trace import Trace
 from core.types import Outcome, RunWarning
 from recordings import read_recording, write_recording
+from recordings.comparison import compare
 from recordings.exceptions import AlteredRecordingError
 from recordings.reader import read_unfinished
 from recordings.verification import verify, verify_recording
 from tests.recordings.tampering import patch_in_place, repack
 
+OLD_RECORDINGS = sorted((Path(__file__).parent / "data").glob("format-*.mcap"))
 SAMPLED = {"controller.control_period": 0.001, "simulation.duration": 6.0}
 OTHER_KERNEL = "0123456789abcdef"
 CONTACTS = "/slipgrasp/contacts"
@@ -278,3 +281,21 @@ def test_the_progress_goes_up_to_one(whole_run):
     verify(whole_run, progress=shares.append)
 
     assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 2
+
+
+@pytest.mark.parametrize("path", OLD_RECORDINGS, ids=lambda path: path.stem)
+def test_a_recording_of_an_older_format_is_compared_in_what_it_holds(path):
+    found = verify_recording(path)
+    assert found.same
+    assert found.mismatches == ()
+    old = read_recording(path)
+    new = simulate(old.scenario)
+    lacking = {c.name for c in columns_of(new.trace)} - {c.name for c in columns_of(old.trace)}
+    assert lacking == {"input_rank"} | {
+        f"{signal}_{axis}"
+        for signal in ("external_wrench", "controllability")
+        for axis in ("x", "y", "theta")
+    }
+    assert set(compare(old, new).only_b) == lacking
+    assert not old.trace.to_pandas().columns.isin(lacking).any()
+    assert "controllability" not in old.trace[1:].to_xarray()
