@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from core.kernel.jump import (
     CHATTERING,
     INCONSISTENT,
@@ -41,8 +43,11 @@ def describe_end(
     outcome, code, hint = _ENDINGS[status]
     message, value, limit = _explain(status, contact, scenario, last)
     message = f"{message} at {t:.5g} s"
-    if status in _OF_WRONG_BELIEFS and (misbelief := describe_misbelief(scenario, last)):
-        message += f"; {misbelief}"
+    if status in _OF_TORQUES:
+        causes = _describe_weakness(scenario, last), describe_misbelief(scenario, last)
+        message = "; ".join([message, *filter(None, causes)])
+    if scenario.controller.kind == "composite":
+        hint = _HINTS_OF_COMPOSITE.get(status, hint)
     reason = Reason(
         code=code,
         message=message,
@@ -56,7 +61,7 @@ def describe_end(
 
 
 _OF_ONE_CONTACT = (SEPARATED, LEFT_FACE, SINGULAR)
-_OF_WRONG_BELIEFS = (
+_OF_TORQUES = (
     SEPARATED,
     LEFT_FACE,
     CHATTERING,
@@ -115,6 +120,23 @@ _ENDINGS = {
         "raise simulation.max_steps or shorten the run",
     ),
 }
+
+# What to try where the law is already the one that others are told to use.
+_HINTS_OF_COMPOSITE = {
+    SEPARATED: "squeeze harder (grip_safety), or start from estimates nearer to the truth",
+    LEFT_FACE: (
+        "stop the slip earlier (higher slip_stop or grip_safety, estimates nearer to the truth), "
+        "or use a longer face"
+    ),
+}
+
+
+def _describe_weakness(scenario: Scenario, last: Trace) -> str:
+    """That a joint cannot give more; empty if all can."""
+    limit = scenario.actuation.torque_limit
+    if limit is None or np.abs(last.joint_torque[0]).max() < limit:
+        return ""
+    return f"a joint gave all that its torque_limit allows, {limit:g} N m"
 
 
 def _explain(

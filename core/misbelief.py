@@ -11,6 +11,7 @@ from core.unknowns import name_unknown, unit_of_unknown
 __all__ = ["describe_misbelief"]
 
 _WORTH_TELLING = math.log(1.3)
+_TURNING = 1e-6  # [rad/s]
 
 
 def describe_misbelief(scenario: Scenario, last: Trace) -> str:
@@ -22,6 +23,9 @@ def describe_misbelief(scenario: Scenario, last: Trace) -> str:
     """
     believed, true = last.estimates[0], last.true_parameters[0]
     distances = [_distance(*pair) for pair in zip(believed, true, strict=True)]
+    if abs(last.object_velocity[0, 2]) < _TURNING and "object.inertia" in last.shape.unknowns:
+        # What does not turn shows nothing of its moment of inertia, and suffers nothing from it.
+        distances[last.shape.unknowns.index("object.inertia")] = 0.0
     worst = max(range(len(distances)), key=distances.__getitem__, default=None)
     if worst is None or distances[worst] < _WORTH_TELLING:
         return ""

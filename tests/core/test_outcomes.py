@@ -143,6 +143,19 @@ def test_fingertip_that_reaches_the_end_of_its_face_ends_the_run_there():
     assert abs(result.trace.slip[-1, contact]) == pytest.approx(0.02, abs=1e-9)
 
 
+def test_the_reason_names_a_joint_that_cannot_give_more_and_no_idle_belief():
+    composite = load_scenario("composite-case-2")
+    result = simulate(with_values(composite, {"actuation.torque_limit": 10.0}))
+    assert result.outcome is Outcome.LEFT_FACE
+    assert_well_told(result)
+    assert "torque_limit allows, 10 N m" in result.reason.message
+    # Far off, but the object does not turn.
+    assert result.trace.estimates[-1, 3] == pytest.approx(0.02)
+    assert "inertia" not in result.reason.message
+    assert "composite" not in result.reason.hint
+    assert "slip_stop" in result.reason.hint
+
+
 def test_arm_that_is_pulled_straight_ends_the_run_as_singular():
     values = {
         "trajectory.acceleration": [0.0, 2.0, 0.0],
