@@ -9,6 +9,7 @@ from core.validation.control import (
     check_gains,
     check_latency,
     check_least_gain,
+    check_normal_forces,
     check_sampled,
 )
 from core.validation.estimates import check_estimates
@@ -29,6 +30,7 @@ _CHECKS = (
     check_gains,
     check_least_gain,
     check_control,
+    check_normal_forces,
     check_sampled,
     check_latency,
     check_times,

@@ -7,13 +7,21 @@ from collections.abc import Iterator
 from core.exceptions import FieldError
 from core.scenario import Scenario
 
-__all__ = ["check_control", "check_gains", "check_latency", "check_least_gain", "check_sampled"]
+__all__ = [
+    "check_control",
+    "check_gains",
+    "check_latency",
+    "check_least_gain",
+    "check_normal_forces",
+    "check_sampled",
+]
 
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
 MAX_LATENCY_PERIODS = 100
 ROUNDING = 1e-12
 _SAMPLED_KINDS = ("grip-reflex", "composite")
+_GRIPPING_KINDS = ("pd-gravity", "grip-reflex")
 
 
 def check_gains(scenario: Scenario) -> Iterator[FieldError]:
@@ -65,6 +73,27 @@ def check_control(scenario: Scenario) -> Iterator[FieldError]:
                 f" at least {MIN_CONTROL_PERIOD:g} s"
             ),
         )
+
+
+def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
+    """No contact must be pressed harder than it may be."""
+    controller = scenario.controller
+    most = controller.maximum_normal_force
+    names = ["minimum_normal_force"]
+    if controller.kind in _GRIPPING_KINDS:
+        names.append("grip_force")
+    for name in names:
+        force = getattr(controller, name)
+        if most is not None and force > most:
+            yield FieldError(
+                field=f"controller.{name}",
+                value=force,
+                limit=f"at most {most:g} N",
+                message=(
+                    f"controller.{name} is {force:g} N, more than controller.maximum_normal_force,"
+                    f" {most:g} N; lower it, or raise or leave out the maximum"
+                ),
+            )
 
 
 def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
