@@ -94,14 +94,15 @@ def _field_error(key: str, item: Any) -> FieldError:
     told = (
         "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
     )
+    # The limit of a choice lists its words already.
+    is_choice = kind == "literal_error" and limit
+    problem = "" if is_choice else f": {item['msg'][:1].lower()}{item['msg'][1:]}"
     allowed = f"; allowed: {limit}" if limit else ""
     return FieldError(
         field=key,
         value=shown,
         limit=limit,
-        message=(
-            f"{key or 'the scenario'}{told}: {item['msg'][:1].lower()}{item['msg'][1:]}{allowed}"
-        ),
+        message=f"{key or 'the scenario'}{told}{problem}{allowed}",
     )
 
 

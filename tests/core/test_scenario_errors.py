@@ -185,6 +185,30 @@ def test_no_list_grows_beyond_its_length(key):
     assert any(e.field == key and "unknown" in e.message for e in errors_of(values))
 
 
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"controller.minimum_normal_force": 6.0}, "controller.minimum_normal_force"),
+        (
+            {"controller.kind": "pd-gravity", "controller.grip_force": 6.0},
+            "controller.grip_force",
+        ),
+    ],
+)
+def test_no_contact_must_be_pressed_harder_than_it_may_be(values, field):
+    (error,) = errors_of({**values, "controller.maximum_normal_force": 5.0})
+    assert error.field == field
+    assert error.limit == "at most 5 N"
+    with_values(CASE, {**values, "controller.maximum_normal_force": 6.0})
+    with_values(CASE, {"controller.maximum_normal_force": 5.0})
+
+
+def test_a_wrong_word_is_answered_with_the_words_there_are_once():
+    (error,) = errors_of({"controller.grasp_force": "most"})
+    expected = "controller.grasp_force is 'most'; allowed: one of minimum, none"
+    assert error.message == expected
+
+
 def test_more_samples_than_fit_are_refused():
     errors = errors_of({"simulation.duration": 600.0, "simulation.output_rate": 1e4})
     assert [e.field for e in errors] == ["simulation.output_rate"]
