@@ -31,6 +31,15 @@ _HEADLINES = {
 
 _SAFE_GRIP = 1.2
 _LEAST_FORCE = 1e-3
+# What a law has to stop a slip with, to hold with, and to learn with, where it is not the usual.
+_KNOBS = {
+    "pd-gravity": "the grip force",
+    "grip-reflex": "the grip force or the grip rate",
+    "composite": "the slip stop or the grip safety",
+    "certainty-equivalence": "the grip safety",
+}
+_GRIPS = {"pd-gravity": "the grip force", "grip-reflex": "the grip force"}
+_LEARNERS = {"composite": "the slip stop", "certainty-equivalence": "the control law"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,15 +166,19 @@ def _suggest(result: RunResult) -> str:
     if result.reason is not None and result.reason.hint:
         return sentence(result.reason.hint)
     controller = result.scenario.controller
+    knobs = _KNOBS.get(controller.kind, "the lyapunov weight (Q) or the grip safety")
     if result.metrics.slipping_at_end:
-        return "Raise the lyapunov weight (Q) or the grip safety, to stop the slip earlier."
+        return f"Raise {knobs}, to stop the slip earlier."
     if not any(path > 0.0 for path in result.metrics.slip_path):
-        return "Lower the friction or the grip safety until a fingertip slips."
+        grip = _GRIPS.get(controller.kind, "the grip safety")
+        return f"Lower the friction or {grip} until a fingertip slips."
+    if controller.kind in _GRIPS:
+        return f"Raise {knobs}, and see the slip change."
     found = _overestimated_friction(result)
     if found is not None:
         return (
             f"Let the controller believe in friction below {found[1]:.3g} at first, or change "
-            "the lyapunov weight (Q), and see the slip change."
+            f"{_LEARNERS.get(controller.kind, 'the lyapunov weight (Q)')}, and see the slip change."
         )
     if controller.grip_safety < _SAFE_GRIP and controller.grasp_force == "minimum":
         return (

@@ -31,6 +31,7 @@ Points = NDArray[np.float64]
 LENS_DEPTH = 0.15
 """How much nearer to the eye than the hand all lenses are [m], so that no finger covers one."""
 
+_LEAST_SHOWN = 0.001  # [mm]
 _RIM_SEGMENTS = 72
 _SPOT_SEGMENTS = 36
 _GLASS_DEPTH = -0.01
@@ -249,4 +250,6 @@ def _distance_to_rim(start: Points, direction: Points, radius: float) -> float:
 
 
 def _millimetres(slip: float) -> str:
-    return f"{1e3 * abs(float(slip)):.1f} mm"
+    length = 1e3 * abs(float(slip))
+    digits = ".2g" if _LEAST_SHOWN <= length < 1.0 else ".1f"
+    return f"{length:{digits}} mm"
