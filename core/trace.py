@@ -86,7 +86,7 @@ SIGNALS = (
     ),
     Signal("joint_position", "joints", "joint", "rad", "Joint angles, second relative to first."),
     Signal("joint_velocity", "joints", "joint", "rad/s", "Their first derivative."),
-    Signal("joint_torque", "joints", "joint", "N m", "Torque the controller commands."),
+    Signal("joint_torque", "joints", "joint", "N m", "Torque that acts on the joint."),
     Signal("estimates", "controller", "unknown", "", "Estimates of the unknown parameters."),
     Signal("true_parameters", "controller", "unknown", "", "Their true values at that time."),
     Signal("lyapunov_value", "controller", "", "1", "V of Eq. 44."),

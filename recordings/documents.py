@@ -69,14 +69,14 @@ class Ending:
 
 
 def start_document(
-    shape: TraceShape, provenance: Provenance, display_rate: float
+    shape: TraceShape, provenance: Provenance, seed: int, display_rate: float
 ) -> dict[str, str]:
-    """Versions of format and program, seed, and the widths of the signals."""
+    """Versions of format and program, seed of the noise, and the widths of the signals."""
     return {
         "format": str(FORMAT_VERSION),
         "program": provenance.program,
         "kernel": provenance.kernel,
-        "seed": "none",
+        "seed": str(seed),
         "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),

@@ -200,7 +200,8 @@ class RecordingWriter:
         """Writes everything that stands before the first sample."""
         library = f"slipgrasp {self._provenance.program}"
         self._container = McapContainer(stream, profile=PROFILE, library=library)
-        start = start_document(self._shape, self._provenance, self._display_rate)
+        seed = self._scenario.simulation.seed
+        start = start_document(self._shape, self._provenance, seed, self._display_rate)
         self._container.add_metadata(START, start)
         scenario = scenario_document(self._scenario)
         self._container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)

@@ -85,7 +85,7 @@ class Bomb:
         shape = TraceShape(2, tuple(estimate.parameter for estimate in scenario.estimates))
         self.stream = stream
         self.container = McapContainer(stream, profile=PROFILE, library="bomb")
-        self.start = start_document(shape, present_provenance(), 0.0)
+        self.start = start_document(shape, present_provenance(), 0, 0.0)
         self.container.add_metadata(START, self.start)
         self.container.add_attachment(
             SCENARIO_ATTACHMENT, "application/json", scenario_document(scenario)

@@ -82,7 +82,7 @@ def test_a_recording_of_a_newer_format_is_refused_with_the_way_out(small, tmp_pa
     with (tmp_path / "newer.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 99")
         container.add_metadata(
-            START, {**start_document(small.trace.shape, small.provenance, 0.0), "format": "99"}
+            START, {**start_document(small.trace.shape, small.provenance, 0, 0.0), "format": "99"}
         )
         container.finish()
 
@@ -93,7 +93,7 @@ def test_a_recording_of_a_newer_format_is_refused_with_the_way_out(small, tmp_pa
 def test_a_recording_without_an_ending_is_damaged(small, tmp_path):
     with (tmp_path / "cut.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 1")
-        container.add_metadata(START, start_document(small.trace.shape, small.provenance, 0.0))
+        container.add_metadata(START, start_document(small.trace.shape, small.provenance, 0, 0.0))
         container.finish()
 
     with pytest.raises(DamagedRecordingError, match="missing"):
@@ -138,7 +138,7 @@ def assert_bomb_is_refused(small, folder, content, claimed):
     )
     with (folder / "bomb.mcap").open("wb") as stream:
         container = McapContainer(stream, profile="slipgrasp", library="slipgrasp 1")
-        container.add_metadata(START, start_document(small.trace.shape, small.provenance, 0.0))
+        container.add_metadata(START, start_document(small.trace.shape, small.provenance, 0, 0.0))
         stream.write(struct.pack("<BQ", 6, len(chunk) + len(compressed)) + chunk + compressed)
         container.finish()
 
