@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import resources
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import pydantic
 
 from core.assignment import assign, replaced
-from core.exceptions import FieldError, ScenarioError
+from core.exceptions import ScenarioError
 from core.field_errors import (
     field_errors,
     full_scenario,
     nearest,
-    shortened,
     single_error,
 )
 from core.motion_file import fill_in_table, refuse_table_name
 from core.parameters import Parameter, describe
 from core.scenario import Scenario
+from core.timed_changes import check_changes
 from core.validation import check_scenario
 
 __all__ = [
@@ -143,7 +142,7 @@ def scenario_from_mapping(mapping: Any) -> Scenario:
             "", None, None, f"the scenario cannot be read: {type(error).__name__}"
         ) from error
     check_scenario(scenario)
-    _check_changes(scenario)
+    check_changes(scenario, with_values)
     return scenario
 
 
@@ -229,80 +228,3 @@ def _with_plain_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenari
         return None
     check_scenario(changed)
     return changed
-
-
-def _check_changes(scenario: Scenario) -> None:
-    """Each timed change must name a changeable parameter and give it an allowed value."""
-    if not scenario.changes:
-        return
-    definitions = describe(replace(scenario, changes=()))
-    errors = dict(_unchangeable(scenario, definitions))
-    present = replace(scenario, changes=())
-    order = sorted(set(range(len(scenario.changes))) - set(errors), key=_time_of(scenario))
-    for _, due in groupby(order, key=_time_of(scenario)):
-        # What is allowed may depend on the changes before, and on those of the same instant.
-        indices = list(due)
-        try:
-            present = with_values(present, _values_of(scenario, indices))
-        except ScenarioError as error:
-            errors |= dict(_misfits(scenario, indices, error))
-    if errors:
-        raise ScenarioError([errors[i] for i in sorted(errors)])
-
-
-def _time_of(scenario: Scenario) -> Callable[[int], float]:
-    return lambda index: scenario.changes[index].time
-
-
-def _values_of(scenario: Scenario, indices: Iterable[int]) -> dict[str, object]:
-    changes = [scenario.changes[i] for i in indices]
-    return {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in changes}
-
-
-def _unchangeable(
-    scenario: Scenario, definitions: Mapping[str, Parameter]
-) -> Iterator[tuple[int, FieldError]]:
-    """Changes of what does not exist or cannot change, by index."""
-    for i, change in enumerate(scenario.changes):
-        key = f"changes.{i}.parameter"
-        parameter = definitions.get(change.parameter)
-        if parameter is None and not _is_list_gain(change.parameter, definitions):
-            near = nearest(change.parameter, definitions)
-            yield (
-                i,
-                FieldError(
-                    field=key,
-                    value=shortened(change.parameter),
-                    limit=None,
-                    message=f"{key}: unknown parameter '{shortened(change.parameter)}'{near}",
-                ),
-            )
-        elif parameter is not None and not parameter.changeable:
-            yield (
-                i,
-                FieldError(
-                    field=key,
-                    value=change.parameter,
-                    limit="a parameter that can change during a run",
-                    message=(
-                        f"{key}: '{change.parameter}' cannot change during a run; set it for the "
-                        "whole run instead"
-                    ),
-                ),
-            )
-
-
-def _misfits(
-    scenario: Scenario, indices: Sequence[int], error: ScenarioError
-) -> Iterator[tuple[int, FieldError]]:
-    """What is wrong with the values of the changes at one instant, by index."""
-    for e in error.errors:
-        named = [i for i in indices if scenario.changes[i].parameter == e.field]
-        index = named[0] if named else indices[-1]
-        key = f"changes.{index}.value"
-        yield index, replace(e, field=key, message=f"{key}: {e.message}")
-
-
-def _is_list_gain(key: str, definitions: Mapping[str, Parameter]) -> bool:
-    parent = definitions.get(key.rpartition(".")[0])
-    return parent is not None and parent.kind == "number-or-list" and parent.changeable
