@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 import numpy as np
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
@@ -28,11 +27,12 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 from numpy.typing import NDArray
 
-from core.geometry import inner_radius, outline
+from core.geometry import outline
 from core.scenario import Scenario
 from core.trace import Trace
 from core.types import ContactPhase
 from recordings import palette
+from recordings.foxglove.sizes import Sizes, sizes_of
 from recordings.foxglove.template import Blanks, Template
 from recordings.foxglove.transforms import (
     DESIRED,
@@ -43,7 +43,7 @@ from recordings.foxglove.transforms import (
     turn,
 )
 
-__all__ = ["Sizes", "scene_template", "sizes_of"]
+__all__ = ["scene_template"]
 
 _FOR_EVER = Duration()
 """Until the entity is replaced."""
@@ -55,56 +55,9 @@ _PHASES = (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACK
 _PHASE_COLOURS = np.array([palette.PHASES[phase] for phase in _PHASES]) / 255.0
 """Indexed by phase; backward is -1 and so the last."""
 
-_LINK_RADIUS = 0.05
 _TAPER = 0.7
-_LEAST_GRAVITY = 1.0
 _LONGEST_ARROW = 100.0
 """Longest arrow, as a multiple of the object's size: a run that diverges stays drawable."""
-
-
-class Sizes(NamedTuple):
-    """Sizes that follow from the scenario [m].
-
-    Attributes:
-        half_depth: How far the object reaches towards the eye.
-        front: Where marks float, a little nearer to the eye.
-        link_radius: Of the links at the start of the first.
-        tip_radius: Of the fingertips.
-        mark: Length of the edges of a friction cone.
-        thickness: Of lines.
-        per_newton: Length of an arrow for each newton [m/N].
-    """
-
-    half_depth: float
-    front: float
-    link_radius: float
-    tip_radius: float
-    mark: float
-    thickness: float
-    per_newton: float
-
-
-def sizes_of(scenario: Scenario) -> Sizes:
-    """Sizes that suit a hand and object of any scale.
-
-    An arrow as long as half the object is wide stands for twice the object's weight.
-
-    Args:
-        scenario: Hand and object.
-    """
-    body = scenario.object
-    unit = inner_radius(body)
-    mean_length = float(np.mean([finger.link_lengths for finger in scenario.fingers]))
-    weight = body.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
-    return Sizes(
-        half_depth=0.5 * unit,
-        front=0.6 * unit,
-        link_radius=min(_LINK_RADIUS * mean_length, 0.5 * unit),
-        tip_radius=0.22 * unit,
-        mark=0.9 * unit,
-        thickness=0.05 * unit,
-        per_newton=0.5 * unit / weight,
-    )
 
 
 def scene_template(scenario: Scenario) -> Template:
@@ -155,8 +108,8 @@ def _prism(scenario: Scenario, sizes: Sizes) -> TriangleListPrimitive:
 
 
 def _desired(scenario: Scenario, sizes: Sizes) -> SceneEntity:
-    outline = _outline(scenario, sizes, sizes.front, palette.GHOST)
-    return SceneEntity(id="desired", frame_id=DESIRED, lines=[outline])
+    line = _outline(scenario, sizes, sizes.front, palette.GHOST)
+    return SceneEntity(id="desired", frame_id=DESIRED, lines=[line])
 
 
 def _outline(scenario: Scenario, sizes: Sizes, depth: float, rgb: palette.Rgb) -> LinePrimitive:
