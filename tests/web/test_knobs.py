@@ -13,7 +13,8 @@ from core.scenario import Scenario
 from server.viewer_server import ViewerServer
 from web.intents.intent import Intent
 from web.panels.knobs_panel import KnobsPanel
-from web.panels.parameter_inputs import as_text, parse_text, slider_range
+from web.panels.parameter_inputs import as_text, parse_text
+from web.panels.slider_range import slider_range
 from web.scenario.draft import Draft
 from web.scenario.editing import Gesture
 from web.scenario.incidents import push_at

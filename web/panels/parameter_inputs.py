@@ -13,6 +13,7 @@ import viser
 from core.parameters import Parameter
 from web.intents.intent import Send
 from web.intents.scenario import SetParameter
+from web.panels.slider_range import round_step, slider_range
 from web.scenario.draft import Value
 from web.scenario.incidents import is_of_incident
 from web.scenario.parameter_groups import Entry
@@ -20,11 +21,9 @@ from web.scenario.rows import numbers_of, parse_rows, row_parameters
 
 __all__ = [
     "Knob",
-    "SliderRange",
     "add_knob",
     "as_text",
     "parse_text",
-    "slider_range",
 ]
 
 Input = (
@@ -36,7 +35,6 @@ Input = (
     | viser.GuiTextHandle
 )
 
-_STEPS_PER_SLIDER = 200
 # How long the page may not know yet that a slider is wider [s].
 _WIDENING = 2.0
 # Digits after the point that a field takes: all that a typed number could mean.
@@ -205,49 +203,6 @@ class _RowsKnob(Knob):
         return parse_rows(self.key, value)
 
 
-class SliderRange(NamedTuple):
-    """Where a slider moves, in the unit of its parameter."""
-
-    low: float
-    high: float
-    step: float
-
-
-def slider_range(
-    parameter: Parameter, definitions: Mapping[str, Parameter], value: float
-) -> SliderRange:
-    """Where the slider of a number moves: its typical range, widened to hold its values.
-
-    Args:
-        parameter: A number. One that estimates another has the typical range of that one.
-        definitions: Every parameter of the scenario by key.
-        value: What it has to hold, besides the value that the parameter has.
-    """
-    first = parameter.value if isinstance(parameter.value, float) else value
-    typical = parameter.typical or _estimated(parameter, definitions)
-    start, end = typical or (min(0.5 * first, 2.0 * first), max(0.5 * first, 2.0 * first))
-    low, high = min(start, first, value), max(end, first, value)
-    if high <= low:
-        high = low + 1.0
-    return SliderRange(low, high, _round_step((end - start) or (high - low)))
-
-
-def _estimated(
-    parameter: Parameter, definitions: Mapping[str, Parameter]
-) -> tuple[float, float] | None:
-    """The typical range of the parameter that this one is an estimate of."""
-    sibling = definitions.get(f"{parameter.key.rpartition('.')[0]}.parameter")
-    target = definitions.get(str(sibling.value)) if sibling else None
-    return target.typical if target else None
-
-
-def _round_step(length: float) -> float:
-    """The step of a slider of some length: 1, 2 or 5 times a power of ten."""
-    step = length / _STEPS_PER_SLIDER
-    power = 10.0 ** math.floor(math.log10(step))
-    return max(power * factor for factor in (1.0, 2.0, 5.0) if power * factor <= step * (1 + 1e-9))
-
-
 def add_knob(
     gui: viser.GuiApi, entry: Entry, definitions: Mapping[str, Parameter], send: Send
 ) -> Knob:
@@ -276,7 +231,7 @@ def add_knob(
     if parameter.changeable:
         return _add_slider(gui, entry, definitions, send)
     assert isinstance(value, float)
-    number = gui.add_number(label, value, step=_round_step(abs(value) * 10.0 or 1.0), hint=hint)
+    number = gui.add_number(label, value, step=round_step(abs(value) * 10.0 or 1.0), hint=hint)
     number.precision = max(_DECIMALS, number.precision)
     return _PlainKnob(parameter, number, send)
 

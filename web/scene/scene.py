@@ -19,10 +19,11 @@ from web.scene.detail import Detail
 from web.scene.ghost_view import GhostView
 from web.scene.hand_view import HandView
 from web.scene.incident_view import PushView, WetSpots
-from web.scene.layout import SceneLayout, lay_out, nice_at_least
+from web.scene.layout import SceneLayout, lay_out
 from web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
-from web.scene.marks import FullScale, sizes_on_hand
+from web.scene.marks import sizes_on_hand
 from web.scene.object_view import ObjectView
+from web.scene.run_facts import RunFacts, run_facts
 from web.scene.shapes import position
 from web.scene.surfaces import surfaces_for
 
@@ -32,8 +33,6 @@ Stage = viser.ClientHandle | viser.ViserServer
 
 _ROOT = "/hand"
 _GHOST_ROOT = "/ghost"
-_LEAST_FULL_FORCE = 1.0
-_LEAST_FULL_SPEED = 1e-3
 
 
 class Scene:
@@ -52,7 +51,7 @@ class Scene:
         self._ghost_shape: object = None
         self._wet_spots: WetSpots | None = None
         self._wet: object = None
-        self._run: _RunFacts | None = None
+        self._run: RunFacts | None = None
         _light(stage.scene)
 
     def show(
@@ -70,7 +69,7 @@ class Scene:
         """
         self._look = look or self._look
         layout = lay_out(result)
-        self._run = _run_facts(result, layout, self._look.force_scale)
+        self._run = run_facts(result, layout, self._look.force_scale)
         with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
             views.show_parts(self._look)
@@ -109,7 +108,7 @@ class Scene:
         self._wet_spots = self._wet = None
 
     def _update_lenses(
-        self, views: _Views, sample: Sample, run: _RunFacts, ghost: Sample | None
+        self, views: _Views, sample: Sample, run: RunFacts, ghost: Sample | None
     ) -> None:
         spots = _spots(sample, views.frames)
         for i, lens in enumerate(views.lenses):
@@ -164,26 +163,6 @@ class Scene:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _RunFacts:
-    """What the marks of a run need besides its instants.
-
-    Attributes:
-        full: What an arrow of full length stands for.
-        beliefs: Where the estimate of each friction coefficient stands, None if it is known.
-        magnification: How much larger than life the lenses show slip.
-    """
-
-    full: FullScale
-    beliefs: tuple[int | None, ...]
-    magnification: float
-
-    def believed(self, sample: Sample, contact: int) -> float | None:
-        """What the controller believes a friction coefficient to be, None if it knows it."""
-        place = self.beliefs[contact]
-        return None if place is None else max(float(sample.estimates[place]), 0.0)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Views:
     """The nodes of one hand, as long as its shape does not change."""
 
@@ -212,7 +191,7 @@ class _Views:
             lens.magnify(layout.magnification)
             spot.points = ring
 
-    def update(self, sample: Sample, run: _RunFacts) -> None:
+    def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
         self.hand.update(sample.joint_positions)
         self.body.update(sample)
@@ -268,27 +247,6 @@ def _spots(sample: Sample, frames: tuple[ContactFrame, ...]) -> NDArray[np.float
     x, y, angle = sample.object_pose.tolist()
     rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     return np.array([x, y]) + np.array([frame.anchor for frame in frames]) @ rotation.T
-
-
-def _run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> _RunFacts:
-    unknowns = result.trace.shape.unknowns
-    keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
-    full = _full_scale(result)
-    return _RunFacts(
-        full=full._replace(force=full.force / force_scale),
-        beliefs=tuple(unknowns.index(key) if key in unknowns else None for key in keys),
-        magnification=layout.magnification,
-    )
-
-
-def _full_scale(result: RunResult) -> FullScale:
-    """Round numbers, so that arrows of similar runs compare; a short peak may be longer."""
-    forces = np.abs(result.trace.normal_force)
-    usual = max(float(np.median(forces)), 0.4 * float(forces.max()))
-    speed = float(np.abs(result.trace.slip_velocity).max())
-    return FullScale(
-        nice_at_least(max(usual, _LEAST_FULL_FORCE)), nice_at_least(max(speed, _LEAST_FULL_SPEED))
-    )
 
 
 def _light(scene: viser.SceneApi) -> None:

@@ -15,7 +15,7 @@ from core.parameters import Parameter
 from core.scenario import Scenario
 from core.study.definition import Study, expand_key
 from core.study.loading import study_from_mapping
-from web.panels.parameter_inputs import slider_range
+from web.panels.slider_range import slider_range
 from web.study.words import VariedNames, names_of
 from web.words import key_words
 
