@@ -70,12 +70,12 @@ class Display:
 def turning_run():
     """Fingers above and below an object that turns while they slip."""
     mapping = random_scenario(np.random.default_rng(18), 4, "nothing").to_mapping()
-    fingers = [{**finger, "friction": 0.2} for finger in mapping["fingers"][2:]]
+    fingers = [{**finger, "friction": 0.4} for finger in mapping["fingers"][2:]]
     controller = {"grasp_force": "minimum", "velocity_gain": 12.0, "lyapunov_weight": 10.0}
     mapping |= {
         "fingers": fingers,
         "controller": {**mapping["controller"], "kind": "theorem-4", **controller},
-        "trajectory": {**mapping["trajectory"], "acceleration": (0.5, 0.3, 2.0)},
+        "trajectory": {**mapping["trajectory"], "acceleration": (0.2, 0.1, 4.0)},
         "estimates": [{"parameter": f"fingers.{i}.friction", "initial": 0.8} for i in (0, 1)],
         "simulation": {**mapping["simulation"], "duration": 0.5},
     }
