@@ -31,6 +31,7 @@ GUARDS = np.dtype(
         ("values", np.float64, (MAX_GUARDS,)),
         ("levels", np.float64, (MAX_GUARDS,)),
         ("fired", np.int64, (MAX_GUARDS,)),
+        ("overlooked", np.int64, (MAX_GUARDS,)),
     ],
     align=True,
 )
@@ -127,6 +128,24 @@ def find_fired(model: Record, discrete: Record, state: Record, work: Record, gua
     for j in range(guards.count):
         noise, _ = _band(model, discrete, work, j)
         guards.fired[j] = 1 if guards.values[j] < guards.levels[j] - noise else 0
+    return found
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
+def find_overlooked(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+    """1 if a guard that did not fire in the whole step is past its level at the event in it.
+
+    Only such guards are then marked: the first event is theirs.
+    """
+    found = 0
+    for j in range(guards.count):
+        noise, _ = _band(model, discrete, work, j)
+        past = guards.values[j] < guards.levels[j] - noise
+        guards.overlooked[j] = 1 if past and guards.fired[j] == 0 else 0
+        found = max(found, guards.overlooked[j])
+    if found == 1:
+        for j in range(guards.count):
+            guards.fired[j] = guards.overlooked[j]
     return found
 
 

@@ -8,6 +8,7 @@ from numba import types
 from core.kernel.compiler import compiled_apart
 from core.kernel.guards import (
     find_fired,
+    find_overlooked,
     is_past_event,
     keep_first_fired,
     least_fired,
@@ -128,7 +129,11 @@ def cut_at_event(model: Record, run: Record, h: float) -> float:
     """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
     if find_fired(model, run.discrete, run.step.end, run.work, run.guards) == 1:
         run.fired = 1
-        return locate(model, run, h)
+        size = locate(model, run, h)
+        # What is quiet again at the end of the whole step may have fired before this event.
+        while find_overlooked(model, run.discrete, run.work, run.guards) == 1 and size > 0.0:
+            size = locate(model, run, size)
+        return size
     run.fired = 0
     rearm_guards(model, run.discrete, run.work, run.guards)
     return h

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from core.geometry import contact_frame
 from core.loading import scenario_from_mapping
-from core.scenario import Scenario
+from core.scenario import FingerParameters, ObjectParameters, Scenario
 
 __all__ = ["scenarios"]
 
@@ -17,7 +18,10 @@ POSITION = (1.466, 0.366)
 FACES = ("left", "right", "bottom", "bottom")
 # Where the fingers come from: directions from contact to base, in turns of the x axis [rad].
 DIRECTIONS = (-2.8, -0.35, -1.6, -1.6)
-PERIODS = (0.0, 0.0, 0.0005, 0.001, 0.002, 0.005)
+SAMPLED = (0.0005, 0.001, 0.002, 0.005)
+PERIODS = (0.0, 0.0, *SAMPLED)
+LAWS = ("theorem-3", "theorem-4", "certainty-equivalence", "pd-gravity")
+SAMPLED_LAWS = (*LAWS, "grip-reflex", "composite", "composite")
 UNKNOWNS = ("nothing", "masses", "object", "friction")
 
 
@@ -35,55 +39,80 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     matrix P grows without bound as K_p falls to zero (K_p = 0 itself is drawn).
     """
     n = draw(st.sampled_from((2, 2, 2, 3, 4)))
-    half_width, half_length = draw(_between(0.05, 0.2)), draw(_between(0.08, 0.2))
+    body, faces = draw(_bodies())
     angle = draw(_between(-0.2, 0.2))
-    body = (half_width, half_length, angle)
+    fingers = [_finger(draw, i, body, faces[i], angle) for i in range(n)]
     period = draw(st.sampled_from(PERIODS))
     mapping: dict[str, Any] = {
-        "object": {
-            "mass": draw(_between(0.3, 2.0)),
-            "inertia": draw(_between(0.005, 0.05)),
-            "half_width": half_width,
-            "face_half_length": half_length,
-        },
-        "fingers": [_finger(draw, i, body) for i in range(n)],
-        "trajectory": {
-            "start": (*POSITION, angle),
-            "acceleration": tuple(draw(_between(-0.5, 0.5)) for _ in range(3)),
-            "acceleration_time": draw(st.sampled_from((0.05, 0.1, 1.0))),
-            "coast_time": draw(st.sampled_from((0.0, 0.1))),
-        },
-        "controller": _controller(draw, n, period),
+        "object": body,
+        "fingers": fingers,
+        "trajectory": _trajectory(draw, (*POSITION, angle)),
+        "controller": _controller(draw, period),
         "estimates": _estimates(draw, n),
-        "changes": draw(st.lists(_change(n), max_size=3)),
+        "pulses": draw(_seldom(_pulses())),
+        "patches": draw(_seldom(_patches(faces))),
+        "changes": draw(st.lists(_change(fingers, period), max_size=3)),
         "simulation": {
             "duration": DURATION,
             "max_steps": 20_000,
             "gravity": draw(st.sampled_from((9.81, 9.81, 0.0))),
         },
     }
+    if period:
+        mapping["sensing"] = draw(st.one_of(st.just({}), _sensing()))
+        limit = st.one_of(st.none(), _between(5.0, 60.0))
+        mapping["actuation"] = {"torque_limit": draw(limit)}
     return scenario_from_mapping(mapping)
 
 
-def _finger(draw: st.DrawFn, i: int, body: tuple[float, float, float]) -> dict[str, Any]:
-    half_width, half_length, angle = body
+def _seldom(item: st.SearchStrategy[Any]) -> st.SearchStrategy[list[Any]]:
+    """None in half of the draws, otherwise one or two."""
+    return st.one_of(st.just([]), st.lists(item, min_size=1, max_size=2))
+
+
+@st.composite
+def _bodies(draw: st.DrawFn) -> tuple[dict[str, Any], list[str]]:
+    """A rectangle, or a polygon of four or five corners, and the face of each finger.
+
+    Every corner lies beyond that of the rectangle by less than half, and the fifth between
+    the two upper ones further out: the polygon is convex, and no face of a finger shorter.
+    """
+    x, y = draw(_between(0.05, 0.2)), draw(_between(0.08, 0.2))
+    body: dict[str, Any] = {
+        "mass": draw(_between(0.3, 2.0)),
+        "inertia": draw(_between(0.005, 0.05)),
+    }
+    if not draw(st.sampled_from((False, False, True))):
+        return {**body, "half_width": x, "face_half_length": y}, list(FACES)
+    signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    out = _between(1.0, 1.4)
+    corners = [(i * draw(out) * x, j * draw(out) * y) for i, j in signs]
+    if draw(st.booleans()):
+        corners.insert(3, (0.0, 1.6 * y))
+    edges = {"left": f"edge-{len(corners) - 1}", "right": "edge-1", "bottom": "edge-0"}
+    return {**body, "corners": tuple(corners)}, [edges[face] for face in FACES]
+
+
+def _finger(
+    draw: st.DrawFn, i: int, body: dict[str, Any], face: str, angle: float
+) -> dict[str, Any]:
     offset = draw(_between(-0.02, 0.02)) + (0.0, 0.0, -0.025, 0.025)[i]
-    contact = {
-        "left": (-half_width, offset),
-        "right": (half_width, -offset),
-        "bottom": (-offset, -half_length),
-    }[FACES[i]]
+    touching = FingerParameters(base=(0.0, 0.0), face=face, contact_offset=offset)
+    contact = contact_frame(ObjectParameters(**body), touching).anchor
     lengths = draw(_between(0.7, 1.2)), draw(_between(0.7, 1.2))
     reach = draw(_between(0.6, 0.85)) * sum(lengths)
     towards = DIRECTIONS[i] + draw(_between(-0.4, 0.4))
     c, s = np.cos(angle), np.sin(angle)
     x = POSITION[0] + c * contact[0] - s * contact[1] + reach * np.cos(towards)
     y = POSITION[1] + s * contact[0] + c * contact[1] + reach * np.sin(towards)
+    friction = draw(_between(0.05, 0.8))
+    static = draw(st.one_of(st.none(), _between(1.0, 1.5)))
     return {
-        "face": FACES[i],
+        "face": face,
         "base": (float(x), float(y)),
         "elbow": draw(st.sampled_from(("up", "down"))),
-        "friction": draw(_between(0.05, 0.8)),
+        "friction": friction,
+        "static_friction": None if static is None else static * friction,
         "contact_offset": offset,
         "link_masses": (draw(_between(0.3, 2.0)), draw(_between(0.3, 2.0))),
         "link_lengths": lengths,
@@ -92,16 +121,40 @@ def _finger(draw: st.DrawFn, i: int, body: tuple[float, float, float]) -> dict[s
     }
 
 
-def _controller(draw: st.DrawFn, n: int, period: float) -> dict[str, Any]:
+def _trajectory(draw: st.DrawFn, start: tuple[float, float, float]) -> dict[str, Any]:
+    kinds = ("coast", "coast", "set-points", "circle", "rotation", "shake", "table")
+    kind = draw(st.sampled_from(kinds))
+    # Where it may move to, from where it starts.
+    offsets = st.tuples(*[_between(-0.01, 0.01)] * 3)
+    poses = [tuple(np.add(start, draw(offsets)).tolist()) for _ in range(2)]
+    moves = [{"time": 0.02, "duration": 0.1}, {"time": 0.15, "duration": 0.1}]
+    ramps = (0.05, 0.1, 1.0) if kind == "coast" else (0.05, 0.1)
     return {
-        "kind": draw(st.sampled_from(("theorem-3", "theorem-4"))),
+        "kind": kind,
+        "start": start,
+        "acceleration": tuple(draw(_between(-0.5, 0.5)) for _ in range(3)),
+        "acceleration_time": draw(st.sampled_from(ramps)),
+        "coast_time": draw(st.sampled_from((0.0, 0.1))),
+        "period": draw(_between(0.1, 0.5)),
+        "radius": 0.01,
+        "angle": 0.05,
+        "amplitude": draw(offsets),
+        "set_points": [{**move, "pose": pose} for move, pose in zip(moves, poses, strict=True)],
+        "table": [(0.0, *start), (0.1, *poses[0]), (0.25, *poses[1])],
+    }
+
+
+def _controller(draw: st.DrawFn, period: float) -> dict[str, Any]:
+    return {
+        "kind": draw(st.sampled_from(SAMPLED_LAWS if period else LAWS)),
+        "latency": draw(st.sampled_from((0.0, 0.0, 0.0015))) if period else 0.0,
         "control_period": period,
         "recognition_time": draw(st.sampled_from((0.0002, 0.001, 0.005))),
         "position_gain": draw(st.one_of(st.just(0.0), _between(10.0, 300.0))),
         "velocity_gain": draw(_between(1.0, 30.0)),
         "adaptation_gain": draw(_between(0.1, 3.0)),
         "lyapunov_weight": draw(_between(0.0, 50.0)),
-        "grasp_force": draw(st.sampled_from(("minimum", "minimum", "none"))) if n == 2 else "none",
+        "grasp_force": draw(st.sampled_from(("minimum", "minimum", "none"))),
         "grip_safety": draw(_between(1.0, 2.0)),
         "estimate_norm_bound": draw(_between(0.3, 5.0)),
     }
@@ -126,12 +179,52 @@ def _estimates(draw: st.DrawFn, n: int) -> list[dict[str, Any]]:
     ]
 
 
-def _change(n: int) -> st.SearchStrategy[dict[str, Any]]:
+def _pulses() -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries(
+        {
+            "time": _between(0.0, 0.28),
+            "duration": _between(0.005, 0.1),
+            "force": st.tuples(_between(-5.0, 5.0), _between(-5.0, 5.0)),
+            "moment": _between(-0.1, 0.1),
+        }
+    )
+
+
+def _patches(faces: list[str]) -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries(
+        {
+            "face": st.sampled_from(faces),
+            "centre": _between(-0.05, 0.05),
+            "half_length": _between(0.002, 0.05),
+            "friction_factor": _between(0.3, 1.5),
+            "start_time": st.sampled_from((0.0, 0.05)),
+            "end_time": st.sampled_from((None, 0.2)),
+        }
+    )
+
+
+def _sensing() -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries(
+        {
+            "position_noise": st.sampled_from((0.0, 1e-5)),
+            "velocity_noise": st.sampled_from((0.0, 1e-3)),
+            "acceleration_noise": st.sampled_from((0.0, 0.1)),
+            "true_accelerations": st.booleans(),
+            "true_phases": st.booleans(),
+        }
+    )
+
+
+def _change(fingers: list[dict[str, Any]], period: float) -> st.SearchStrategy[dict[str, Any]]:
+    """A change that the rest allows: friction stays below its static value, and ticks go on."""
     numbers = {
         "object.mass": (0.3, 2.0),
         "object.inertia": (0.005, 0.05),
         "controller.velocity_gain": (1.0, 30.0),
-        **{f"fingers.{i}.friction": (0.05, 0.8) for i in range(n)},
+        **{
+            f"fingers.{i}.friction": (0.05, finger["static_friction"] or 0.8)
+            for i, finger in enumerate(fingers)
+        },
     }
     kinds = [
         st.fixed_dictionaries({"parameter": st.just(key), "value": _between(low, high)})
@@ -141,7 +234,7 @@ def _change(n: int) -> st.SearchStrategy[dict[str, Any]]:
         st.fixed_dictionaries(
             {
                 "parameter": st.just("controller.control_period"),
-                "value": st.sampled_from(PERIODS),
+                "value": st.sampled_from(SAMPLED if period else PERIODS),
             }
         )
     )

@@ -2,11 +2,12 @@
 
 import json
 from collections import Counter
+from typing import get_args, get_type_hints
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 
-from core.scenario import Scenario
+from core.scenario import ControllerParameters, Scenario, TrajectoryParameters
 from core.simulator import simulate
 from core.trace import Trace
 from core.types import ContactPhase, Outcome
@@ -21,6 +22,16 @@ every_scenario = settings(
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
 )
+COMMON = (
+    *("long", "slipped", "sampled", "continuous", "changed", "unknown"),
+    *("pushed", "patched", "polygon", "static"),
+)
+RARE = (
+    *("completed", "separated", "stopped", "3 fingers", "4 fingers", "squeezed by many"),
+    *("late", "noisy", "blind", "weak"),
+)
+LAWS = get_args(get_type_hints(ControllerParameters)["kind"])
+MOTIONS = get_args(get_type_hints(TrajectoryParameters)["kind"])
 ENDS = {*Outcome} - {Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED}
 
 
@@ -129,13 +140,15 @@ def test_random_scenarios_are_of_every_kind() -> None:
     @given(scenarios())
     def look(scenario: Scenario) -> None:
         result = simulate(scenario)
-        period = scenario.controller.control_period
+        law, sensing = scenario.controller, scenario.sensing
         seen.update(
             [
                 "drawn",
                 result.outcome.value,
                 f"{len(scenario.fingers)} fingers",
-                "sampled" if period else "continuous",
+                law.kind,
+                scenario.trajectory.kind,
+                "sampled" if law.control_period else "continuous",
                 "long" if result.end_time > 0.1 else "short",
             ]
         )
@@ -145,10 +158,21 @@ def test_random_scenarios_are_of_every_kind() -> None:
         )
         seen["changed"] += bool(scenario.changes)
         seen["unknown"] += bool(scenario.estimates)
+        seen["pushed"] += bool(scenario.pulses)
+        seen["patched"] += bool(scenario.patches)
+        seen["polygon"] += bool(scenario.object.corners)
+        seen["static"] += any(f.static_friction is not None for f in scenario.fingers)
+        seen["squeezed by many"] += len(scenario.fingers) > 2 and law.grasp_force == "minimum"
+        seen["late"] += law.latency > 0.0
+        seen["noisy"] += sensing.position_noise > 0.0 or sensing.velocity_noise > 0.0
+        seen["blind"] += not (sensing.true_phases and sensing.true_accelerations)
+        seen["weak"] += scenario.actuation.torque_limit is not None
 
     look()
     assert seen["drawn"] >= 150
-    for kind in ("long", "slipped", "sampled", "continuous", "changed", "unknown"):
-        assert seen[kind] >= 0.2 * seen["drawn"]
-    for kind in ("completed", "separated", "stopped", "3 fingers", "4 fingers"):
-        assert seen[kind] >= 0.05 * seen["drawn"]
+    for kind in COMMON:
+        assert seen[kind] >= 0.2 * seen["drawn"], kind
+    for kind in RARE:
+        assert seen[kind] >= 0.05 * seen["drawn"], kind
+    for kind in (*LAWS, *MOTIONS):
+        assert seen[kind] >= 0.02 * seen["drawn"], kind
