@@ -206,6 +206,7 @@ MORE_FINGERS = {
     "simulation.duration": 0.17,
     "controller.estimate_norm_bound": 0.65,
 }
+SMOOTH = {**MORE_FINGERS, "simulation.output_rate": 1000.0}
 CASE_1, CASE_2 = load_scenario("paper-case-1"), load_scenario("paper-case-2")
 RUNS = {
     "theorem 3": (CASE_1, {}),
@@ -216,7 +217,7 @@ RUNS = {
         # The estimate of the inertia runs through zero at 0.043 s and ends the run.
         {"fingers.1.friction": 0.26, "simulation.duration": 0.03},
     ),
-    **{f"{n} fingers, theorem 3": (carrying_hand(n, "masses"), MORE_FINGERS) for n in (3, 4)},
+    **{f"{n} fingers, theorem 3": (carrying_hand(n, "masses"), SMOOTH) for n in (3, 4)},
     **{f"{n} fingers, theorem 4": (carrying_hand(n, "friction"), MORE_FINGERS) for n in (3, 4)},
 }
 LOPSIDED = ("theorem 3", "theorem 4 with unequal friction")
