@@ -31,7 +31,6 @@ GUARDS = np.dtype(
         ("values", np.float64, (MAX_GUARDS,)),
         ("levels", np.float64, (MAX_GUARDS,)),
         ("fired", np.int64, (MAX_GUARDS,)),
-        ("overlooked", np.int64, (MAX_GUARDS,)),
     ],
     align=True,
 )
@@ -135,17 +134,14 @@ def find_fired(model: Record, discrete: Record, state: Record, work: Record, gua
 def find_overlooked(model: Record, discrete: Record, work: Record, guards: Record) -> int:
     """1 if a guard that did not fire in the whole step is past its level at the event in it.
 
-    Only such guards are then marked: the first event is theirs.
+    Such guards are marked too: the first event is theirs, or at the same time.
     """
     found = 0
     for j in range(guards.count):
         noise, _ = _band(model, discrete, work, j)
-        past = guards.values[j] < guards.levels[j] - noise
-        guards.overlooked[j] = 1 if past and guards.fired[j] == 0 else 0
-        found = max(found, guards.overlooked[j])
-    if found == 1:
-        for j in range(guards.count):
-            guards.fired[j] = guards.overlooked[j]
+        if guards.fired[j] == 0 and guards.values[j] < guards.levels[j] - noise:
+            guards.fired[j] = 1
+            found = 1
     return found
 
 

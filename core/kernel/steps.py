@@ -131,7 +131,7 @@ def cut_at_event(model: Record, run: Record, h: float) -> float:
         run.fired = 1
         size = locate(model, run, h)
         # What is quiet again at the end of the whole step may have fired before this event.
-        while find_overlooked(model, run.discrete, run.work, run.guards) == 1 and size > 0.0:
+        while size > 0.0 and find_overlooked(model, run.discrete, run.work, run.guards) == 1:
             size = locate(model, run, size)
         return size
     run.fired = 0

@@ -1,9 +1,12 @@
 """A guard that sinks below zero and returns within one step is an event all the same."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
+from core.loading import load_scenario, with_values
 from core.simulator import simulate
 from tests.core.test_hybrid_events import SPIN, TOUCHING, margin, tightest, turning
 
@@ -34,3 +37,13 @@ def test_contact_that_leaves_its_cone_within_one_step_slips_at_the_exact_instant
     result = simulate(turning(friction, values))
     assert result.phase_changes
     assert result.phase_changes[0].time == pytest.approx(onset, abs=1e-8)
+
+
+def test_an_event_before_the_one_that_the_end_of_the_step_shows_is_not_overlooked():
+    scenario = load_scenario(Path(__file__).parent / "data" / "overlooked-event.toml")
+    whole = simulate(scenario)
+    finely = simulate(with_values(scenario, {"simulation.max_step": 1e-3}))
+    assert [change.contact for change in whole.phase_changes] == [1, 0]
+    for change, fine in zip(whole.phase_changes, finely.phase_changes, strict=True):
+        assert (change.contact, change.to_phase) == (fine.contact, fine.to_phase)
+        assert change.time == pytest.approx(fine.time, abs=1e-8)
