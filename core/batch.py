@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Event
 
@@ -21,7 +21,7 @@ _AHEAD_PER_THREAD = 4
 
 def simulate_many(
     scenarios: Iterable[Scenario], *, threads: int | None = None
-) -> Iterator[RunSummary]:
+) -> Generator[RunSummary, None, None]:
     """Runs scenarios on several threads, without the GIL in the compiled part.
 
     Scenarios are taken, and results given, one by one, so that memory does not grow with

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -193,9 +194,11 @@ class _Probe:
         """
         scenarios = [self.span.scenario_at(value) for value in values]
         verdicts: list[bool] = []
-        for run in simulate_many(scenarios):
-            verdicts.append(run.metrics.held)
-            self._count_run()
+        # Closed at once when interrupted: runs that nobody waits for end then.
+        with closing(simulate_many(scenarios)) as runs:
+            for run in runs:
+                verdicts.append(run.metrics.held)
+                self._count_run()
         return verdicts
 
     def simulate(self, value: float) -> RunResult:

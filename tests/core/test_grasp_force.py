@@ -42,6 +42,7 @@ class Grasp:
             values["controller.maximum_normal_force"] = float(rng.uniform(20.0, 100.0))
         if rng.random() < 0.5:
             values["actuation.torque_limit"] = float(rng.uniform(20.0, 100.0))
+            values["controller.control_period"] = 1e-3
         self.scenario = with_values(self.scenario, values)
 
     def has_freedom(self):

@@ -23,7 +23,7 @@ def replaying(slipgrasp, *arguments):
 
 @pytest.fixture
 def recording(slipgrasp):
-    slipgrasp.run_json("paper-case-1", "--set", "simulation.duration=0.3")
+    slipgrasp.run_json("paper-case-1", "--set", "simulation.duration=3")
     return next(slipgrasp.data.glob("*.mcap"))
 
 
