@@ -10,7 +10,7 @@ from typing import Self
 
 __all__ = ["COMPILING", "Progress"]
 
-COMPILING = "compiling the simulation for this processor; only the first run waits, about 20 s"
+COMPILING = "compiling the simulation for this processor; only the first run waits, half a minute"
 
 PATIENCE = 1.0
 REFRESH_PERIOD = 0.1
