@@ -13,7 +13,8 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -21,6 +22,9 @@ import numba
 import numpy as np
 from llvmlite.binding import add_symbol
 from numba import types
+from numba.core.caching import FunctionCache
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
 
 from core.kernel.cache import ROOT_VARIABLE, cache_root, functions_in_cache, in_cache_folder
 from core.kernel.records import Record
@@ -40,6 +44,22 @@ _FEW_UNITS = 8
 _LOCK = threading.Lock()
 
 
+@contextmanager
+def _nothing_declared_meanwhile() -> Iterator[Any]:
+    """Numba's context, which does not look for new declarations; only compiling needs them.
+
+    Looking takes 10 ms for every unit, a third of the time in which the kernel is loaded.
+    """
+    context = cpu_target.target_context
+    # Whoever compiles takes this lock.
+    with global_compiler_lock:
+        context.refresh = lambda: None
+        try:
+            yield context
+        finally:
+            del context.refresh
+
+
 class _Unit:
     """A function compiled apart; ``entry`` is its machine code once it is loaded."""
 
@@ -50,18 +70,27 @@ class _Unit:
         self.entry: Callable[..., Any] | None = None
 
     def compile(self) -> int:
-        """Loads the machine code from the cache, or compiles it; returns its address."""
+        """Compiles the unit into the cache, unless it is there; returns its address."""
         with in_cache_folder():
             unit = numba.cfunc(self.signature, cache=True, **_OPTIONS)(self.function)
         return int(unit.address or 0)
 
     def load(self) -> None:
         """Makes the unit ready to be called, from Python and by other units."""
-        address = self.compile()
+        address = self._find_in_cache() or self.compile()
         add_symbol(self.symbol, address)
         kinds = [_ctype(kind) for kind in self.signature.args]
         prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
         self.entry = prototype(address)
+
+    def _find_in_cache(self) -> int | None:
+        """Loads the machine code; None if it is still to be compiled."""
+        with in_cache_folder(), _nothing_declared_meanwhile() as context:
+            found = FunctionCache(self.function).load_overload(self.signature, context)
+        if found is None:
+            return None
+        name = found.fndesc.llvm_cfunc_wrapper_name
+        return int(found.library.get_pointer_to_function(name))
 
 
 _UNITS: dict[str, _Unit] = {}
@@ -72,7 +101,7 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
 
     In the kernel the decorated name is called like any function; from Python by `call`.
     """
-    kinds = [numba.from_dtype(a) if not isinstance(a, types.Type) else a for a in arguments]
+    kinds = [a if isinstance(a, types.Type) else _record_type(a) for a in arguments]
 
     def declare(function: Callable[..., Any]) -> Any:
         unit = _Unit(function, result(*kinds))
@@ -81,6 +110,12 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
         return types.ExternalFunction(unit.symbol, unit.signature)
 
     return declare
+
+
+@cache
+def _record_type(dtype: np.dtype[np.void]) -> types.Type:
+    """The type of a record; kept, for numba reads hundreds of fields for each."""
+    return numba.from_dtype(dtype)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
