@@ -40,7 +40,6 @@ class CommandLine:
             **os.environ,
             "PYTHONPATH": str(ROOT),
             "SLIPGRASP_DATA": str(self.data),
-            "PYTHONDONTWRITEBYTECODE": "1",
         }
 
     def __call__(self, *arguments, **options) -> subprocess.CompletedProcess[str]:
