@@ -128,11 +128,16 @@ class Session:
             now = time.monotonic()
             for desk in self._desks:
                 self._view = desk.pass_time(now, self._view)
-            self._draw(screen, now)
+            if not any(desk.expects_answer(now) for desk in self._desks):
+                self._draw(screen, now)
 
     def _draw(self, screen: Screen, now: float) -> None:
         began = time.thread_time()
-        screen.update(self._view)
+        # In one piece: the loop that sends would take the interpreter at every message, and
+        # wait for more after the first.
+        with self._client.atomic():
+            screen.update(self._view)
+        self._client.flush()
         if self._view.playback is not None and self._view.playback.playing:
             self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
 

@@ -83,10 +83,10 @@ def test_a_run_that_ended_at_once_can_be_drawn(case_2: RunResult) -> None:
     table = case_2.trace.to_rows()[:2]
     short = replace(case_2, trace=Trace.from_rows(case_2.trace.shape, table))
     window = whole_window(short)
-    for charts in charts_of(short).values():
-        for chart in charts:
+    for tab, charts in charts_of(short).items():
+        for chart, whole in zip(charts, charts_of(case_2)[tab], strict=True):
             drawing = Drawing.of(short.trace, chart, window)
-            ghost = Drawing.of(case_2.trace, chart, window, is_ghost=True)
+            ghost = Drawing.of(case_2.trace, whole, window, is_ghost=True)
             assert len(drawing.columns()[0]) >= 2
             assert len({len(column) for column in drawing.columns(ghost)}) == 1
 
@@ -141,7 +141,9 @@ def test_a_jump_of_either_run_stays_a_jump_beside_the_other() -> None:
 def test_a_signal_is_read_on_either_side_of_an_event() -> None:
     times, values = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 1.0, 5.0, 7.0])
     at = np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
-    before, after = (read_rows(times, values, at, side) for side in ("left", "right"))
+    before, after = (
+        read_rows(times, values[:, None], at, side)[:, 0] for side in ("left", "right")
+    )
     assert before[1:-1].tolist() == [0.0, 0.5, 1.0, 6.0, 7.0]
     assert after[1:-1].tolist() == [0.0, 0.5, 5.0, 6.0, 7.0]
     assert np.isnan(before[[0, -1]]).all()

@@ -148,6 +148,23 @@ def test_undo_and_redo_show_the_same_runs_again(room: Room) -> None:
     assert room.slip == second
 
 
+def test_drawing_waits_for_a_short_run_but_not_for_long(room: Room) -> None:
+    assert not room.runs.expects_answer(0.0)
+    room.view = room.scenario.take(SetParameter(MASS, 1.3), room.view)
+    room.view = room.runs.pass_time(5.0, room.view)
+    assert room.runs.expects_answer(5.0)
+    assert room.runs.wait(5.01, room.view) == pytest.approx(0.02)
+    # Another knob does not put it off any further.
+    room.view = room.scenario.take(SetParameter(MASS, 1.4), room.view)
+    room.view = room.runs.pass_time(5.02, room.view)
+    assert not room.runs.expects_answer(5.031)
+
+    room.hear()
+    while room.view.shown is None or room.view.shown.ticket != room.view.ticket:
+        room.hear()
+    assert not room.runs.expects_answer(5.0)
+
+
 def test_a_refused_draft_names_the_field_and_keeps_run_and_ghost(room: Room) -> None:
     first = room.view.shown
     view = room.do(SetParameter(MASS, -1.0))

@@ -57,34 +57,30 @@ class Drawing:
         Args:
             ghost: The same chart of another run, in the same window.
         """
-        slipping = is_slipping(self.trace).astype(float)
-        lines = [line.values for line in self.chart.lines]
-        own = self._cut([slipping, *lines])
+        own = _table(self.trace, self.chart)
+        times, values = self._cut(own)
         if ghost is None:
-            return own
+            return (times, *_columns_of(values))
+        other = _table(ghost.trace, ghost.chart)
+        ghost_times, ghost_values = ghost._cut(other)
         # Rows of equal times are the sides of an event: the ghost's rows come after ours.
-        others = ghost._cut([line.values for line in ghost.chart.lines])
-        times = np.concatenate([own[0], others[0]])
-        order = np.argsort(times, kind="stable")
-        ours = (
-            _joined(column, read_rows(self.trace.times, values, others[0], "right"), order)
-            for column, values in zip(own[1:], (slipping, *lines), strict=True)
-        )
-        theirs = (
-            _joined(read_rows(ghost.trace.times, line.values, own[0], "left"), column, order)
-            for column, line in zip(others[1:], ghost.chart.lines, strict=True)
-        )
-        return (times[order], *ours, *theirs)
+        joined = np.concatenate([times, ghost_times])
+        order = np.argsort(joined, kind="stable")
+        ours = [values, read_rows(self.trace.times, own, ghost_times, "right")]
+        theirs = [read_rows(ghost.trace.times, other, times, "left"), ghost_values]
+        mine, pale = (_columns_of(np.concatenate(both)[order]) for both in (ours, theirs))
+        return (joined[order], *mine, *pale[1:])
 
-    def _cut(self, columns: Sequence[Values]) -> tuple[Values, ...]:
-        """Times and columns, from one end of the window to the other as far as the run goes."""
+    def _cut(self, values: Values) -> tuple[Values, Values]:
+        """Times and values, from one end of the window to the other as far as the run goes."""
         times = self.trace.times
         inside = self.rows[rows_inside(times[self.rows], self.window)]
         before, after = locate(times, self.window.start), locate(times, self.window.end)
-        return tuple(
-            np.concatenate([[before.read(column)], column[inside], [after.read(column)]])
-            for column in (times, *columns)
+        cut_times, cut_values = (
+            np.concatenate([[before.read(rows)], rows[inside], [after.read(rows)]])
+            for rows in (times, values)
         )
+        return cut_times, cut_values
 
 
 def event_rows(trace: Trace) -> Rows:
@@ -138,26 +134,35 @@ def rows_to_draw(
 
 
 def read_rows(times: Values, values: Values, at: Values, side: Literal["left", "right"]) -> Values:
-    """What a signal holds at some times, on the straight lines between its rows.
+    """What signals hold at some times, on the straight lines between their rows.
 
     Args:
-        times: Times of its rows, shape ``(rows,)`` [s].
-        values: Its values, shape ``(rows,)``.
-        at: Where to read it, shape ``(n,)`` [s].
+        times: Times of their rows, shape ``(rows,)`` [s].
+        values: Their values, shape ``(rows, signals)``.
+        at: Where to read them, shape ``(n,)`` [s].
         side: Which side of an event counts at its very time: ``left`` is the one before it,
             ``right`` the one after it.
 
     Returns:
-        Shape ``(n,)``; not a number where the signal has not begun, or has ended.
+        Shape ``(n, signals)``; not a number where the signals have not begun, or have ended.
     """
     following = np.searchsorted(times, at, side=side)
     following = following.clip(1, len(times) - 1)
     row = following - 1
     span = times[following] - times[row]
     weight = np.divide(at - times[row], span, out=np.zeros_like(at), where=span > 0.0)
-    read = values[row] + weight * (values[following] - values[row])
-    return np.where((at >= times[0]) & (at <= times[-1]), read, np.nan)
+    read = values[row] + weight[:, None] * (values[following] - values[row])
+    read[(at < times[0]) | (at > times[-1])] = np.nan
+    return read
 
 
-def _joined(first: Values, second: Values, order: Rows) -> Values:
-    return np.concatenate([first, second])[order]
+def _table(trace: Trace, chart: Chart) -> Values:
+    """Slipping (0 or 1) and the lines of a chart, shape ``(rows, 1 + lines)``."""
+    return np.column_stack(
+        [is_slipping(trace).astype(float), *[line.values for line in chart.lines]]
+    )
+
+
+def _columns_of(values: Values) -> Values:
+    """Each column of a table in one piece, as it is sent."""
+    return np.ascontiguousarray(values.T)

@@ -26,9 +26,10 @@ class ChartedRun:
     tabs: Mapping[str, tuple[Chart, ...]]
 
     @classmethod
-    def of(cls, result: RunResult) -> ChartedRun:
-        """The run with all its charts."""
-        return cls(result.trace, charts_of(result))
+    def of(cls, result: RunResult, known: Sequence[ChartedRun] = ()) -> ChartedRun:
+        """The run with all its charts; made only if it is not among those that are known."""
+        made = next((run for run in known if run.trace is result.trace), None)
+        return made or cls(result.trace, charts_of(result))
 
     def find(self, key: str) -> Chart | None:
         """The chart with a key; None if this run has none."""

@@ -57,3 +57,11 @@ class Desk(ABC):
     def wait(self, now: float, view: ViewState) -> float | None:
         """How soon time must pass for it again [s]; None is whenever something happens."""
         return None
+
+    def expects_answer(self, now: float) -> bool:
+        """Whether what it asked for is about to come, so that drawing waits for it.
+
+        Args:
+            now: The monotonic clock [s].
+        """
+        return False

@@ -23,6 +23,7 @@ __all__ = ["RunDesk"]
 
 _UNNOTICED_WAIT = 0.3
 _LOOK_AGAIN = 0.1
+_SHORT_RUN = 0.03
 _GHOST_LABEL = "the run before"
 
 
@@ -74,8 +75,14 @@ class RunDesk(Desk):
         """At once for a new draft; a while where something is computed or is to be saved."""
         if view.draft is not self._asked:
             return 0.0
+        if self._waiting_since is not None and self.expects_answer(now):
+            return self._waiting_since + _SHORT_RUN - now
         busy = self._waiting_since is not None or view.status.stage is RunStage.PREVIEW
         return _LOOK_AGAIN if busy else None
+
+    def expects_answer(self, now: float) -> bool:
+        """Most runs take a few milliseconds: a picture without theirs would only delay it."""
+        return self._waiting_since is not None and now - self._waiting_since < _SHORT_RUN
 
     def _answered(
         self, answer: RunFinished | RunRefused | RunSaved | SaveFailed, view: ViewState

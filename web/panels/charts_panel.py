@@ -86,9 +86,11 @@ class ChartsPanel:
     def _take_runs(self, shown: Shown, ghost: Ghost | None) -> ChartedRun:
         """The charts of the run; those of another one are yet to be drawn."""
         if self._run is None or shown is not self._shown or ghost is not self._ghost:
+            # A run that becomes the ghost of the next one has its charts already.
+            known = [run for run in (self._run, self._ghost_run) if run is not None]
             self._shown, self._ghost, self._drawn = shown, ghost, None
-            self._run = ChartedRun.of(shown.result)
-            self._ghost_run = ChartedRun.of(ghost.shown.result) if ghost else None
+            self._run = ChartedRun.of(shown.result, known)
+            self._ghost_run = ChartedRun.of(ghost.shown.result, known) if ghost else None
         return self._run
 
     def _must_read(self, playback: Playback, now: float) -> bool:
