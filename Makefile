@@ -10,6 +10,9 @@ PORT ?=
 # uv trusts the certificates that the system trusts, as pip and git do.
 export UV_SYSTEM_CERTS ?= 1
 
+# What is imported is compiled then and kept; most of what pip brings never is.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: serve test lint benchmark constraints clean
 .DELETE_ON_ERROR:
 
@@ -51,7 +54,8 @@ $(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark: pyproject.toml constraints.t
 	  uv pip install --python $(BIN)/python -c constraints.txt -e '$(REQUIREMENT)' >&2; \
 	else \
 	  $(BIN)/python -m pip --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip >&2; \
-	  $(BIN)/python -m pip install --disable-pip-version-check -c constraints.txt -e '$(REQUIREMENT)' >&2; \
+	  $(BIN)/python -m pip install --disable-pip-version-check --no-compile \
+	    -c constraints.txt -e '$(REQUIREMENT)' >&2; \
 	fi
 	@touch $@
 

@@ -31,7 +31,7 @@ def test_flipped_bits_are_refused_or_change_nothing():
 
 
 def test_a_disk_that_fails_at_any_write_leaves_a_prefix():
-    failures = fail_every_write(duration=30.0, step=4)
+    failures = fail_every_write(duration=30.0, step=12)
     assert min(failures.readable, failures.empty) > 0
 
 
