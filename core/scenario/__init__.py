@@ -7,6 +7,7 @@ Quantities are SI. The paper's two sample cases lie in ``core/presets``.
 from core.scenario.controller import ControllerParameters, Estimate
 from core.scenario.finger import FingerParameters
 from core.scenario.held_object import ObjectParameters
+from core.scenario.laws import CONTROL_LAWS, ControlLaw
 from core.scenario.simulation import MAX_CHATTER_CHANGES, Change, SimulationParameters
 from core.scenario.trajectory import (
     MAX_SET_POINTS,
@@ -18,6 +19,7 @@ from core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
 from core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
+    "CONTROL_LAWS",
     "MAX_CHATTER_CHANGES",
     "MAX_FINGERS",
     "MAX_SET_POINTS",
@@ -25,6 +27,7 @@ __all__ = [
     "MAX_UNKNOWNS",
     "ActuationParameters",
     "Change",
+    "ControlLaw",
     "ControllerParameters",
     "Estimate",
     "FingerParameters",

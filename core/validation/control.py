@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from core.exceptions import FieldError
-from core.scenario import Scenario
+from core.scenario import CONTROL_LAWS, Scenario
 
 __all__ = [
     "check_control",
@@ -20,8 +20,6 @@ MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
 MAX_LATENCY_PERIODS = 100
 ROUNDING = 1e-12
-_SAMPLED_KINDS = ("grip-reflex", "composite")
-_GRIPPING_KINDS = ("pd-gravity", "grip-reflex")
 
 
 def check_gains(scenario: Scenario) -> Iterator[FieldError]:
@@ -80,7 +78,7 @@ def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
     controller = scenario.controller
     most = controller.maximum_normal_force
     names = ["minimum_normal_force"]
-    if controller.kind in _GRIPPING_KINDS:
+    if not CONTROL_LAWS[controller.kind].uses_friction:
         names.append("grip_force")
     for name in names:
         force = getattr(controller, name)
@@ -116,7 +114,7 @@ def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
 def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]:
     """Keys and values of all that is set although it needs sampled control."""
     controller, sensing = scenario.controller, scenario.sensing
-    if controller.kind in _SAMPLED_KINDS:
+    if CONTROL_LAWS[controller.kind].sampled:
         yield "controller.kind", controller.kind
     if controller.latency > 0.0:
         yield "controller.latency", controller.latency
