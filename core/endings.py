@@ -6,14 +6,17 @@ import numpy as np
 
 from core.kernel.jump import (
     CHATTERING,
+    EVENT_STALL,
     INCONSISTENT,
     LEFT_FACE,
     MAX_STEPS,
     MODEL_SINGULAR,
+    NOT_FINITE,
     PAINLEVE,
     SEPARATED,
     SINGULAR,
     STEP_UNDERFLOW,
+    STIFF,
 )
 from core.misbelief import describe_misbelief
 from core.scenario import Scenario
@@ -68,6 +71,7 @@ _OF_TORQUES = (
     INCONSISTENT,
     MODEL_SINGULAR,
     STEP_UNDERFLOW,
+    STIFF,
 )
 
 _ENDINGS = {
@@ -96,8 +100,7 @@ _ENDINGS = {
     INCONSISTENT: (
         Outcome.INCONSISTENT,
         "no_consistent_phase",
-        "at the start a finger often only leaves the object, which is not told apart here: squeeze "
-        "harder or start from estimates nearer to the truth; otherwise use sampled control",
+        "use sampled control, or change the pose, the friction or the estimates",
     ),
     PAINLEVE: (
         Outcome.DIVERGED,
@@ -114,10 +117,25 @@ _ENDINGS = {
         "step_underflow",
         "lower the gains, or use sampled control",
     ),
+    STIFF: (
+        Outcome.DIVERGED,
+        "stiff_loop",
+        "lower the gains, or use sampled control",
+    ),
+    NOT_FINITE: (
+        Outcome.DIVERGED,
+        "nonfinite_state",
+        "lower the gains, or give the estimates bounds (minimum, maximum)",
+    ),
     MAX_STEPS: (
         Outcome.LIMIT,
         "max_steps",
         "raise simulation.max_steps or shorten the run",
+    ),
+    EVENT_STALL: (
+        Outcome.LIMIT,
+        "event_stall",
+        "change a tolerance of the integration a little, or use sampled control",
     ),
 }
 
@@ -157,7 +175,7 @@ def _explain(
         angle = float(last.joint_position[0, 2 * contact + 1])
         return f"the {scenario.finger_names[contact]} finger became straight or folded", angle, 0.0
     if status == CHATTERING:
-        changes, window = simulation.chatter_changes, simulation.chatter_window
+        changes, window = simulation.chatter_changes, _chatter_window(scenario)
         return (
             f"the contacts chattered: {changes} phase changes within {window:g} s",
             float(changes),
@@ -174,6 +192,19 @@ def _explain(
     if status == MODEL_SINGULAR:
         value = float(last.estimated_inertia_condition[0])
         return "the controller's estimate of the reduced inertia became singular", value, None
+    if status == STIFF:
+        value = float(last.estimated_inertia_condition[0])
+        return (
+            "the closed loop is too stiff to follow: its steps became shorter than 1 microsecond "
+            "on the average, where the controller's estimate of the reduced inertia has the "
+            f"condition number {value:.2g},",
+            value,
+            None,
+        )
+    if status == NOT_FINITE:
+        return "the closed loop diverges: a quantity is not finite any more", None, None
+    if status == EVENT_STALL:
+        return "one instant repeats its events without progress in time", None, None
     if status == MAX_STEPS:
         return (
             f"the limit of {simulation.max_steps} steps was reached",
@@ -183,6 +214,12 @@ def _explain(
     return "no step of the integration is small enough: the closed loop diverges", None, None
 
 
+def _chatter_window(scenario: Scenario) -> float:
+    """In which time phase changes are counted [s]: with sampled control in one period at most."""
+    window, period = scenario.simulation.chatter_window, scenario.controller.control_period
+    return min(window, period) if period > 0.0 else window
+
+
 def _explain_separation(
     contact: int, scenario: Scenario, last: Trace
 ) -> tuple[str, float | None, float | None]:
@@ -190,7 +227,7 @@ def _explain_separation(
     force = float(last.normal_force[0, contact]) if contact >= 0 else 0.0
     name = f"the {scenario.finger_names[contact]} fingertip" if contact >= 0 else "a fingertip"
     if force > _NO_FORCE:
-        message = f"{name} separated from the object: the new torque would have it pull"
+        message = f"{name} separated from the object: under the torque it can only leave it"
         return message, None, 0.0
     message = f"{name} separated from the object: its normal force fell to zero"
     return message, force, 0.0

@@ -203,6 +203,7 @@ class Simulation:
 
     def _finish(self, status: int) -> None:
         if status == REACHED:
+            assert self._run.tally.time == self.scenario.simulation.duration
             self.outcome = Outcome.COMPLETED
             return
         contact = int(self._run.concerned)

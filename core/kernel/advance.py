@@ -7,14 +7,17 @@ from numba import types
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
 from core.kernel.jump import (
-    CHATTERING,
+    EVENT_STALL,
     LEFT_FACE,
     MAX_STEPS,
+    NOT_FINITE,
     PAINLEVE,
     REACHED,
     RUNNING,
     SEPARATED,
     STEP_UNDERFLOW,
+    STIFF,
+    consume_events,
     recognise,
     restart_flow,
     select_again,
@@ -39,6 +42,9 @@ from core.kernel.tick import apply_command, control_tick, next_command, next_tic
 
 STALLED = 1e-9
 MAX_STALLS = 20
+# A loop whose steps must be this short on the average is too stiff to follow.
+PACE_STEPS = 5000
+LEAST_PACE = 1e-6  # [s]
 
 
 @compiled
@@ -72,24 +78,39 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
     run.last_event = run.now
     status = _find_end(model, run)
     if status in (RUNNING, LEFT_FACE) and run.stalls > MAX_STALLS:
-        status = CHATTERING
+        status = EVENT_STALL
+    consume_events(model, run)
     if status != RUNNING:
         emit(model, run, outlet, run.now, run.step.start)
         return status
-    n = model.num_fingers
-    changes = False
-    for i in range(n):
-        if run.guards.fired[PER_CONTACT * i + PHASE] == 1 and not changes:
-            changes = True
-            run.concerned = i
-            if run.discrete.phases[i] != 0:
-                run.step.start.x[6 + n + i] = 0.0
-    if not changes:
+    law_jumps = run.guards.fired[run.guards.count - 1] == 1
+    if not (law_jumps or _phase_ends(model, run)):
         restart_flow(model, run)
         return RUNNING
     keep_old(model, run)
-    emit(model, run, outlet, run.now, run.step.start)
+    emit(model, run, outlet, run.now, run.before if law_jumps else run.step.start)
     return select_again(model, run, outlet)
+
+
+@compiled
+def _phase_ends(model: Record, run: Record) -> bool:
+    """Whether a contact that has fired ends its phase; the first of them is concerned."""
+    for i in range(model.num_fingers):
+        if run.guards.fired[PER_CONTACT * i + PHASE] == 1:
+            run.concerned = i
+            return True
+    return False
+
+
+@compiled
+def _is_stiff(run: Record) -> bool:
+    """Whether the latest steps were so short that the run would never end."""
+    steps = run.steps - run.pace_steps
+    if steps < PACE_STEPS:
+        return False
+    pace = (run.now - run.pace_time) / steps
+    run.pace_steps, run.pace_time = run.steps, run.now
+    return pace < LEAST_PACE
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
@@ -188,6 +209,8 @@ def advance(
     """
     if run.begun == 0:
         status = begin_stretch(model, run, outlet, first, same_ticks)
+        if status == RUNNING and run.lost == 1:
+            status = NOT_FINITE
         if status != RUNNING:
             return status
     for _ in range(max_steps):
@@ -199,11 +222,16 @@ def advance(
             return RUNNING
         if run.now >= t_stop:
             emit(model, run, outlet, t_stop, run.step.start)
-            return REACHED
+            return NOT_FINITE if run.lost == 1 else REACHED
         if run.steps >= model.numerics.max_steps:
             emit(model, run, outlet, run.now, run.step.start)
             return MAX_STEPS
         status = _advance_once(model, run, outlet, t_stop)
+        if status == RUNNING and run.lost == 1:
+            status = NOT_FINITE
+        elif status == RUNNING and _is_stiff(run):
+            emit(model, run, outlet, run.now, run.step.start)
+            status = STIFF
         if status != RUNNING:
             return status
     return RUNNING

@@ -2,7 +2,8 @@
 
 Per contact: the phase itself (distance to the cone in stick, signed slip velocity in slip),
 normal force, end of the face or of its friction, finger not singular. Then the determinant
-of M~ (Painleve), and per unknown its distance to a bound, or the rate that holds it there.
+of M~ (Painleve), per unknown its distance to a bound, or the rate that holds it there, and
+whether the limits of the grasp force can still, or still not, be met all at once.
 """
 
 from __future__ import annotations
@@ -12,25 +13,35 @@ from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.model import MODEL
-from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Record
+from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
 from core.kernel.workspace import DISCRETE, WORKSPACE
 
 PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
 PER_CONTACT = 4
-MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS
+MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1
 
-FORCE_BAND = 1e-9
-VELOCITY_BAND = 1e-9
-FORCE_NOISE = 1e-11
-VELOCITY_NOISE = 1e-13
+FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
+VELOCITY_BAND, VELOCITY_NOISE = 1e-9, 1e-13
+# As wide as the edge of a patch (core.segments): tips that cross theirs together do so at once.
+SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
+# Of an estimate at its bound, and of the rate that holds it there.
+ESTIMATE_BAND = 1e-9
+WIDEST_BAND = 1e-2  # of a force of 10^7 N
+# These two end the run and cannot fire again.
+ENDING_BAND = 1e-12
+VIOLATION_BAND = 1e-9  # [N]
+NEAR_SINGULAR = 0.05  # sin^2 q2, where a finger is nearly straight or folded
 
 # Values of all guards and what is known of them.
 GUARDS = np.dtype(
     [
         ("count", np.int64),
         ("values", np.float64, (MAX_GUARDS,)),
+        ("starts", np.float64, (MAX_GUARDS,)),  # values at the start of the step
+        ("ends", np.float64, (MAX_GUARDS,)),  # and at its end
         ("levels", np.float64, (MAX_GUARDS,)),
         ("fired", np.int64, (MAX_GUARDS,)),
+        ("infeasible", np.int64),  # 1 where the limits of the grasp force contradict each other
     ],
     align=True,
 )
@@ -50,18 +61,38 @@ def friction_margin(model: Record, discrete: Record, work: Record, i: int) -> fl
 
 
 @compiled
+def guard_value(model: Record, discrete: Record, j: int, coordinate: float) -> float:
+    """Value of a guard that watches one coordinate of the state.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases.
+        j: Number of the guard: of a slipping contact's phase, or of an estimate.
+        coordinate: The slip velocity [m/s], or the estimate.
+    """
+    first = PER_CONTACT * model.num_fingers
+    if j < first:
+        return discrete.phases[j // PER_CONTACT] * coordinate
+    k = j - first - 1
+    low, high = coordinate - model.unknowns.minimum[k], model.unknowns.maximum[k] - coordinate
+    return min(low, high)
+
+
+@compiled
 def _update_values(
     model: Record, discrete: Record, state: Record, work: Record, guards: Record
 ) -> None:
     """Values of all guards at the state that ``work`` holds."""
     n = model.num_fingers
-    guards.count = PER_CONTACT * n + 1 + model.num_unknowns
+    guards.count = PER_CONTACT * n + 1 + model.num_unknowns + 1
     for i in range(n):
         base = PER_CONTACT * i
         if discrete.phases[i] == 0:
             guards.values[base + PHASE] = friction_margin(model, discrete, work, i)
         else:
-            guards.values[base + PHASE] = discrete.phases[i] * state.x[6 + n + i]
+            guards.values[base + PHASE] = guard_value(
+                model, discrete, base + PHASE, state.x[6 + n + i]
+            )
         slip = state.x[6 + i]
         guards.values[base + NORMAL_FORCE] = work.forces[i, 1]
         guards.values[base + FACE] = min(
@@ -71,24 +102,68 @@ def _update_values(
     base = PER_CONTACT * n
     guards.values[base] = work.factors.determinant
     for k in range(model.num_unknowns):
-        value = state.x[6 + 2 * n + k]
+        j = base + 1 + k
         if discrete.clamps[k] == 0:
-            low, high = value - model.unknowns.minimum[k], model.unknowns.maximum[k] - value
-            guards.values[base + 1 + k] = min(low, high)
+            guards.values[j] = guard_value(model, discrete, j, state.x[6 + 2 * n + k])
         else:
-            guards.values[base + 1 + k] = discrete.clamps[k] * work.rates[k]
+            guards.values[j] = discrete.clamps[k] * work.rates[k]
+    same = model.law.period > 0.0 or _is_infeasible(work.room.violation) == guards.infeasible
+    guards.values[guards.count - 1] = 1.0 if same else -1.0
 
 
 @compiled
-def _band(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
-    """Noise and band of guard j: within its band a value does not tell its sign."""
-    if j < PER_CONTACT * model.num_fingers and j % PER_CONTACT == PHASE:
-        i = j // PER_CONTACT
-        if discrete.phases[i] != 0:
-            return VELOCITY_NOISE, VELOCITY_BAND
-        scale = 1.0 + abs(work.forces[i, 1])
-        return FORCE_NOISE * scale, FORCE_BAND * scale
-    return 0.0, 0.0
+def _is_infeasible(violation: float) -> int:
+    return 1 if violation > VIOLATION_BAND else 0
+
+
+@compiled
+def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats, row: int) -> None:
+    """Keeps, of a state inside a step, the values of those guards that no slope tells.
+
+    Those of forces, of singular fingers and matrices, of rates at bounds; of the last guard
+    the violation itself. Each stands at its own number in ``samples[row]``. A normal force is
+    only kept in slip: in stick the friction margin falls through zero before it.
+    """
+    n = model.num_fingers
+    for i in range(n):
+        base = PER_CONTACT * i
+        if discrete.phases[i] == 0:
+            samples[row, base + PHASE] = friction_margin(model, discrete, work, i)
+        else:
+            samples[row, base + NORMAL_FORCE] = work.forces[i, 1]
+        samples[row, base + SINGULAR] = work.kin.extension[i]
+    base = PER_CONTACT * n
+    samples[row, base] = work.factors.determinant
+    for k in range(model.num_unknowns):
+        if discrete.clamps[k] != 0:
+            samples[row, base + 1 + k] = discrete.clamps[k] * work.rates[k]
+    samples[row, base + 1 + model.num_unknowns] = work.room.violation
+
+
+@compiled
+def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
+    """Noise and band of guard j: within its band a value does not tell its sign.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases, and which estimates rest on a bound.
+        values: Of all guards.
+        j: Number of the guard.
+    """
+    num_of_contacts = PER_CONTACT * model.num_fingers
+    if j >= num_of_contacts:
+        if j == num_of_contacts:
+            return 0.0, ENDING_BAND
+        return 0.0, ESTIMATE_BAND if j <= num_of_contacts + model.num_unknowns else 0.0
+    i, kind = j // PER_CONTACT, j % PER_CONTACT
+    if kind == FACE:
+        return SLIP_NOISE, SLIP_BAND
+    if kind == SINGULAR:
+        return 0.0, ENDING_BAND
+    if kind == PHASE and discrete.phases[i] != 0:
+        return VELOCITY_NOISE, VELOCITY_BAND
+    scale = 1.0 + abs(values[PER_CONTACT * i + NORMAL_FORCE])
+    return FORCE_NOISE * scale, FORCE_BAND * scale
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
@@ -100,11 +175,15 @@ def arm_guards(
     Without this, a contact that starts to slip, or rests exactly on its cone, fires again
     at the same instant by rounding.
     """
+    guards.infeasible = _is_infeasible(work.room.violation)
     _update_values(model, discrete, state, work, guards)
     for j in range(guards.count):
-        _, band = _band(model, discrete, work, j)
         value = guards.values[j]
-        guards.levels[j] = 0.0 if value > band else min(-2.0 * band, value - band)
+        guards.starts[j], guards.levels[j] = value, 0.0
+        if value < WIDEST_BAND:
+            _, band = band_of(model, discrete, guards.values, j)
+            if value <= band:
+                guards.levels[j] = min(-2.0 * band, value - band)
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
@@ -114,32 +193,42 @@ def is_past_event(
     """1 if any guard is below its level by more than noise."""
     _update_values(model, discrete, state, work, guards)
     for j in range(guards.count):
-        noise, _ = _band(model, discrete, work, j)
-        if guards.values[j] < guards.levels[j] - noise:
+        if _is_past(model, discrete, guards, j):
             return 1
     return 0
+
+
+@compiled
+def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
+    """Whether guard ``j`` is below its level by more than noise."""
+    below = guards.levels[j] - guards.values[j]
+    if not below > 0.0:
+        return False
+    noise, _ = band_of(model, discrete, guards.values, j)
+    return below > noise
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
 def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
     """The same for the end of a step; marks the guards that have fired in it."""
-    found = is_past_event(model, discrete, state, work, guards)
+    _update_values(model, discrete, state, work, guards)
+    found = 0
     for j in range(guards.count):
-        noise, _ = _band(model, discrete, work, j)
-        guards.fired[j] = 1 if guards.values[j] < guards.levels[j] - noise else 0
+        guards.ends[j] = guards.values[j]
+        guards.fired[j] = 1 if _is_past(model, discrete, guards, j) else 0
+        found |= guards.fired[j]
     return found
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
-def find_overlooked(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+@compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
+def find_overlooked(model: Record, discrete: Record, guards: Record) -> int:
     """1 if a guard that did not fire in the whole step is past its level at the event in it.
 
     Such guards are marked too: the first event is theirs, or at the same time.
     """
     found = 0
     for j in range(guards.count):
-        noise, _ = _band(model, discrete, work, j)
-        if guards.fired[j] == 0 and guards.values[j] < guards.levels[j] - noise:
+        if guards.fired[j] == 0 and _is_past(model, discrete, guards, j):
             guards.fired[j] = 1
             found = 1
     return found
@@ -158,13 +247,14 @@ def least_fired(
     return least
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE, GUARDS)
-def rearm_guards(model: Record, discrete: Record, work: Record, guards: Record) -> None:
-    """Back to level 0 for guards that have left their band."""
+@compiled_apart(types.void, MODEL, DISCRETE, GUARDS)
+def pass_step(model: Record, discrete: Record, guards: Record) -> None:
+    """After a step without event: guards that have left their band are back at level 0."""
     for j in range(guards.count):
+        guards.starts[j] = guards.ends[j]
         if guards.levels[j] < 0.0:
-            _, band = _band(model, discrete, work, j)
-            if guards.values[j] > band:
+            _, band = band_of(model, discrete, guards.ends, j)
+            if guards.ends[j] > band:
                 guards.levels[j] = 0.0
 
 
@@ -172,5 +262,6 @@ def rearm_guards(model: Record, discrete: Record, work: Record, guards: Record) 
 def keep_first_fired(guards: Record, least: float) -> None:
     """Of the fired guards keeps those at their level here; the others would come later."""
     for j in range(guards.count):
+        guards.ends[j] = guards.values[j]
         if guards.values[j] - guards.levels[j] > max(0.0, least):
             guards.fired[j] = 0

@@ -7,8 +7,9 @@ from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.flow import flow
-from core.kernel.guards import arm_guards
+from core.kernel.guards import ESTIMATE_BAND, FACE, PER_CONTACT, PHASE, arm_guards
 from core.kernel.model import MODEL
+from core.kernel.opening import find_opening
 from core.kernel.records import Record
 from core.kernel.run import (
     AMBIGUITIES,
@@ -26,7 +27,6 @@ from core.kernel.run import (
 from core.kernel.selection import (
     AMBIGUOUS,
     NONE_CONSISTENT,
-    NONE_PRESSES,
     NONE_REGULAR,
     REST_SPEED,
     is_consistent,
@@ -45,7 +45,10 @@ from core.kernel.selection import (
     MODEL_SINGULAR,
     STEP_UNDERFLOW,
     MAX_STEPS,
-) = range(11)
+    EVENT_STALL,
+    STIFF,
+    NOT_FINITE,
+) = range(14)
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, types.int64, types.int64)
@@ -54,7 +57,8 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
 
     With continuous control and no consistent candidate under instant recognition, the
     controller keeps the belief it had for the recognition time, and the plant's phases
-    are selected under the torque of that belief.
+    are selected under the torque of that belief. Where no contacts that touch are consistent,
+    one of them may open, which ends the run.
     """
     now, state = run.now, run.step.start
     verdict = select_phases(
@@ -67,13 +71,16 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
             model, run.discrete, now, state, 0, exhaustive, run.work, run.selection
         )
     if verdict >= NONE_CONSISTENT:
-        run.concerned = run.selection.pulling
-    if verdict == NONE_PRESSES:
-        return SEPARATED
-    if verdict == NONE_REGULAR:
-        return PAINLEVE
-    if verdict == NONE_CONSISTENT:
-        return INCONSISTENT
+        run.concerned = find_opening(
+            model, run.discrete, now, state, instant, run.work, run.selection
+        )
+        if run.concerned < 0 and instant == 1:
+            run.concerned = find_opening(
+                model, run.discrete, now, state, 0, run.work, run.selection
+            )
+        if run.concerned >= 0:
+            return SEPARATED
+        return PAINLEVE if verdict == NONE_REGULAR else INCONSISTENT
     if verdict == AMBIGUOUS:
         warn(run, AMBIGUITIES)
     n = model.num_fingers
@@ -86,34 +93,66 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
 
 @compiled_apart(types.void, MODEL, PROGRESS)
 def restart_flow(model: Record, run: Record) -> None:
-    """After a jump no slope from before is used: new first slope, guards armed, small step."""
+    """After an event no slope from before is used: new first slope, guards armed, small step."""
     state = run.step.start
     flow(model, run.discrete, run.now, state, run.step.slopes[0], run.work)
-    if model.law.period == 0.0 and _clamp_estimates(model, run):
-        flow(model, run.discrete, run.now, state, run.step.slopes[0], run.work)
     arm_guards(model, run.discrete, state, run.work, run.guards)
     run.step_size = min(run.step_size, FIRST_STEP)
 
 
 @compiled
-def _clamp_estimates(model: Record, run: Record) -> bool:
-    """Estimates on or past a bound rest there while their rate points outward."""
+def consume_events(model: Record, run: Record) -> None:
+    """Puts every quantity whose guard has fired where the event says, exactly.
+
+    A fingertip that stops has slip velocity 0, one at the end of a stretch of its face lies on
+    that end, an estimate that reached a bound rests there, one whose rate turns is released.
+    Nothing of this is found out again from values that rounding may have changed.
+    """
+    n, fired, state = model.num_fingers, run.guards.fired, run.step.start
+    for i in range(n):
+        base = PER_CONTACT * i
+        if fired[base + PHASE] == 1 and run.discrete.phases[i] != 0:
+            state.x[6 + n + i] = 0.0
+        if fired[base + FACE] == 1:
+            state.x[6 + i] = _nearer(
+                state.x[6 + i], model.hand.slip_minimum[i], model.hand.slip_maximum[i]
+            )
+    offset = 6 + 2 * n
+    for k in range(model.num_unknowns):
+        if fired[PER_CONTACT * n + 1 + k] == 0:
+            continue
+        if run.discrete.clamps[k] != 0:
+            run.discrete.clamps[k] = 0
+            continue
+        low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
+        bound = _nearer(state.x[offset + k], low, high)
+        state.x[offset + k] = bound
+        run.discrete.clamps[k] = 1 if bound == high else -1
+        warn(run, CLAMPED)
+
+
+@compiled
+def _nearer(value: float, low: float, high: float) -> float:
+    """The one of two bounds that is nearer."""
+    return low if value - low < high - value else high
+
+
+@compiled
+def _clamp_estimates(model: Record, run: Record) -> None:
+    """After a jump, which rates take part in: estimates at a bound rest there or leave it."""
     offset = 6 + 2 * model.num_fingers
-    found = False
     for k in range(model.num_unknowns):
         low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
-        value = min(max(run.step.start.x[offset + k], low), high)
-        run.step.start.x[offset + k] = value
+        value, rate = run.step.start.x[offset + k], run.work.rates[k]
         clamp = 0
-        if value == high and run.work.rates[k] > 0.0:
-            clamp = 1
-        elif value == low and run.work.rates[k] < 0.0:
-            clamp = -1
+        if value >= high - ESTIMATE_BAND and rate > 0.0:
+            clamp, value = 1, high
+        elif value <= low + ESTIMATE_BAND and rate < 0.0:
+            clamp, value = -1, low
         if clamp != 0 and run.discrete.clamps[k] == 0:
             warn(run, CLAMPED)
-        found = found or clamp != run.discrete.clamps[k]
         run.discrete.clamps[k] = clamp
-    return found
+        run.step.start.x[offset + k] = min(max(value, low), high)
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64)
@@ -124,6 +163,9 @@ def finish_jump(model: Record, run: Record, outlet: Record, status: int) -> int:
     chatters = log_changes(model, run, outlet)
     emit(model, run, outlet, run.now, run.step.start)
     pass_output_times(model, run)
+    if model.law.period == 0.0:
+        flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
+        _clamp_estimates(model, run)
     restart_flow(model, run)
     return CHATTERING if chatters else RUNNING
 

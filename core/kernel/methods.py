@@ -23,6 +23,8 @@ METHOD = np.dtype(
         ("num_dense", np.int64),  # rows of ``dense``
         ("exponent", np.float64),  # of the error in the step size
         ("nodes", np.float64, (MAX_SLOPES,)),
+        ("num_ordered", np.int64),
+        ("ordered", np.int64, (MAX_SLOPES,)),  # slopes at different nodes, from start to end
         ("matrix", np.float64, (MAX_SLOPES, MAX_SLOPES)),
         ("error", np.float64, (MAX_SLOPES,)),
         ("correction", np.float64, (MAX_SLOPES,)),  # a second error of lower order; 0 if none
@@ -59,6 +61,9 @@ def pack_method(
     method["last"], method["num_slopes"], method["num_dense"] = last, len(nodes), len(dense)
     method["exponent"] = exponent
     method["nodes"][: len(nodes)] = nodes
+    ordered = [*sorted((k for k in range(last) if nodes[k] < 1.0), key=nodes.__getitem__), last]
+    method["num_ordered"] = len(ordered)
+    method["ordered"][: len(ordered)] = ordered
     method["error"][: len(error)] = error
     method["correction"][: len(correction)] = correction
     for name, rows in (("matrix", matrix), ("dense", dense)):

@@ -19,6 +19,7 @@ from core.kernel.reduced import forces_to_torques, torques_to_forces
 from core.kernel.workspace import DISCRETE, WORKSPACE
 from core.trace import TraceShape
 
+LARGEST = 1e300
 MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS).num_columns
 
 # The state of one row with all that belongs to it, and the row itself.
@@ -76,13 +77,9 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
     return 1 if finite else 0
 
 
-@compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
-def fill_row(model: Record, row: Record, work: Record) -> int:
-    """Writes the values of an evaluated row.
-
-    Returns:
-        1, or 0 where anything is not finite.
-    """
+@compiled_apart(types.void, MODEL, ROW, WORKSPACE)
+def fill_row(model: Record, row: Record, work: Record) -> None:
+    """Writes the values of an evaluated row, which are finite as what it is made of is."""
     n, state, values = model.num_fingers, row.state.x, row.values
     values[0] = row.time
     at = _put(values, 1, state, 0, 6)
@@ -112,10 +109,6 @@ def fill_row(model: Record, row: Record, work: Record) -> int:
     values[at + 2] = state[model.num_states - 2]
     values[at + 3] = state[model.num_states - 1]
     row.length = at + 4
-    for k in range(row.length):
-        if not abs(values[k]) < np.inf:
-            return 0
-    return 1
 
 
 @compiled
@@ -132,8 +125,16 @@ def _put_controller(model: Record, state: Record, work: Record, values: Floats, 
         values[at + k] = state.x[6 + 2 * n + k]
         values[at + p + k] = true_value(model.truth, model.unknowns, k)
     at += 2 * p
-    values[at] = lyapunov_value(model.law, model.truth, model.unknowns, state, work.room)
+    values[at] = _finite(lyapunov_value(model.law, model.truth, model.unknowns, state, work.room))
     values[at + 1] = work.room.violation
-    values[at + 2] = condition(work.inertia, work.factors, n, work.column)
-    values[at + 3] = condition(work.estimated_inertia, work.estimated_factors, n, work.column)
+    values[at + 2] = _finite(condition(work.inertia, work.factors, n, work.column))
+    values[at + 3] = _finite(
+        condition(work.estimated_inertia, work.estimated_factors, n, work.column)
+    )
     return at + 4
+
+
+@compiled
+def _finite(value: float) -> float:
+    """A value that says how large something is, where a singular matrix makes it infinite."""
+    return value if value < LARGEST else LARGEST

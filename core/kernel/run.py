@@ -39,7 +39,7 @@ __all__ = [
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED = range(4)
 
 MAX_WAITING = 128
-ROWS_PER_STEP = 512  # at most; a step is cut to pass no more output times
+ROWS_PER_STEP = 10_001  # of the longest step at the highest rate of output
 ROWS_BEFORE_PAUSE = 2048
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
@@ -52,6 +52,7 @@ FIRST_STEP = 5e-4
 PROGRESS = np.dtype(
     [
         ("step", STEP),  # its start is the present state
+        ("before", STATE),  # just before a jump of the law that no time tells
         ("discrete", DISCRETE),
         ("work", WORKSPACE),
         ("selection", SELECTION_ROOM),
@@ -71,6 +72,9 @@ PROGRESS = np.dtype(
         ("stalls", np.int64),  # events in a row without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
         ("fired", np.int64),  # 1 where the present step ends at an event
+        ("lost", np.int64),  # 1 once a row of the trace has a number that is not finite
+        ("pace_time", np.float64),  # when the steps were last looked at for their size [s]
+        ("pace_steps", np.int64),  # and how many there were
         ("begun", np.int64),  # 1 once the present stretch has begun
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
@@ -182,11 +186,10 @@ def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Reco
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET)
 def store_row(model: Record, run: Record, outlet: Record) -> None:
-    """Appends the row just evaluated and counts it in the tally; not if it is not finite."""
+    """Appends the row just evaluated and counts it in the tally."""
     row = run.row
     if outlet.keeps_rows == 1:
-        if fill_row(model, row, run.work) == 0:
-            return
+        fill_row(model, row, run.work)
         start = outlet.num_rows * row.length
         for k in range(row.length):
             outlet.rows[start + k] = row.values[k]
@@ -198,9 +201,11 @@ def store_row(model: Record, run: Record, outlet: Record) -> None:
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64, STATE)
 def emit(model: Record, run: Record, outlet: Record, t: float, state: Record) -> None:
-    """Appends a row for ``state``; a row that is not finite is dropped."""
+    """Appends a row for ``state``; one that is not finite is dropped, and ends the run."""
     if evaluate_at(model, run, t, state) == 1:
         store_row(model, run, outlet)
+    else:
+        run.lost = 1
 
 
 @compiled
@@ -241,10 +246,14 @@ def log_changes(model: Record, run: Record, outlet: Record) -> bool:
     """Logs every contact whose phase differs from the remembered one.
 
     Returns:
-        True if there have been too many changes in the chatter window.
+        True if there have been too many changes in the chatter window; in one period of
+        sampled control where that is shorter, for what the controller commands is no chatter.
     """
     now = run.now
     chatters = False
+    window = model.numerics.chatter_window
+    if model.law.period > 0.0:
+        window = min(window, model.law.period)
     for i in range(model.num_fingers):
         before, after = run.old_phases[i], run.discrete.phases[i]
         if before == after:
@@ -254,7 +263,7 @@ def log_changes(model: Record, run: Record, outlet: Record) -> bool:
         outlet.changes[entry, 2], outlet.changes[entry, 3] = before, after
         run.num_changes += 1
         slot = run.all_changes % model.numerics.chatter_changes
-        chatters = chatters or now - outlet.history[slot] < model.numerics.chatter_window
+        chatters = chatters or now - outlet.history[slot] < window
         outlet.history[slot] = now
         run.all_changes += 1
         if after == 0:

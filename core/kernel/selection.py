@@ -12,7 +12,7 @@ from core.kernel.model import MODEL
 from core.kernel.records import MAX_FINGERS, STATE, Integers, Record
 from core.kernel.workspace import DISCRETE, WORKSPACE
 
-SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_PRESSES, NONE_REGULAR = range(5)
+SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
 _CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)
 
 REST_SPEED = 3e-9
@@ -30,7 +30,8 @@ SELECTION_ROOM = np.dtype(
         ("best", np.int64, (MAX_FINGERS,)),
         ("free", np.int64, (MAX_FINGERS,)),  # 1 where the slip velocity is zero
         ("loose", np.int64, (MAX_FINGERS,)),  # 1 where static friction is overcome
-        ("pulling", np.int64),  # contact that would pull, -1 if none
+        ("open", np.int64, (MAX_FINGERS,)),  # 1 where a contact of the candidate opens
+        ("gaps", np.float64, (MAX_FINGERS,)),  # how it accelerates apart [m/s^2]
         ("derivative", STATE),
         ("probe", STATE),
         ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 where the value alone does not decide
@@ -41,7 +42,7 @@ SELECTION_ROOM = np.dtype(
 
 
 @compiled
-def _distance(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
+def distance_inside(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
     """How far contact i is inside its candidate phase, and the band in which this says nothing."""
     if discrete.phases[i] == 0:
         return friction_margin(model, discrete, work, i), FORCE_BAND * (1.0 + work.forces[i, 1])
@@ -67,7 +68,7 @@ def _moves_inward(
     for i in range(model.num_fingers):
         if room.doubtful[i] == 0:
             continue
-        value, _ = _distance(model, discrete, work, i)
+        value, _ = distance_inside(model, discrete, work, i)
         slope = (value - room.values[i]) / PROBE_TIME
         if discrete.phases[i] == 0:
             if slope < -MARGIN_SLOPE * (1.0 + work.forces[i, 1]):
@@ -88,14 +89,13 @@ def _judge(
         return _IRREGULAR
     for i in range(n):
         if not work.forces[i, 1] > 0.0:
-            room.pulling = i
             return _PULLS
     doubts = False
     for i in range(n):
         room.doubtful[i] = 0
         if room.free[i] == 0:
             continue
-        value, band = _distance(model, discrete, work, i)
+        value, band = distance_inside(model, discrete, work, i)
         if value < -band:
             return _WRONG
         if value <= band:
@@ -151,7 +151,7 @@ def _find_loose(
     """Marks the contacts whose static friction is overcome while all free ones stick."""
     flow(model, discrete, t, state, room.derivative, work)
     for i in range(model.num_fingers):
-        value, band = _distance(model, discrete, work, i)
+        value, band = distance_inside(model, discrete, work, i)
         held = room.free[i] == 0 or value > band or not _has_static_excess(model, i)
         room.loose[i] = 0 if held else 1
 
@@ -214,8 +214,6 @@ def select_phases(
         excess = excess or _has_static_excess(model, i)
         combinations *= 3 if room.free[i] == 1 else 1
     found, ambiguous, best_score, verdict_found = 0, False, 0, NONE_CONSISTENT
-    room.pulling = -1
-    all_pull = True
     for code in range(combinations):
         score = _set_candidate(model, discrete, room, code, instant)
         verdict = _judge(model, discrete, t, state, work, room)
@@ -233,11 +231,8 @@ def select_phases(
             verdict_found = NONE_REGULAR
         elif verdict == _WRONG and code == 0 and excess:
             _find_loose(model, discrete, t, state, work, room)
-        all_pull = all_pull and verdict == _PULLS
     if found == 0:
         _set_phases(discrete, room.previous, room.beliefs, n)
-        if all_pull and verdict_found != NONE_REGULAR:
-            return NONE_PRESSES
         return verdict_found
     _set_phases(discrete, room.best, room.best if instant == 1 else room.beliefs, n)
     return AMBIGUOUS if ambiguous else SELECTED

@@ -10,6 +10,7 @@ from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
 from core.kernel.flow import flow
+from core.kernel.guards import MAX_GUARDS, sample_guards
 from core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from core.kernel.model import MODEL
 from core.kernel.records import MAX_STATE, STATE, Floats, Record
@@ -23,6 +24,8 @@ STEP = np.dtype(
         ("slopes", STATE, (MAX_SLOPES,)),
         ("stage", STATE),
         ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
+        ("prepared", np.int64),  # 1 where the terms are those of this step
+        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
     ],
     align=True,
 )
@@ -66,6 +69,8 @@ def take_step(
     for row in range(1, method.last + 1):
         _combine(model, row, h, step, step.end)
         flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
+        sample_guards(model, discrete, work, step.samples, row)
+    step.prepared = 0
     size = model.num_states
     _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
     _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
@@ -85,7 +90,10 @@ def take_step(
 def prepare_interpolant(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
 ) -> None:
-    """Fills ``terms`` for `interpolate`; ``work`` is left somewhere inside the step."""
+    """Fills ``terms`` for `interpolate`, once; ``work`` is left somewhere inside the step."""
+    if step.prepared == 1:
+        return
+    step.prepared = 1
     method = model.method
     for row in range(method.last + 1, method.num_slopes):
         _combine(model, row, h, step, step.stage)

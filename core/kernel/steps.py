@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled_apart
+from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.dips import find_dip
+from core.kernel.dynamics import stored_energy
 from core.kernel.guards import (
+    NEAR_SINGULAR,
     find_fired,
     find_overlooked,
     is_past_event,
     keep_first_fired,
     least_fired,
-    rearm_guards,
+    pass_step,
 )
+from core.kernel.kinematics import update_kinematics
 from core.kernel.model import MODEL
 from core.kernel.records import Record
 from core.kernel.run import (
@@ -31,6 +35,9 @@ LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
 LOCATION_WIDTH = 2e-14
 LOCATION_SHARE = 1e-13
+MAX_CUTS = 50
+LEDGER_SHARE = 0.01  # of the relative tolerance, for energy
+LEAST_LEDGER_STEP = 1e-6  # below it rounding decides [s]
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -43,6 +50,8 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
         error = take_step(model, run.discrete, now, size, run.step, run.work)
+        if error <= 1.0 and size > LEAST_LEDGER_STEP:
+            error = max(error, _ledger_error(model, run))
         run.steps += 1
         if error <= 1.0:
             growth = min(MAX_GROWTH, 0.9 * max(error, 1e-10) ** -exponent)
@@ -53,6 +62,33 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         h = size * shrink
         if h < LEAST_STEP * max(1.0, now) and h < rest:
             return 0.0
+
+
+@compiled
+def _ledger_error(model: Record, run: Record) -> float:
+    """Energy that the step just taken has lost or made, over what is allowed, near singular poses.
+
+    There joints turn so fast that the kinetic energy depends on the pose more than any other
+    quantity does; elsewhere it is 0.
+    """
+    kin = run.work.kin
+    nearest = kin.extension[0]
+    for i in range(1, model.num_fingers):
+        nearest = min(nearest, kin.extension[i])
+    if nearest > NEAR_SINGULAR:
+        return 0.0
+    start, end = run.step.start, run.step.end
+    update_kinematics(model.hand, start, kin)
+    kinetic_before, potential_before = stored_energy(model.hand, model.truth, kin, start)
+    update_kinematics(model.hand, end, kin)
+    kinetic, potential = stored_energy(model.hand, model.truth, kin, end)
+    supplied, dissipated = model.num_states - 2, model.num_states - 1
+    change = kinetic + potential - kinetic_before - potential_before
+    flow_in = end.x[supplied] - start.x[supplied] - end.x[dissipated] + start.x[dissipated]
+    numerics = model.numerics
+    share = LEDGER_SHARE * numerics.relative_tolerance
+    allowed = numerics.absolute_tolerance + share * (kinetic + kinetic_before)
+    return abs(change - flow_in) / allowed
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -91,6 +127,12 @@ def locate(model: Record, run: Record, h: float) -> float:
             side = -1
     if value_low <= 0.0:
         high = 0.0
+    if guards.fired[guards.count - 1] == 1:
+        # There the law jumps: the row before shows this side of it.
+        take_step(model, discrete, now, low, step, work)
+        for k in range(model.num_states):
+            run.before.x[k] = step.end.x[k]
+        at = low
     if at != high:
         take_step(model, discrete, now, high, step, work)
     keep_first_fired(guards, least_fired(model, discrete, step.end, work, guards))
@@ -127,13 +169,20 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def cut_at_event(model: Record, run: Record, h: float) -> float:
     """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
-    if find_fired(model, run.discrete, run.step.end, run.work, run.guards) == 1:
-        run.fired = 1
-        size = locate(model, run, h)
-        # What is quiet again at the end of the whole step may have fired before this event.
-        while size > 0.0 and find_overlooked(model, run.discrete, run.work, run.guards) == 1:
+    size = h
+    for _ in range(MAX_CUTS):
+        run.fired = find_fired(model, run.discrete, run.step.end, run.work, run.guards)
+        if run.fired == 1:
             size = locate(model, run, size)
-        return size
-    run.fired = 0
-    rearm_guards(model, run.discrete, run.work, run.guards)
-    return h
+            # What is quiet again at the end of the whole step may have fired before this event.
+            while size > 0.0 and find_overlooked(model, run.discrete, run.guards) == 1:
+                size = locate(model, run, size)
+        dip = find_dip(model, run, size) if size > 0.0 else 0.0
+        if dip == 0.0:
+            break
+        # A guard of this step is past its level there, though not at the end.
+        take_step(model, run.discrete, run.now, dip, run.step, run.work)
+        size = dip
+    if run.fired == 0:
+        pass_step(model, run.discrete, run.guards)
+    return size

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Gt, Le, Len
+from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
 from core.parameters import Quantity
@@ -135,7 +135,7 @@ class ControllerParameters:
     ] = 1.0
     maximum_normal_force: Annotated[
         float | None,
-        Gt(0.0),
+        Ge(1e-3),
         Le(1e6),
         Quantity(
             "Largest normal force the grasp force asks of a contact; no limit if left out.",
@@ -203,7 +203,7 @@ class ControllerParameters:
     ] = 0.0
     force_noise: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-9),
         Le(100.0),
         Quantity(
             "composite: standard deviation of the force errors that it expects.",
@@ -223,7 +223,7 @@ class ControllerParameters:
     ] = None
     estimate_norm_bound: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-6),
         Le(1e6),
         Quantity(
             "phi_0: norm of the estimates above which theorem-4 pulls them back.",

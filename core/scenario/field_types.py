@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Gt, Le
+from annotated_types import Ge, Le
 from pydantic import ConfigDict
 
 __all__ = ["CONFIG", "Coordinate", "Face", "Gain", "PositiveGain"]
@@ -13,7 +13,8 @@ CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]
 Gain = Annotated[float, Ge(0.0), Le(1e6)]
-PositiveGain = Annotated[float, Gt(0.0), Le(1e6)]
+# What is not zero is not so near to it that other numbers overflow.
+PositiveGain = Annotated[float, Ge(1e-6), Le(1e6)]
 
 # Faces of a rectangle by name; edge-K of a polygon runs from corner K to the next one.
 Face = Literal[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Gt, Le
+from annotated_types import Ge, Le
 from pydantic.dataclasses import dataclass
 
 from core.parameters import Quantity
@@ -81,7 +81,7 @@ class FingerParameters:
         Quantity("Centre of mass of a link as a fraction of its length.", "1"),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
-        tuple[Annotated[float, Gt(0.0), Le(1.0)], Annotated[float, Gt(0.0), Le(1.0)]],
+        tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
         Quantity(
             "Inertia of a link about its centre of mass, divided by mass times length squared.",
             "1",

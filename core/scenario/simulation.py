@@ -63,5 +63,8 @@ class SimulationParameters:
         Quantity("Phase changes within the chatter window that end a run as chattering.", "1"),
     ] = 100
     chatter_window: Annotated[
-        float, Ge(1e-6), Le(10.0), Quantity("Length of the chatter window.", "s")
+        float,
+        Ge(1e-6),
+        Le(10.0),
+        Quantity("Length of the chatter window; with sampled control at most one period.", "s"),
     ] = 0.15

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Gt, Le, Len
+from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
 from core.parameters import Quantity
@@ -78,7 +78,7 @@ class TrajectoryParameters:
     ] = 2.0
     cycles: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-3),
         Le(1e4),
         Quantity("circle, rotation, shake: how many cycles until it rests.", "1"),
     ] = 2.0

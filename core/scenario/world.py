@@ -154,13 +154,13 @@ class ActuationParameters:
 
     torque_limit: Annotated[
         float | None,
-        Gt(0.0),
+        Ge(1e-6),
         Le(1e6),
         Quantity("Largest torque of a joint; no limit if left out.", "N m", changeable=True),
     ] = None
     torque_rate_limit: Annotated[
         float | None,
-        Gt(0.0),
+        Ge(1e-3),
         Le(1e9),
         Quantity(
             "Largest change of a joint's torque per second; no limit if left out.",

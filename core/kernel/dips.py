@@ -1,0 +1,227 @@
+"""Guards that sink below their level and recover within one step.
+
+The values of a guard at the slopes of the step show where it may be lowest; only if it comes
+near its level there, the continuous extension of the method is asked for the least value itself.
+This costs nothing but comparisons in nearly all steps, and no output time has a part in it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from core.kernel.compiler import compiled, compiled_apart
+from core.kernel.flow import flow
+from core.kernel.guards import (
+    NEAR_SINGULAR,
+    NORMAL_FORCE,
+    PER_CONTACT,
+    PHASE,
+    SINGULAR,
+    VIOLATION_BAND,
+    band_of,
+    guard_value,
+    sample_guards,
+)
+from core.kernel.model import MODEL
+from core.kernel.records import Record
+from core.kernel.run import PROGRESS
+from core.kernel.stepper import interpolate, prepare_interpolant
+
+# A guard is looked at where its least value may come this near to its level, as a share of the
+# range of its values in the step: by the values alone, and by a parabola through three of them.
+NEAR, NEAR_PARABOLA = 0.5, 0.1
+LEAST_FRACTION = 1e-6
+TRIALS = 6
+
+
+@compiled
+def _coordinate(model: Record, discrete: Record, j: int) -> int:
+    """The coordinate of the state that guard ``j`` watches; -1 where it watches something else."""
+    n = model.num_fingers
+    if j < PER_CONTACT * n:
+        i = j // PER_CONTACT
+        return 6 + n + i if j % PER_CONTACT == PHASE and discrete.phases[i] != 0 else -1
+    k = j - PER_CONTACT * n - 1
+    return 6 + 2 * n + k if k >= 0 and discrete.clamps[k] == 0 else -1
+
+
+@compiled
+def _value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
+    """Value of guard ``j`` at a share of the step."""
+    step, room = run.step, run.selection
+    prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
+    interpolate(model, step, share, step.stage)
+    coordinate = _coordinate(model, run.discrete, j)
+    if coordinate >= 0:
+        return guard_value(model, run.discrete, j, step.stage.x[coordinate])
+    t = run.now + share * h
+    flow(model, run.discrete, t, step.stage, room.derivative, run.work)
+    row = model.method.last + 1  # of a slope that only the interpolant uses
+    sample_guards(model, run.discrete, run.work, step.samples, row)
+    return step.samples[row, j]
+
+
+@compiled
+def _vertex(
+    x0: float, x1: float, x2: float, y0: float, y1: float, y2: float
+) -> tuple[float, float]:
+    """Where the parabola through three points is least, and its value; not a number if nowhere."""
+    first = (y1 - y0) / (x1 - x0)
+    bend = ((y2 - y1) / (x2 - x1) - first) / (x2 - x0)
+    if not bend > 0.0:
+        return np.nan, np.nan
+    at = 0.5 * (x0 + x1 - first / bend)
+    return at, y0 + first * (at - x0) + bend * (at - x0) * (at - x1)
+
+
+@compiled
+def _descend(
+    model: Record, run: Record, h: float, j: int, low: float, at: float, high: float, near: float
+) -> float:
+    """Looks for the least value of guard ``j`` near ``at``, by parabolas through exact values.
+
+    Returns:
+        The share of the step at which it is past its level; 0 if it is not.
+    """
+    guards = run.guards
+    noise, _ = band_of(model, run.discrete, guards.ends, j)
+    past = guards.levels[j] - noise
+    x0, x1, x2 = 0.5 * (low + at), at, 0.5 * (at + high)
+    y1 = _value_inside(model, run, h, j, x1)
+    if y1 < past:
+        return x1
+    y0, y2 = _value_inside(model, run, h, j, x0), _value_inside(model, run, h, j, x2)
+    if y0 < past:
+        return x0
+    if y2 < past:
+        return x2
+    for _ in range(TRIALS):
+        x, lowest = _vertex(x0, x1, x2, y0, y1, y2)
+        if not (low < x < high and lowest < near) or min(abs(x - x0), abs(x - x2)) == 0.0:
+            return 0.0
+        if abs(x - x1) < 1e-7:
+            return 0.0
+        y = _value_inside(model, run, h, j, x)
+        if y < past:
+            return x
+        # The three points nearest to the least value.
+        if x < x1:
+            if y < y1:
+                x1, y1, x2, y2 = x, y, x1, y1
+            else:
+                x0, y0 = x, y
+        elif y < y1:
+            x0, y0, x1, y1 = x1, y1, x, y
+        else:
+            x2, y2 = x, y
+    return 0.0
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
+def _find_least(model: Record, run: Record, h: float, j: int) -> float:
+    """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
+    method, samples = model.method, run.step.samples
+    least, largest = samples[0, j], samples[0, j]
+    for k in range(1, method.num_ordered):
+        value = samples[method.ordered[k], j]
+        least, largest = min(least, value), max(largest, value)
+    near = run.guards.levels[j] + NEAR_PARABOLA * (largest - least)
+    for k in range(1, method.num_ordered - 1):
+        a, b, c = method.ordered[k - 1], method.ordered[k], method.ordered[k + 1]
+        low, middle, high = method.nodes[a], method.nodes[b], method.nodes[c]
+        at, value = _vertex(low, middle, high, samples[a, j], samples[b, j], samples[c, j])
+        if low <= at <= high and value < near and LEAST_FRACTION < at < 1.0 - LEAST_FRACTION:
+            found = _descend(model, run, h, j, low, at, high, near)
+            if found > 0.0:
+                return found
+    return 0.0
+
+
+@compiled
+def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
+    """The share of the step at which guard ``j``, whose samples are kept, is past its level."""
+    guards, step = run.guards, run.step
+    if guards.fired[j] == 1:
+        return 0.0
+    start, end = guards.starts[j], guards.ends[j]
+    least, largest = min(start, end), max(start, end)
+    for row in range(1, model.method.last):
+        least = min(least, step.samples[row, j])
+        largest = max(largest, step.samples[row, j])
+    if not least - guards.levels[j] < NEAR * (largest - least):
+        return 0.0
+    step.samples[0, j], step.samples[model.method.last, j] = start, end
+    return _find_least(model, run, h, j)
+
+
+@compiled
+def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
+    """The same for a guard that watches a coordinate of the state, whose slopes are known."""
+    guards, step, method = run.guards, run.step, model.method
+    if guards.fired[j] == 1:
+        return 0.0
+    coordinate = _coordinate(model, run.discrete, j)
+    least = min(guards.starts[j], guards.ends[j]) - guards.levels[j]
+    steepest = 0.0
+    for row in range(method.last + 1):
+        steepest = max(steepest, abs(step.slopes[row].x[coordinate]))
+    if not least < NEAR * h * steepest:
+        return 0.0
+    value, before = step.start.x[coordinate], 0
+    step.samples[0, j] = guards.starts[j]
+    for k in range(1, method.num_ordered):
+        row = method.ordered[k]
+        width = h * (method.nodes[row] - method.nodes[before])
+        slopes = step.slopes[before].x[coordinate] + step.slopes[row].x[coordinate]
+        value += 0.5 * width * slopes
+        step.samples[row, j] = guard_value(model, run.discrete, j, value)
+        before = row
+    step.samples[method.last, j] = guards.ends[j]
+    return _find_least(model, run, h, j)
+
+
+@compiled
+def _jump_inside(model: Record, run: Record) -> float:
+    """The share of the step at which the law is on the other side of a jump; 0 if nowhere."""
+    last = run.guards.count - 1
+    if run.guards.fired[last] == 0:
+        for k in range(1, model.method.num_ordered - 1):
+            row = model.method.ordered[k]
+            infeasible = 1 if run.step.samples[row, last] > VIOLATION_BAND else 0
+            if infeasible != run.guards.infeasible:
+                return model.method.nodes[row]
+    return 0.0
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def find_dip(model: Record, run: Record, h: float) -> float:
+    """When, in a step of size ``h`` just taken, a guard is past its level; 0 if none is [s].
+
+    Only guards that are not past it at the end are looked at. The end of a face is not: a slip
+    velocity keeps its sign within a phase.
+    """
+    guards, phases = run.guards, run.discrete.phases
+    found, slips = 0.0, False
+    for i in range(model.num_fingers):
+        base = PER_CONTACT * i
+        if phases[i] == 0:
+            found = max(found, _dip_of(model, run, h, base + PHASE))
+        else:
+            slips = True
+            found = max(found, _dip_of_coordinate(model, run, h, base + PHASE))
+            found = max(found, _dip_of(model, run, h, base + NORMAL_FORCE))
+        nearest = min(guards.starts[base + SINGULAR], guards.ends[base + SINGULAR])
+        if nearest < NEAR_SINGULAR:
+            found = max(found, _dip_of(model, run, h, base + SINGULAR))
+    first = PER_CONTACT * model.num_fingers
+    if slips:
+        found = max(found, _dip_of(model, run, h, first))
+    if model.law.period == 0.0:
+        for j in range(first + 1, guards.count - 1):
+            if run.discrete.clamps[j - first - 1] == 0:
+                found = max(found, _dip_of_coordinate(model, run, h, j))
+            else:
+                found = max(found, _dip_of(model, run, h, j))
+        found = max(found, _jump_inside(model, run))
+    return found * h
