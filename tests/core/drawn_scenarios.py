@@ -1,4 +1,4 @@
-"""Random valid scenarios for property tests: hands of 2 to 4 fingers around one object.
+"""Random valid scenarios, for property tests and `benchmarks.outcomes`: hands of 2 to 4 fingers.
 
 Drawn by plain seeded numbers: a library for property tests draws others with every module that
 happens to be loaded, and takes minutes to shrink what fails.
@@ -16,7 +16,7 @@ from core.geometry import contact_frame
 from core.loading import scenario_from_mapping
 from core.scenario import FingerParameters, ObjectParameters, Scenario
 
-__all__ = ["KINDS", "Kind", "draw_scenario"]
+__all__ = ["KINDS", "AtEnds", "Kind", "draw_kind", "draw_scenario"]
 
 DURATION = 0.3
 POSITION = (1.466, 0.366)
@@ -47,15 +47,41 @@ KINDS = tuple(
 """Every law with every number of fingers; every motion three times, in changing company."""
 
 
-def draw_scenario(kind: Kind, seed: object) -> Scenario:
+class AtEnds(Random):
+    """Prefers the ends of every range: a third exactly there, a third close to one of them."""
+
+    def uniform(self, a: float, b: float) -> float:
+        """A number between two others, both included."""
+        within, third = super().uniform(a, b), self.random()
+        end, other = self.choice(((a, b), (b, a)))
+        if third < 1.0 / 3.0:
+            return end
+        if third < 2.0 / 3.0:
+            return end + (other - end) * 10.0 ** super().uniform(-6.0, -1.0)
+        return within
+
+
+def draw_kind(rng: Random) -> Kind:
+    """Any law with any motion and number of fingers."""
+    law = rng.choice((*LAWS, *SAMPLED_LAWS))
+    sampled = law in SAMPLED_LAWS or rng.choice((False, True))
+    return Kind(law, sampled, rng.choice(MOTIONS), rng.choice((2, 3, 4)))
+
+
+def draw_scenario(kind: Kind, seed: object, source: type[Random] = Random) -> Scenario:
     """A scenario of 0.3 s in which everything else a user may set is drawn at random.
 
     Bases are placed so that each finger reaches its contact well away from its straight and
     folded poses, so every draw is valid. Friction and gains stay away from tiny positive
     numbers: to hold with friction 1e-67 asks for forces that no tolerance fits, and the
     matrix P grows without bound as K_p falls to zero (K_p = 0 itself is drawn).
+
+    Args:
+        kind: What is not left to chance.
+        seed: The same seed draws the same scenario.
+        source: Where the numbers come from.
     """
-    rng = Random(f"{kind} {seed}")
+    rng = source(f"{kind} {seed}")
     n = kind.fingers
     body, faces = _body(rng)
     angle = rng.uniform(-0.2, 0.2)

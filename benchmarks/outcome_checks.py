@@ -1,0 +1,190 @@
+"""What must be true of every run, judged by its trace, by the same run looked at more finely,
+and, where phases are said to contradict each other, by an independent search for an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from core.loading import with_values
+from core.result import RunResult
+from core.scenario import Scenario
+from core.simulation import Simulation
+from core.simulator import run_to_end
+from core.trace import Trace
+from core.types import ContactPhase, Outcome, PhaseChange
+
+__all__ = ["CHECKS", "Check", "Judgement", "judge_run"]
+
+FINE_RATE = 10_000.0  # [Hz]
+SAME_INSTANT = 1e-9  # [s]
+GIVEN_BACK = 1e-9  # [J]
+ROUNDING = 1e-15  # of the energy that friction took
+OUTSIDE_CONE = 1e-9  # of 1 N and the forces
+LEDGER = 1e-6  # [J]
+LEDGER_SHARE = 1e-9  # of the greatest energy of the run
+
+
+class Check(NamedTuple):
+    """One thing that must hold.
+
+    Attributes:
+        text: What must not be.
+        unit: Of the number that tells how far it is missed; empty where it only counts.
+    """
+
+    text: str
+    unit: str = ""
+
+
+CHECKS = {
+    "stall": Check("`chattering` without the phase changes it states"),
+    "rate": Check("other phase changes, or another end, with 10 kHz output"),
+    "friction": Check("friction gives back more than 1e-9 J", "J"),
+    "cone": Check("a force outside its cone by more than 1e-9", "relative"),
+    "ledger": Check("energy ledger off by more than 1e-6 J and 1e-9 of the greatest energy", "J"),
+    "inconsistent": Check("`inconsistent` though some phases, or open contacts, agree"),
+    "completed": Check("`completed` that does not reach its end, or a number not finite"),
+}
+
+
+class Judgement(NamedTuple):
+    """What became of one run.
+
+    Attributes:
+        outcome: How it ended.
+        missed: By how much each check that failed was missed, in its unit, or 1.
+    """
+
+    outcome: str
+    missed: Mapping[str, float]
+
+
+def judge_run(scenario: Scenario) -> Judgement:
+    """Runs a scenario as it is and once more with an output of 10 kHz, and judges both.
+
+    Args:
+        scenario: What to simulate.
+    """
+    plain, held = _simulate(scenario)
+    fine, _ = _simulate(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
+    runs = (plain, fine)
+    missed = {
+        "stall": max(map(_stalled, runs)),
+        "rate": 0.0 if _same_course(plain, fine) else 1.0,
+        "friction": max(_given_back(run.trace) for run in runs),
+        "cone": max(map(_outside_cone, runs)),
+        "ledger": max(_ledger_error(run.trace) for run in runs),
+        "inconsistent": _has_answer(plain, held),
+        "completed": max(map(_ends_wrongly, runs)),
+    }
+    return Judgement(plain.outcome.value, {name: by for name, by in missed.items() if by > 0.0})
+
+
+def _simulate(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
+    """The run, and the torques that act at its end ``(n, 2)``.
+
+    The trace ends before a jump that no phases agree with, hence with the torques before it.
+    """
+    simulation = Simulation(scenario)
+    run_to_end(simulation, lambda _: None)
+    held = np.array(simulation._run.discrete.torques[: len(scenario.fingers)])
+    return simulation.result(), held
+
+
+def _stalled(run: RunResult) -> float:
+    """1 if a run ends as chattering without its phase changes; each contact counts once an instant.
+
+    The number stated is in the reason, the window in the scenario.
+    """
+    if run.outcome is not Outcome.CHATTERING or run.reason is None:
+        return 0.0
+    stated = max(run.reason.value or 0.0, run.scenario.simulation.chatter_changes)
+    start = run.end_time - run.scenario.simulation.chatter_window
+    late = [change for change in run.phase_changes if change.time >= start]
+    return 0.0 if _count_distinct(late) >= stated else 1.0
+
+
+def _count_distinct(changes: Sequence[PhaseChange]) -> int:
+    """Phase changes, without those of a contact at an instant at which it changed already."""
+    last: dict[int, float] = {}
+    count = 0
+    for change in changes:
+        count += change.time - last.get(change.contact, -np.inf) > SAME_INSTANT
+        last[change.contact] = change.time
+    return count
+
+
+def _same_course(run: RunResult, other: RunResult) -> bool:
+    """Whether both end alike after the same phase changes at the same times."""
+    if run.outcome is not other.outcome or len(run.phase_changes) != len(other.phase_changes):
+        return False
+    times = [(run.end_time, other.end_time)]
+    for a, b in zip(run.phase_changes, other.phase_changes, strict=True):
+        if (a.contact, a.from_phase, a.to_phase) != (b.contact, b.from_phase, b.to_phase):
+            return False
+        times.append((a.time, b.time))
+    return all(abs(a - b) <= SAME_INSTANT for a, b in times)
+
+
+def _given_back(trace: Trace) -> float:
+    """How far the energy lost to friction falls below what was lost before [J]; 0 if allowed."""
+    lost = trace.dissipated_energy
+    peak = np.maximum.accumulate(lost)
+    returned = float(np.max(peak - lost))
+    return returned if returned > max(GIVEN_BACK, ROUNDING * float(peak[-1])) else 0.0
+
+
+def _outside_cone(run: RunResult) -> float:
+    """The largest excess over the cone, or distance from it in slip, relative; 0 if allowed.
+
+    The first row only assumes stick, and rows at the instant at which physics ends a run show
+    what cannot go on.
+    """
+    trace = run.trace
+    rows = np.arange(len(trace)) > 0
+    if run.outcome.ended_by_physics:
+        rows &= trace.times < run.end_time
+    across, bound = np.abs(trace.tangential_force), trace.friction_coefficient * trace.normal_force
+    slips = trace.phase != ContactPhase.STICK
+    excess = np.where(slips, np.abs(trace.tangential_force + trace.phase * bound), across - bound)
+    relative = (excess / (1.0 + across + np.abs(trace.normal_force)))[rows]
+    worst = float(relative.max(initial=0.0))
+    return worst if worst > OUTSIDE_CONE else 0.0
+
+
+def _ledger_error(trace: Trace) -> float:
+    """Energy unaccounted for [J]; 0 if allowed."""
+    energies = (
+        trace.kinetic_energy,
+        trace.potential_energy,
+        trace.supplied_energy,
+        trace.dissipated_energy,
+    )
+    greatest = max(float(np.abs(energy).max()) for energy in energies)
+    missing = float(np.abs(trace.energy_residual).max())
+    return missing if missing > max(LEDGER, LEDGER_SHARE * greatest) else 0.0
+
+
+def _ends_wrongly(run: RunResult) -> float:
+    """1 if a completed run does not reach its end, has a reason, or any number is not finite."""
+    reached = run.end_time == run.scenario.simulation.duration
+    completed = run.outcome is Outcome.COMPLETED
+    agree = completed == (run.reason is None) and (reached or not completed)
+    return 0.0 if agree and np.all(np.isfinite(run.trace.to_rows())) else 1.0
+
+
+def _has_answer(run: RunResult, held: np.ndarray) -> float:
+    """1 if a run ends as inconsistent though there is a combination that agrees."""
+    if run.outcome is not Outcome.INCONSISTENT:
+        return 0.0
+    return 1.0 if any(True for _ in _answers(run, held)) else 0.0
+
+
+def _answers(run: RunResult, held: np.ndarray) -> Iterator[object]:
+    """Combinations that agree at the end of a run, by code that shares nothing with the kernel."""
+    from tests.references.instant import answers_at_end
+
+    return answers_at_end(run, held)

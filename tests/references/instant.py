@@ -1,0 +1,81 @@
+"""The last instant of a run: which phases, or open contacts, would have agreed there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.loading import with_values
+from core.result import RunResult
+from core.scenario import Scenario
+from tests.references.closed_loop import ClosedLoop
+from tests.references.hand import State
+from tests.references.open_contacts import OPEN, REST_SPEED, Answer, consistent_answers
+from tests.references.world import World
+
+__all__ = ["answers_at_end"]
+
+Array = NDArray[np.float64]
+
+# Laws whose torque depends on the believed phase, as the references know them.
+PHASE_LAWS = ("theorem-3", "theorem-4", "certainty-equivalence")
+
+
+def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
+    """Combinations that agree where a run ends.
+
+    Under sampled control the torque is held. With continuous control every combination is tried
+    under the torque that the law gives for it (a contact that opens is believed to do what a
+    closed one may), and under the belief that the controller may hold.
+
+    Args:
+        run: The run.
+        held: The torques that act at its end, ``(n, 2)`` [N m].
+    """
+    last, t = run.trace[-1:], run.end_time
+    scenario = _as_changed(run.scenario, t)
+    state = State(
+        last.object_pose[0], last.object_velocity[0], last.slip[0], last.slip_velocity[0]
+    )
+    world = World.from_scenario(scenario)
+    z = np.concatenate((state.pose, state.velocity, state.slip, state.slip_velocity))
+    loop = world.loop(t, world.sides(t, z))
+    law = scenario.controller
+    if law.control_period > 0.0 or law.kind not in PHASE_LAWS:
+        yield from consistent_answers(loop, state, held.ravel())
+        return
+    desired = loop.trajectory.desired(t, np.nextafter(t, np.inf))
+    for belief in _beliefs(state, last.believed_phase[0]):
+        torques = loop.evaluate(state, belief, last.estimates[0], desired).torques
+        for answer in consistent_answers(loop, state, torques):
+            if _recognised(answer, belief) or belief == tuple(last.believed_phase[0]):
+                yield answer
+
+
+def _as_changed(scenario: Scenario, t: float) -> Scenario:
+    """The scenario with the timed changes up to a time."""
+    due = sorted((c for c in scenario.changes if c.time <= t), key=lambda c: c.time)
+    for change in due:
+        scenario = with_values(scenario, {change.parameter: change.value})
+    return scenario
+
+
+def _beliefs(state: State, present: Array) -> Iterator[tuple[int, ...]]:
+    """What the controller may believe: any phase of the contacts at rest, or what it does now."""
+    choices = [
+        (0, 1, -1) if abs(speed) < REST_SPEED else (int(np.sign(speed)),)
+        for speed in state.slip_velocity
+    ]
+    beliefs = dict.fromkeys(product(*choices))
+    beliefs[tuple(int(phase) for phase in present)] = None
+    return iter(beliefs)
+
+
+def _recognised(answer: Answer, belief: tuple[int, ...]) -> bool:
+    """Whether the controller believes what the plant does, where contacts stay closed."""
+    return all(
+        own in (OPEN, believed) for own, believed in zip(answer.phases, belief, strict=True)
+    )

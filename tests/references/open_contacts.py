@@ -1,0 +1,133 @@
+"""Which contacts may stick, slip or open under given torques: every combination is tried.
+
+An open contact carries no force and its fingertip gains distance from the face. Plain NumPy,
+written from the equations of docs/model.md: Eq. 15 with one more unknown per contact, the
+acceleration of its gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.references.closed_loop import ClosedLoop
+from tests.references.hand import Kinematics, State, block_diagonal
+
+__all__ = ["OPEN", "Answer", "consistent_answers"]
+
+Array = NDArray[np.float64]
+
+OPEN = 2  # beside the phases -1, 0 and 1
+
+REST_SPEED = 3e-9  # slip velocity below which a contact may stick or start either way [m]/[s]
+# What an answer must be inside of its limits by, to be one beyond doubt.
+FORCE_DOUBT = 1e-7  # of 1 N and the normal force
+ACCELERATION_DOUBT = 1e-6  # of 1 m/s^2 and the largest acceleration
+
+
+class Answer(NamedTuple):
+    """A combination that agrees with the torques.
+
+    Attributes:
+        phases: -1, 0 or 1 per contact, or `OPEN`.
+        forces: F_x and F_n, ``(n, 2)`` [N].
+        slip_accelerations: ``(n,)`` [m]/[s^2].
+        gap_accelerations: Of the fingertips away from their faces, ``(n,)`` [m]/[s^2].
+    """
+
+    phases: tuple[int, ...]
+    forces: Array
+    slip_accelerations: Array
+    gap_accelerations: Array
+
+
+def consistent_answers(loop: ClosedLoop, state: State, torques: Array) -> Iterator[Answer]:
+    """All combinations of stick, slip and open contacts that agree with the torques.
+
+    Contacts that slide keep their direction or open; those at rest may do anything.
+
+    Args:
+        loop: Hand, true parameters, frictions and load.
+        state: The state.
+        torques: What acts on the joints, ``(2n,)`` [N m].
+    """
+    kin = loop.hand.kinematics(state)
+    at_rest = np.abs(state.slip_velocity) < REST_SPEED
+    choices = [
+        (0, 1, -1, OPEN) if rests else (int(np.sign(speed)), OPEN)
+        for rests, speed in zip(at_rest, state.slip_velocity, strict=True)
+    ]
+    for phases in product(*choices):
+        answer = solve_with_gaps(loop, kin, phases, torques)
+        if answer is not None and _agrees(loop, answer, at_rest):
+            yield answer
+
+
+def solve_with_gaps(
+    loop: ClosedLoop, kin: Kinematics, phases: Sequence[int], torques: Array
+) -> Answer | None:
+    """Eq. 15 for joint, object, slip and gap accelerations and contact forces; None if singular.
+
+    The fingertip of an open contact leaves against the inward normal n:
+    ``J qdd = ... + sdd t - gdd n`` with ``F = 0``; a closed one has ``gdd = 0``.
+    """
+    n = len(phases)
+    M, h = loop.hand.finger_dynamics(kin, loop.truth)
+    M_o, h_o = loop.hand.object_dynamics(loop.truth)
+    A_g = block_diagonal([frame[:, 1:] for frame in kin.frames])
+    rows = [_contact_rows(i, n, phase, loop.truth.friction[i]) for i, phase in enumerate(phases)]
+    zero = np.zeros
+    matrix = np.block(
+        [
+            [M, zero((2 * n, 3 + 2 * n)), kin.J.T],
+            [zero((3, 2 * n)), M_o, zero((3, 2 * n)), -kin.W],
+            [kin.A_q, kin.A_o, kin.A_s, A_g, zero((2 * n, 2 * n))],
+            [zero((2 * n, 2 * n + 3)), np.vstack(rows)],
+        ]
+    )
+    if not np.linalg.cond(matrix) < 1e14:
+        return None
+    right = np.concatenate((torques - h, loop.load - h_o, kin.b, zero(2 * n)))
+    solution = np.linalg.solve(matrix, right)
+    slips, gaps, forces = np.split(solution[2 * n + 3 :], [n, 2 * n])
+    return Answer(tuple(phases), forces.reshape(n, 2), slips, gaps)
+
+
+def _contact_rows(i: int, n: int, phase: int, friction: float) -> Array:
+    """Two equations of contact i in the slip and gap accelerations and the forces, ``(2, 4n)``."""
+    rows = np.zeros((2, 4 * n))
+    slip, gap, tangential, normal = i, n + i, 2 * n + 2 * i, 2 * n + 2 * i + 1
+    if phase == OPEN:
+        rows[0, tangential] = rows[1, normal] = 1.0
+        return rows
+    rows[0, gap] = 1.0
+    if phase == 0:
+        rows[1, slip] = 1.0
+    else:
+        rows[1, [tangential, normal]] = 1.0, phase * friction
+    return rows
+
+
+def _agrees(loop: ClosedLoop, answer: Answer, at_rest: Array) -> bool:
+    """Whether forces and accelerations have the signs that the phases ask for, beyond doubt."""
+    accelerations = np.concatenate((answer.slip_accelerations, answer.gap_accelerations))
+    least = ACCELERATION_DOUBT * (1.0 + np.abs(accelerations).max())
+    for i, phase in enumerate(answer.phases):
+        tangential, normal = answer.forces[i]
+        doubt = FORCE_DOUBT * (1.0 + abs(normal))
+        margin = loop.static_friction[i] * normal - abs(tangential)
+        if phase == OPEN:
+            agrees = answer.gap_accelerations[i] > least
+        elif normal <= doubt:
+            agrees = False
+        elif phase == 0:
+            agrees = margin > doubt
+        else:
+            agrees = not at_rest[i] or phase * answer.slip_accelerations[i] > least
+        if not agrees:
+            return False
+    return True
