@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Table", "format_text", "judge", "update_page"]
+__all__ = ["Table", "format_share", "format_text", "judge", "share_interval", "update_page"]
+
+NORMAL_95 = 1.959964  # of a standard normal variable 95 % lie within this
 
 
 class Table(NamedTuple):
@@ -43,6 +46,25 @@ def judge(value: float, target: float, aim: float | None = None) -> str:
     if aim is not None:
         words += f", aim {aim:g}: {'met' if value >= aim else 'missed'}"
     return words
+
+
+def share_interval(part: int, whole: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a share that is known from a sample.
+
+    Args:
+        part: How many of the sample.
+        whole: Size of the sample.
+    """
+    z, p = NORMAL_95, part / whole
+    centre = (p + z**2 / (2 * whole)) / (1 + z**2 / whole)
+    reach = z / (1 + z**2 / whole) * math.sqrt(p * (1 - p) / whole + (z / (2 * whole)) ** 2)
+    return max(0.0, centre - reach), min(1.0, centre + reach)
+
+
+def format_share(part: int, whole: int) -> str:
+    """A share in percent, with its 95 % interval: ``28.5 % (25.8–31.4)``."""
+    low, high = share_interval(part, whole)
+    return f"{100.0 * part / whole:.1f} % ({100.0 * low:.1f}–{100.0 * high:.1f})"
 
 
 def update_page(path: Path, tables: Iterable[Table]) -> None:

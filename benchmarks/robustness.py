@@ -1,7 +1,9 @@
 """Which control law holds objects whose mass and friction it does not know.
 
 Random objects, the same for every law, with the initial estimates of the paper's case II, in an
-ideal world and with noisy sensors; and a map over the two friction coefficients.
+ideal world and with noisy sensors; a map over the two friction coefficients; how much a single
+verdict of the printed law is worth; and noise and latency up to where the composite law fails
+(`benchmarks.robustness_sweeps`).
 """
 
 from __future__ import annotations
@@ -10,18 +12,29 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.report import Table
-from benchmarks.robustness_charts import draw_random_objects, draw_success_maps
+from benchmarks.report import Table, format_share
+from benchmarks.robustness_charts import draw_random_objects, draw_success_maps, draw_sweeps
 from core.batch import simulate_many
 from core.loading import load_scenario, with_values
 from core.result import RunSummary
 from core.scenario import Scenario
 
-__all__ = ["LAWS", "World", "hold_random_objects", "random_objects", "run", "share_held"]
+__all__ = [
+    "LAWS",
+    "ORACLE",
+    "WORLDS",
+    "World",
+    "hold_random_objects",
+    "measure_verdicts",
+    "random_objects",
+    "run",
+    "share_held",
+    "vary_objects",
+]
 
 COUNT = 1000
 SEED = 20
@@ -42,6 +55,17 @@ LAWS = (
     "composite",
     ORACLE,
 )
+# What should not matter to a run, and by how little.
+DISTURBANCES: dict[str, dict[str, Any]] = {
+    "as it is": {},
+    "tolerances a thousandth": {
+        "simulation.relative_tolerance": 1e-11,
+        "simulation.absolute_tolerance": 1e-13,
+    },
+    "steps of 0.5 ms at most": {"simulation.max_step": 5e-4},
+    "steps of 0.1 ms at most": {"simulation.max_step": 1e-4},
+    "believed mass 1e-9 kg larger": {"estimates.2.initial": 0.5 + 1e-9},
+}
 
 
 class World(NamedTuple):
@@ -59,20 +83,29 @@ class World(NamedTuple):
 
 
 def run(docs: Path | None = None) -> list[Table]:
-    """The tables ``robustness-ideal`` and ``robustness-noisy``, and two pictures."""
+    """The tables of the page, all called ``robustness-``, and its pictures."""
+    # That module knows this one.
+    from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
+
     worlds = [hold_random_objects(name, COUNT) for name in WORLDS]
+    sweeps = [measure_sweep(sweep) for sweep in SWEEPS]
     if docs is not None:
+        draw_sweeps(sweeps, docs / "images" / "robustness-sweeps.png")
         draw_random_objects(worlds, docs / "images" / "robustness.png")
         sides = np.linspace(*FRICTION, MAP_SIDE)
         maps = {law: _success_map(law, sides) for law in (PRINTED, "composite")}
         draw_success_maps(sides, maps, docs / "images" / "success-maps.png")
-    return [_table(world) for world in worlds]
+    return [
+        *(_table(world) for world in worlds),
+        measure_verdicts(COUNT),
+        *(tabulate_sweep(sweep) for sweep in sweeps),
+    ]
 
 
-def random_objects(count: int) -> np.ndarray:
-    """Mass [kg] and friction coefficients, uniform and independent: ``(count, 3)``."""
-    low, high = np.array([MASS, FRICTION, FRICTION]).T
-    return np.random.default_rng(SEED).uniform(low, high, (count, 3))
+def random_objects(count: int, fingers: int = 2) -> np.ndarray:
+    """Mass [kg] and friction coefficients, uniform and independent: ``(count, 1 + fingers)``."""
+    low, high = np.array([MASS, *[FRICTION] * fingers]).T
+    return np.random.default_rng(SEED).uniform(low, high, (count, 1 + fingers))
 
 
 def hold_random_objects(name: str, count: int) -> World:
@@ -83,7 +116,8 @@ def hold_random_objects(name: str, count: int) -> World:
         count: Number of objects.
     """
     objects = random_objects(count)
-    runs = {law: list(simulate_many(_scenarios(name, law, objects))) for law in LAWS}
+    base = load_scenario(WORLDS[name])
+    runs = {law: list(simulate_many(vary_objects(base, law, objects))) for law in LAWS}
     return World(name, objects, runs)
 
 
@@ -92,16 +126,42 @@ def share_held(runs: list[RunSummary]) -> float:
     return float(np.mean([run.metrics.held for run in runs]))
 
 
-def _scenarios(world: str, law: str, objects: np.ndarray) -> Iterator[Scenario]:
-    base = _with_law(load_scenario(WORLDS[world]), law)
+def measure_verdicts(count: int) -> Table:
+    """How many single verdicts of the printed law change with what should not matter.
+
+    Args:
+        count: Number of objects.
+    """
+    base, objects = load_scenario(WORLDS["ideal"]), random_objects(count)
+    varied = list(vary_objects(base, PRINTED, objects))
+    held, rows = np.zeros(count, bool), []
+    for words, values in DISTURBANCES.items():
+        runs = simulate_many(with_values(scenario, values) for scenario in varied)
+        verdicts = np.array([run.metrics.held for run in runs])
+        if not values:
+            held = verdicts
+        changed = format_share(int(np.sum(verdicts != held)), count) if values else "–"
+        rows.append((words, format_share(int(verdicts.sum()), count), changed))
+    heads = (f"{PRINTED}, {count} objects, ideal world", "held (95 % interval)", "another verdict than as it is")
+    return Table("robustness-verdicts", heads, tuple(rows), page="robustness.md")
+
+
+def vary_objects(base: Scenario, law: str, objects: np.ndarray) -> Iterator[Scenario]:
+    """One run of a second per object, each with noise of its own.
+
+    Args:
+        base: Hand, motion and sensors.
+        law: One of `LAWS`.
+        objects: Mass and friction coefficients, ``(objects, 1 + fingers)``.
+    """
+    base = _with_law(base, law)
     for seed, (mass, *frictions) in enumerate(objects.tolist()):
         yield with_values(
             base,
             {
                 "object.mass": mass,
                 "object.inertia": INERTIA_PER_MASS * mass,
-                "fingers.0.friction": frictions[0],
-                "fingers.1.friction": frictions[1],
+                **{f"fingers.{i}.friction": friction for i, friction in enumerate(frictions)},
                 "simulation.seed": seed,
                 "simulation.duration": DURATION,
             },
@@ -120,13 +180,14 @@ def _with_law(base: Scenario, law: str) -> Scenario:
 def _success_map(law: str, sides: np.ndarray) -> np.ndarray:
     """Longest slip path [mm] of each pair of friction coefficients, NaN where it is not held."""
     pairs = [(1.0, left, right) for right in sides for left in sides]
-    runs = simulate_many(_scenarios("ideal", law, np.array(pairs)))
+    base = load_scenario(WORLDS["ideal"])
+    runs = simulate_many(vary_objects(base, law, np.array(pairs)))
     paths = [1e3 * max(r.metrics.slip_path) if r.metrics.held else np.nan for r in runs]
     return np.reshape(paths, (len(sides), len(sides)))
 
 
 def _table(world: World) -> Table:
-    heads = ("law", "held", "slip path: median [mm]", "worst [mm]", "how the others ended")
+    heads = ("law", "held (95 % interval)", "slip path: median [mm]", "worst [mm]", "how the others ended")
     rows = tuple(_row(law, runs) for law, runs in world.runs.items())
     oracle, own = share_held(world.runs[ORACLE]), share_held(world.runs["composite"])
     target = 0.99 if world.name == "ideal" else 0.95
@@ -149,4 +210,5 @@ def _row(law: str, runs: list[RunSummary]) -> tuple[str, ...]:
     )
     told = ", ".join(f"{number} {words}" for words, number in ends.most_common())
     slips = (f"{np.median(paths):.2f}", f"{max(paths):.2f}") if paths else ("–", "–")
-    return law, f"{100.0 * share_held(runs):.1f} %", *slips, told or "–"
+    held = format_share(sum(run.metrics.held for run in runs), len(runs))
+    return law, held, *slips, told or "–"

@@ -11,12 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from benchmarks.report import share_interval
+
 if TYPE_CHECKING:
     from benchmarks.robustness import World
+    from benchmarks.robustness_sweeps import MeasuredSweep
 
-__all__ = ["draw_random_objects", "draw_success_maps"]
+__all__ = ["draw_random_objects", "draw_success_maps", "draw_sweeps"]
 
 _HELD, _LOST = "#005596", "#e66100"
+_SERIES = (("#005596", "o"), ("#e66100", "s"), ("#5d3a9b", "^"))
 _NOT_HELD = "#c8ccd2"
 _RESOLUTION = 130
 
@@ -30,7 +34,8 @@ def draw_random_objects(worlds: Sequence[World], path: Path) -> None:
         for axis, (law, runs) in zip(row, world.runs.items(), strict=True):
             held = np.array([run.metrics.held for run in runs])
             _scatter(axis, world.objects[:, 1:], held)
-            axis.set_title(f"{law.split(':')[0]}\n{100.0 * held.mean():.1f} % held", fontsize=9)
+            share = f"{100.0 * held.mean():.1f} % held"
+            axis.set_title(f"{law.split(':')[0]}\n{share}", fontsize=9)
         row[0].set_ylabel(f"{world.name} world\nfriction right")
     for axis in axes[-1]:
         axis.set_xlabel("friction left")
@@ -60,6 +65,41 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: P
     axes[0].set_ylabel("friction of the right fingertip")
     figure.colorbar(image, ax=axes, label="slip path where held [mm]; grey: lost", shrink=0.9)
     _save(figure, path)
+
+
+def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
+    """Share held over what is swept, one square per sweep: full lines composite, dashed oracle."""
+    figure = _figure(6.2 * len(sweeps), 4.2)
+    axes = figure.subplots(1, len(sweeps), sharey=True, squeeze=False)[0]
+    for axis, measured in zip(axes, sweeps, strict=True):
+        for (name, shares), (colour, mark) in zip(measured.held.items(), _SERIES, strict=True):
+            _draw_series(axis, measured, shares.composite, name, colour, f"{mark}-")
+            _draw_series(axis, measured, shares.oracle, f"{name}: oracle", colour, "--")
+        axis.set_xlabel(f"{measured.sweep.words} [{measured.sweep.unit}]")
+        axis.set_ylim(-3.0, 103.0)
+        axis.grid(alpha=0.3)
+        axis.legend(fontsize=7, loc="center right")
+    axes[0].set_ylabel(f"held of {sweeps[0].count} objects [%]")
+    _save(figure, path)
+
+
+def _draw_series(
+    axis: Axes, measured: MeasuredSweep, held: Sequence[int], name: str, colour: str, style: str
+) -> None:
+    intervals = np.array([share_interval(part, measured.count) for part in held])
+    shares = np.array(held) / measured.count
+    errors = 100.0 * np.abs(intervals.T - shares)
+    axis.errorbar(
+        measured.sweep.values,
+        100.0 * shares,
+        errors,
+        fmt=style,
+        color=colour,
+        label=name,
+        capsize=2.0,
+        markersize=4.0,
+        linewidth=1.2,
+    )
 
 
 def _scatter(axis: Axes, friction: np.ndarray, held: np.ndarray) -> None:

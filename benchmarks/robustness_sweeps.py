@@ -1,0 +1,157 @@
+"""Noise and latency, swept until the composite law fails, with the oracle beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+from benchmarks.report import Table, format_share
+from benchmarks.robustness import ORACLE, WORLDS, random_objects, vary_objects
+from core.batch import simulate_many
+from core.loading import load_scenario, with_values
+from core.scenario import Scenario
+
+__all__ = ["SWEEPS", "HeldShares", "MeasuredSweep", "Sweep", "measure_sweep", "tabulate_sweep"]
+
+COUNT = 300
+FAILED = 0.5  # the law fails where it holds less
+
+
+class Sweep(NamedTuple):
+    """One setting that is swept.
+
+    Attributes:
+        name: Of its table, after ``robustness-``.
+        key: Dotted key of the setting.
+        words: What it is.
+        unit: Of the numbers shown.
+        scale: What a number shown is in SI units.
+        values: The numbers shown.
+        bases: Hands and worlds that are swept, by name.
+    """
+
+    name: str
+    key: str
+    words: str
+    unit: str
+    scale: float
+    values: tuple[float, ...]
+    bases: Mapping[str, Callable[[], Scenario]]
+
+
+class HeldShares(NamedTuple):
+    """How many objects each law holds, one number per value of the sweep."""
+
+    composite: list[int]
+    oracle: list[int]
+
+
+class MeasuredSweep(NamedTuple):
+    """A sweep, the number of objects at each of its points, and how many were held by each base."""
+
+    sweep: Sweep
+    count: int
+    held: dict[str, HeldShares]
+
+
+def measure_sweep(sweep: Sweep, count: int = COUNT) -> MeasuredSweep:
+    """Lets the composite law and the oracle hold the same objects at every point.
+
+    Args:
+        sweep: What is swept.
+        count: Number of objects.
+    """
+    held = {}
+    for name, make in sweep.bases.items():
+        base = make()
+        points = [with_values(base, {sweep.key: sweep.scale * value}) for value in sweep.values]
+        held[name] = HeldShares(
+            [_count_held(point, "composite", count) for point in points],
+            [_count_held(point, ORACLE, count) for point in points],
+        )
+    return MeasuredSweep(sweep, count, held)
+
+
+def tabulate_sweep(measured: MeasuredSweep) -> Table:
+    """One row per point, and where the law first holds less than half."""
+    sweep, count = measured.sweep, measured.count
+    heads = [f"{sweep.words} [{sweep.unit}]"]
+    heads += [f"{name}: {law}" for name in measured.held for law in ("composite", "oracle")]
+    rows = tuple(
+        (
+            f"{value:g}",
+            *(format_share(held[k], count) for shares in measured.held.values() for held in shares),
+        )
+        for k, value in enumerate(sweep.values)
+    )
+    failures = "; ".join(_failure(measured, name) for name in measured.held)
+    note = f"{count} objects at every point. The composite law first holds less than half: {failures}."
+    return Table(f"robustness-{sweep.name}", tuple(heads), rows, (note,), "robustness.md")
+
+
+def _count_held(base: Scenario, law: str, count: int) -> int:
+    objects = random_objects(count, len(base.fingers))
+    return sum(run.metrics.held for run in simulate_many(vary_objects(base, law, objects)))
+
+
+def _failure(measured: MeasuredSweep, name: str) -> str:
+    shares = zip(measured.sweep.values, measured.held[name].composite, strict=True)
+    lost = [value for value, held in shares if held < FAILED * measured.count]
+    where = f"at {lost[0]:g} {measured.sweep.unit}" if lost else "nowhere"
+    return f"{name} {where}"
+
+
+def _noisy() -> Scenario:
+    return load_scenario(WORLDS["noisy"])
+
+
+def _detected() -> Scenario:
+    """The noisy world in which slip is detected instead of known."""
+    return with_values(_noisy(), {"sensing.true_phases": False})
+
+
+def _ideal() -> Scenario:
+    return load_scenario(WORLDS["ideal"])
+
+
+def _three_fingers() -> Scenario:
+    return load_scenario("three-fingers")
+
+
+def _three_noisy_fingers() -> Scenario:
+    """Three fingers with the sensors of the noisy world, and the law set as there."""
+    base, noisy = _three_fingers(), _noisy()
+    own, law = base.controller, noisy.controller
+    tuned = replace(own, slip_stop=law.slip_stop, force_noise=law.force_noise)
+    return replace(base, controller=tuned, sensing=noisy.sensing)
+
+
+SWEEPS = (
+    Sweep(
+        "noise",
+        "sensing.velocity_noise",
+        "velocity noise",
+        "mm/s",
+        1e-3,
+        (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0),
+        {
+            "two fingers": _noisy,
+            "two, slip detected": _detected,
+            "three fingers": _three_noisy_fingers,
+        },
+    ),
+    Sweep(
+        "latency",
+        "controller.latency",
+        "latency",
+        "ms",
+        1e-3,
+        (0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 50.0),
+        {
+            "two fingers, ideal": _ideal,
+            "two, noisy": _noisy,
+            "three fingers, ideal": _three_fingers,
+        },
+    ),
+)
