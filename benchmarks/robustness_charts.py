@@ -69,7 +69,7 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: P
 
 def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
     """Share held over what is swept, one square per sweep: full lines composite, dashed oracle."""
-    figure = _figure(6.2 * len(sweeps), 4.2)
+    figure = _figure(6.2 * len(sweeps), 4.6)
     axes = figure.subplots(1, len(sweeps), sharey=True, squeeze=False)[0]
     for axis, measured in zip(axes, sweeps, strict=True):
         for (name, shares), (colour, mark) in zip(measured.held.items(), _SERIES, strict=True):
@@ -78,7 +78,7 @@ def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
         axis.set_xlabel(f"{measured.sweep.words} [{measured.sweep.unit}]")
         axis.set_ylim(-3.0, 103.0)
         axis.grid(alpha=0.3)
-        axis.legend(fontsize=7, loc="center right")
+        axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
     axes[0].set_ylabel(f"held of {sweeps[0].count} objects [%]")
     _save(figure, path)
 

@@ -1,0 +1,124 @@
+"""Populations of random runs, each of which follows from a seed and its index, and processes
+that work through them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from random import Random
+from typing import TypeVar
+
+from core.executors.worker import NICENESS
+from core.loading import load_scenario, with_values
+from core.scenario import Scenario
+from core.simulator import prepare_kernel
+
+__all__ = ["ANYWHERE", "AT_ENDS", "ON_BOUNDS", "POPULATIONS", "draw", "in_processes", "reported"]
+
+AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its bounds", "any"
+
+MAX_STEPS = 200_000
+MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
+INERTIA_PER_MASS = 0.01042
+WEIGHT, SAFETY = (1.0, 50.0), (1.0, 2.0)
+
+PROCESSES = 2
+CHUNK = 20
+REPORTS = 20
+
+T = TypeVar("T")
+
+
+def draw(population: str, seed: int, index: int) -> Scenario:
+    """One run, the same every time.
+
+    Args:
+        population: One of `POPULATIONS`.
+        seed: Other seeds draw other runs.
+        index: Which.
+    """
+    return POPULATIONS[population](f"{seed} {index}")
+
+
+def in_processes(
+    work: Callable[[int], T], count: int, processes: int = PROCESSES
+) -> Iterator[T]:
+    """What a function gives for 0, 1, 2 …, in this order, from processes at low priority.
+
+    Args:
+        work: A function that other processes can import.
+        count: How many; fewer are worked through if nobody asks for the rest.
+        processes: How many at a time.
+    """
+    context = get_context("spawn")
+    pool = ProcessPoolExecutor(processes, context, initializer=_begin)
+    try:
+        yield from pool.map(work, range(count), chunksize=CHUNK)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def reported(
+    results: Iterable[T], count: int, name: str, is_wrong: Callable[[T], bool]
+) -> Iterator[T]:
+    """Passes results on, and says on standard error about twenty times how far it is."""
+    wrong, step = 0, max(1, count // REPORTS)
+    for number, result in enumerate(results, 1):
+        wrong += is_wrong(result)
+        if number % step == 0:
+            print(f"{name}: {number} of {count} runs, {wrong} wrong", file=sys.stderr, flush=True)
+        yield result
+
+
+def _begin() -> None:
+    os.nice(NICENESS)
+    prepare_kernel()
+
+
+def _at_ends(seed: str) -> Scenario:
+    """Any law, motion, outline, push, patch and imperfection, at the ends of their ranges."""
+    from tests.core.drawn_scenarios import AtEnds, draw_kind, draw_scenario
+
+    return draw_scenario(draw_kind(Random(f"kind {seed}")), seed, AtEnds)
+
+
+def _anywhere(seed: str) -> Scenario:
+    """The same, anywhere in their ranges."""
+    from tests.core.drawn_scenarios import draw_kind, draw_scenario
+
+    return draw_scenario(draw_kind(Random(f"kind {seed}")), seed)
+
+
+def _on_bounds(seed: str) -> Scenario:
+    """The hand of case II and an object that it does not know, within physical bounds.
+
+    Continuous control, and adaptation so fast that the estimates run into their bounds.
+    """
+    rng = Random(f"object {seed}")
+    mass = rng.uniform(*MASS)
+    return with_values(
+        load_scenario("composite-case-2"),
+        {
+            "title": "",
+            "object.mass": mass,
+            "object.inertia": INERTIA_PER_MASS * mass,
+            "fingers.0.friction": rng.uniform(*FRICTION),
+            "fingers.1.friction": rng.uniform(*FRICTION),
+            "controller.kind": "theorem-4",
+            "controller.control_period": 0.0,
+            "controller.lyapunov_weight": rng.uniform(*WEIGHT),
+            "controller.grip_safety": rng.uniform(*SAFETY),
+            "simulation.duration": 1.0,
+            "simulation.max_steps": MAX_STEPS,
+        },
+    )
+
+
+POPULATIONS: dict[str, Callable[[str], Scenario]] = {
+    AT_ENDS: _at_ends,
+    ON_BOUNDS: _on_bounds,
+    ANYWHERE: _anywhere,
+}
