@@ -32,6 +32,7 @@ from core.kernel.run import (
     ROOM_TO_SPARE,
     ROWS_BEFORE_PAUSE,
     emit,
+    emit_before_jump,
     keep_old,
 )
 from core.kernel.sensing import noise_used_up
@@ -88,7 +89,10 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
         restart_flow(model, run)
         return RUNNING
     keep_old(model, run)
-    emit(model, run, outlet, run.now, run.before if law_jumps else run.step.start)
+    if law_jumps:
+        emit_before_jump(model, run, outlet)
+    else:
+        emit(model, run, outlet, run.now, run.step.start)
     return select_again(model, run, outlet)
 
 
@@ -169,6 +173,9 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
             take_step(model, run.discrete, now, quiet, step, run.work)
             h = cut_at_event(model, run, quiet)
             quiet = emit_inside(model, run, outlet, h)
+        if h == 0.0 and run.fired == 0:
+            emit(model, run, outlet, now, step.start)
+            return STEP_UNDERFLOW
         for k in range(model.num_states):
             step.start.x[k] = step.end.x[k]
             step.slopes[0].x[k] = step.slopes[model.method.last].x[k]

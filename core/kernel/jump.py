@@ -51,6 +51,9 @@ from core.kernel.selection import (
 ) = range(14)
 
 
+LOST_FORCES = 1e-4  # sin^2 q2: forces go with its inverse, their errors with its square
+
+
 @compiled_apart(types.int64, MODEL, PROGRESS, types.int64, types.int64)
 def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
     """Selects the phases for the torque that acts from now on.
@@ -80,6 +83,9 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
             )
         if run.concerned >= 0:
             return SEPARATED
+        run.concerned = _nearly_singular(model, run)
+        if run.concerned >= 0:
+            return SINGULAR
         return PAINLEVE if verdict == NONE_REGULAR else INCONSISTENT
     if verdict == AMBIGUOUS:
         warn(run, AMBIGUITIES)
@@ -89,6 +95,15 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
         if abs(state.x[6 + n + i]) < REST_SPEED:
             state.x[6 + n + i] = 0.0
     return RUNNING
+
+
+@compiled
+def _nearly_singular(model: Record, run: Record) -> int:
+    """The finger so nearly straight or folded that rounding decides on its forces; -1 if none."""
+    for i in range(model.num_fingers):
+        if run.work.kin.extension[i] < LOST_FORCES:
+            return i
+    return -1
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)

@@ -53,6 +53,8 @@ PROGRESS = np.dtype(
     [
         ("step", STEP),  # its start is the present state
         ("before", STATE),  # just before a jump of the law that no time tells
+        ("before_time", np.float64),  # [s]
+        ("location_error", np.float64),  # of the step to the last event, over what is allowed
         ("discrete", DISCRETE),
         ("work", WORKSPACE),
         ("selection", SELECTION_ROOM),
@@ -203,6 +205,16 @@ def store_row(model: Record, run: Record, outlet: Record) -> None:
 def emit(model: Record, run: Record, outlet: Record, t: float, state: Record) -> None:
     """Appends a row for ``state``; one that is not finite is dropped, and ends the run."""
     if evaluate_at(model, run, t, state) == 1:
+        store_row(model, run, outlet)
+    else:
+        run.lost = 1
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET)
+def emit_before_jump(model: Record, run: Record, outlet: Record) -> None:
+    """Appends a row for the last state before a jump of the law, as of the instant of the jump."""
+    if evaluate_at(model, run, run.before_time, run.before) == 1:
+        run.row.time = run.now
         store_row(model, run, outlet)
     else:
         run.lost = 1
