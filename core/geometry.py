@@ -17,6 +17,7 @@ __all__ = [
     "inner_radius",
     "joint_points",
     "outline",
+    "smallest_extent",
     "tip_distance",
 ]
 
@@ -70,6 +71,15 @@ def inner_radius(body: ObjectParameters) -> float:
     sides = np.roll(corners, -1, axis=0) - corners
     areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
     return float((areas / np.hypot(*sides.T)).min())
+
+
+def smallest_extent(body: ObjectParameters) -> float:
+    """Least distance of two parallel lines between which the object fits [m]."""
+    corners = outline(body)
+    sides = np.roll(corners, -1, axis=0) - corners
+    normals = np.stack([-sides[:, 1], sides[:, 0]], axis=1) / np.hypot(*sides.T)[:, None]
+    # Of a convex polygon one of these lines holds a whole side.
+    return float(np.ptp(normals @ corners.T, axis=1).min())
 
 
 def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFrame:

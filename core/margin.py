@@ -1,4 +1,4 @@
-"""How far a parameter can go before the object is lost: a border, found by bracketing."""
+"""How far a parameter can go before the object is not held any more: a border, by bracketing."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _LARGEST_TOLERANCE = 0.1
 _SCANNED_STEPS = 16
 
 Border = tuple[float, float]
-"""Two values of the parameter: the object is held at one of them and lost at the other."""
+"""Two values of the parameter: the object is held at the first of them, not at the other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Margin:
-    """Two values of a parameter near each other: at one the object is held, at the other lost.
+    """Two values of a parameter near each other: at one the object is held, at the other not.
 
     Attributes:
         key: Dotted key of the parameter.
@@ -56,7 +56,7 @@ class Margin:
 
     @property
     def outcome(self) -> Outcome:
-        """How the lost run ended."""
+        """How the run at ``lost_at`` ended."""
         return self.lost.outcome
 
     @property
@@ -66,6 +66,15 @@ class Margin:
             return self.lost.reason.message
         slipping = self.lost.metrics.slipping_at_end
         return "still slipping at the end" if slipping else "only just stopped slipping at the end"
+
+    @property
+    def beyond(self) -> str:
+        """What becomes of the object beyond the border, in a word or two: lost, or what else."""
+        if self.outcome.ended_by_physics:
+            return "lost"
+        if self.outcome is not Outcome.COMPLETED:
+            return "not finished"
+        return "still slipping" if self.lost.metrics.slipping_at_end else "not settled"
 
     def to_mapping(self) -> dict[str, Any]:
         """The answer without its runs, as plain values for JSON."""
@@ -101,7 +110,7 @@ class MarginError(SlipgraspError):
         if between is None:
             super().__init__(f"{found}: widen the range")
         else:
-            word = "lost" if held else "held"
+            word = "not held" if held else "held"
             super().__init__(f"{found}, but {word} at {between:.6g}: begin or end the range there")
 
     def to_mapping(self) -> dict[str, Any]:

@@ -30,7 +30,7 @@ class Metrics:
         minimum_friction_margin: Least margin of each contact in stick, None if never [N].
         rms_tracking_error: Over time, x, y, theta [m, m, rad].
         final_tracking_error: At the end, x, y, theta [m, m, rad].
-        torque_effort: Integral of the squared torques [N^2 m^2 s].
+        torque_effort: Integral of the squared torques [N² m² s].
         phase_change_count: Number of phase changes.
     """
 

@@ -209,7 +209,7 @@ class Simulation:
         contact = int(self._run.concerned)
         trace = Trace.from_rows(self.shape, self._last_row())
         self.outcome, self._reason = describe_end(
-            status, contact, self._schedule.present, trace, self.time
+            status, contact, self.scenario, self._schedule.present, trace, self.time
         )
 
     def _last_row(self) -> np.ndarray:

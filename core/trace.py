@@ -46,9 +46,7 @@ SIGNALS = (
     Signal("times", "time", "", "s", "Simulation time; an event gives two rows at one time."),
     Signal("object_pose", "object", "coordinate", "m, m, rad", "Pose x, y, theta."),
     Signal("object_velocity", "object", "coordinate", "m/s, m/s, rad/s", "Its first derivative."),
-    Signal(
-        "object_acceleration", "object", "coordinate", "m/s^2, rad/s^2", "Its second derivative."
-    ),
+    Signal("object_acceleration", "object", "coordinate", "m/s², rad/s²", "Its second derivative."),
     Signal("tracking_error", "object", "coordinate", "m, m, rad", "Desired minus actual pose."),
     Signal(
         "external_wrench", "object", "coordinate", "N, N, N m", "Force and moment of the pulses."
@@ -69,7 +67,7 @@ SIGNALS = (
     ),
     Signal("slip", "contacts", "contact", "m", "Displacement of the fingertip along the face."),
     Signal("slip_velocity", "contacts", "contact", "m/s", "Its first derivative."),
-    Signal("slip_acceleration", "contacts", "contact", "m/s^2", "Its second derivative."),
+    Signal("slip_acceleration", "contacts", "contact", "m/s²", "Its second derivative."),
     Signal("phase", "contacts", "contact", "", "0 stick, 1 slip forward, -1 slip backward."),
     Signal("believed_phase", "contacts", "contact", "", "The phase the controller acts on."),
     Signal("tangential_force", "contacts", "contact", "N", "F_x of the fingertip on the object."),

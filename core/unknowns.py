@@ -56,4 +56,4 @@ def unit_of_unknown(scenario: Scenario, key: str) -> str:
     """SI unit of what a dotted key stands for, with a space before it; empty for friction."""
     unknown = parse_unknown(scenario, key)
     assert unknown is not None, "validated scenarios name only what can be estimated"
-    return {"friction": "", "object_inertia": " kg m^2"}.get(unknown.kind, " kg")
+    return {"friction": "", "object_inertia": " kg m²"}.get(unknown.kind, " kg")

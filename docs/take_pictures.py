@@ -128,7 +128,7 @@ def show_end(page: Page, stage: Stage) -> None:
     _choose(page, "scenario", "paper-case-1")
     page.get_by_text("stopped at t = 87 ms").wait_for()
     _choose(page, "knobs act", "on the whole run")
-    set_number(page, "lyapunov weight", "1")
+    set_number(page, "Lyapunov weight Q", "1")
     set_number(page, "mass [kg]", "2")
     page.get_by_text("slid off its face").first.wait_for()
     page.get_by_text("Saved as").wait_for()

@@ -71,7 +71,7 @@ class ControllerParameters:
         Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
         Quantity(
             "K_p: one number for the object, or one per coordinate x, y, theta; slip has none.",
-            "1/s^2",
+            "1/s²",
             typical=(10.0, 400.0),
             changeable=True,
         ),
@@ -173,7 +173,7 @@ class ControllerParameters:
         Quantity(
             "composite: K_f, deceleration asked of a slipping contact beyond that of K_v, so that "
             "its slip ends.",
-            "m/s^2",
+            "m/s²",
             typical=(0.0, 2.0),
             changeable=True,
         ),

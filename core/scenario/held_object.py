@@ -33,7 +33,7 @@ class ObjectParameters:
         Le(1e3),
         Quantity(
             "True moment of inertia of the object about its centre.",
-            "kg m^2",
+            "kg m²",
             typical=(0.002, 0.05),
             changeable=True,
         ),

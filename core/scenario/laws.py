@@ -18,6 +18,9 @@ class ControlLaw:
         uses_friction: Whether its grip follows from the friction that it believes in; otherwise
             from ``controller.grip_force``.
         reacts_to_slip: Whether its grip grows because a contact slips.
+        stops_slip_with: Keys of the parameters that end a slip sooner where they are larger.
+        learns_with: Keys of the parameters that make its estimates change faster where they are
+            larger.
     """
 
     kind: str
@@ -25,16 +28,47 @@ class ControlLaw:
     learns: bool = False
     uses_friction: bool = True
     reacts_to_slip: bool = False
+    stops_slip_with: tuple[str, ...] = ()
+    learns_with: tuple[str, ...] = ()
 
+    @property
+    def holds_with(self) -> str:
+        """Key of the parameter that makes it squeeze harder where it is larger."""
+        return "controller.grip_safety" if self.uses_friction else "controller.grip_force"
+
+
+_GRADIENT = ("controller.lyapunov_weight", "controller.adaptation_gain")
 
 CONTROL_LAWS = {
     law.kind: law
     for law in (
-        ControlLaw(kind="theorem-3", learns=True),
-        ControlLaw(kind="theorem-4", learns=True),
+        ControlLaw(
+            kind="theorem-3",
+            learns=True,
+            stops_slip_with=("controller.lyapunov_weight",),
+            learns_with=_GRADIENT,
+        ),
+        ControlLaw(
+            kind="theorem-4",
+            learns=True,
+            stops_slip_with=("controller.lyapunov_weight",),
+            learns_with=_GRADIENT,
+        ),
         ControlLaw(kind="certainty-equivalence"),
         ControlLaw(kind="pd-gravity", uses_friction=False),
-        ControlLaw(kind="grip-reflex", sampled=True, uses_friction=False, reacts_to_slip=True),
-        ControlLaw(kind="composite", sampled=True, learns=True),
+        ControlLaw(
+            kind="grip-reflex",
+            sampled=True,
+            uses_friction=False,
+            reacts_to_slip=True,
+            stops_slip_with=("controller.grip_rate",),
+        ),
+        ControlLaw(
+            kind="composite",
+            sampled=True,
+            learns=True,
+            stops_slip_with=("controller.slip_stop",),
+            learns_with=("controller.lyapunov_weight", "controller.initial_deviation"),
+        ),
     )
 }

@@ -36,7 +36,7 @@ class SimulationParameters:
         float, Ge(1.0), Le(1e4), Quantity("Rate at which the trace is stored.", "Hz")
     ] = 200.0
     gravity: Annotated[
-        float, Ge(0.0), Le(100.0), Quantity("Gravitational acceleration along -y.", "m/s^2")
+        float, Ge(0.0), Le(100.0), Quantity("Gravitational acceleration along -y.", "m/s²")
     ] = 9.81
     relative_tolerance: Annotated[
         float, Ge(1e-12), Le(1e-3), Quantity("Relative error allowed in one step.", "1")

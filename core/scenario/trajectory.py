@@ -53,7 +53,7 @@ class TrajectoryParameters:
         Quantity(
             "coast: desired acceleration (x, y, theta) while speeding up; its opposite while "
             "braking.",
-            "m/s^2, m/s^2, rad/s^2",
+            "m/s², m/s², rad/s²",
         ),
     ] = (0.0, 0.0256, 0.0)
     acceleration_time: Annotated[

@@ -91,8 +91,8 @@ class SensingParameters:
         Ge(0.0),
         Le(1e3),
         Quantity(
-            "The same of measured accelerations (of theta in rad/s^2).",
-            "m/s^2",
+            "The same of measured accelerations (of theta in rad/s²).",
+            "m/s²",
             typical=(0.0, 1.0),
             changeable=True,
         ),

@@ -50,10 +50,10 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
             yield FieldError(
                 field="controller.position_gain",
                 value=value,
-                limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s^2",
+                limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s²",
                 message=(
-                    f"controller.position_gain is {value:g} 1/s^2; 0 means no position feedback, "
-                    f"otherwise at least {MIN_POSITION_GAIN:g} 1/s^2"
+                    f"controller.position_gain is {value:g} 1/s²; 0 means no position feedback, "
+                    f"otherwise at least {MIN_POSITION_GAIN:g} 1/s²"
                 ),
             )
 

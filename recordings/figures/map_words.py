@@ -100,8 +100,7 @@ def _symbol(key: str) -> str:
 def _unit(study: Study, key: str) -> str:
     """The unit as it is printed, nothing for a pure number."""
     parameter = parameter_of(study, key)
-    unit = "" if parameter is None or parameter.unit == "1" else parameter.unit
-    return re.sub(r"\^(\d)", r"$^\1$", unit)
+    return "" if parameter is None or parameter.unit == "1" else parameter.unit
 
 
 def _plain(text: str) -> str:

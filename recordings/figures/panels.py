@@ -254,7 +254,7 @@ def estimate_label(unknown: Unknown) -> str:
         "link_mass": r"$\hat m$ [kg]",
         "friction": r"$\hat\mu$ [–]",
         "object_mass": r"$\hat m_o$ [kg]",
-        "object_inertia": r"$\hat I_o$ [kg m$^2$]",
+        "object_inertia": r"$\hat I_o$ [kg m²]",
     }[unknown.kind]
 
 

@@ -185,7 +185,7 @@ def _write_properties(drawing: Drawing, scenario: Scenario) -> None:
     turned = f", $\\theta_o$ = {angle:.4g} rad" if angle else ""
     lines = (
         f"$(x_o, y_o)$ = ({x:.4g}, {y:.4g}) m{turned}",
-        f"$m_o$ = {body.mass:.4g} kg,  $I_o$ = {body.inertia:.4g} kg m$^2$",
+        f"$m_o$ = {body.mass:.4g} kg,  $I_o$ = {body.inertia:.4g} kg m²",
     )
     lowest = float(outline(body)[:, 1].max()) + (_clearance(scenario, "top") - 0.5) * mm
     for k, text in enumerate(lines):

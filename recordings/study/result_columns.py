@@ -26,7 +26,7 @@ _METRIC_UNITS = {
     "final_tracking_error_theta": "rad",
     "rms_tracking_error": "m",
     "final_tracking_error": "m",
-    "torque_effort": "N^2 m^2 s",
+    "torque_effort": "N² m² s",
     "phase_change_count": "1",
 }
 

@@ -1,4 +1,4 @@
-"""``slipgrasp margin``: how far a parameter can go before the object is lost."""
+"""``slipgrasp margin``: how far a parameter can go before the object is not held any more."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     """Adds the command to the parser."""
     parser = commands.add_parser(
         "margin",
-        help="find how far a parameter can go before the object is lost",
+        help="find how far a parameter can go before the object is not held any more",
         description=DESCRIPTION,
         epilog=EPILOG,
         add_help=False,
@@ -185,17 +185,24 @@ def _tell_nothing_found(error: MarginError, arguments: argparse.Namespace) -> Ex
 
 
 def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
+    from core.verdict import headline_of
+
     held, lost = (path or "not saved" for path in recordings)
     unit = "" if margin.unit in ("", "1") else f" {margin.unit}"
     rows = [
         ("key", margin.key),
-        ("held_at", f"{margin.held_at:.10g}{unit}"),
-        ("lost_at", f"{margin.lost_at:.10g}{unit}"),
+        ("held at", f"{margin.held_at:.10g}{unit}"),
+        (f"{margin.beyond} at", f"{margin.lost_at:.10g}{unit}"),
         ("outcome", f"{margin.outcome.value}: {margin.reason}"),
-        ("recordings", f"{held} (held)"),
-        ("", f"{lost} (lost)"),
+        ("recordings", f"{held} ({_first_small(headline_of(margin.held))})"),
+        ("", f"{lost} ({_first_small(headline_of(margin.lost))})"),
     ]
     if margin.others:
         places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
         rows.append(("warning", f"not the only border; beyond it others lie at {places}"))
-    return [f"{label:<10}  {text}" for label, text in rows]
+    width = max(len(label) for label, _ in rows)
+    return [f"{label:<{width}}  {text}" for label, text in rows]
+
+
+def _first_small(words: str) -> str:
+    return words[:1].lower() + words[1:]

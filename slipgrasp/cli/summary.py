@@ -8,6 +8,7 @@ from pathlib import Path
 from core.loading import parameter_definitions
 from core.result import RunResult
 from core.types import Outcome
+from core.verdict import describe_run, title_of
 
 __all__ = ["summarize"]
 
@@ -15,16 +16,15 @@ LABEL_WIDTH = 16
 
 
 def summarize(result: RunResult, recording: Path | None) -> str:
-    """Outcome, slip, errors, estimates against the truth, and where the recording is.
+    """How it went, slip, errors, estimates against the truth, and where the recording is.
 
     Args:
         result: The run.
         recording: Its file; None if it could not be written.
     """
     lines = [
-        *_titled(result.scenario.title),
-        _outcome(result),
-        *_reason(result),
+        *_titled(title_of(result)),
+        *_told(result),
         "",
         *_contacts(result),
         *_errors(result),
@@ -39,25 +39,15 @@ def _titled(title: str) -> list[str]:
     return [title, ""] if title else []
 
 
-def _outcome(result: RunResult) -> str:
-    metrics = result.metrics
-    end = f"at {result.end_time:.4g} s"
-    if result.outcome is not Outcome.COMPLETED:
-        return f"Ended early {end}: {result.outcome.value.replace('_', ' ')}."
-    if metrics.slipping_at_end:
-        return f"Completed {end}: the object still slips."
-    if metrics.last_slip_time is None:
-        return f"Completed {end}: the object was held all the time and never slipped."
-    stopped = f"the last slip ended at {metrics.last_slip_time:.4g} s"
-    held = "the object is held" if metrics.held else "the object has only just stopped slipping"
-    return f"Completed {end}: {held}; {stopped}."
-
-
-def _reason(result: RunResult) -> list[str]:
-    if result.reason is None:
-        return []
-    message = result.reason.message
-    return [f"{message[:1].upper()}{message[1:]}. What to try: {result.reason.hint}."]
+def _told(result: RunResult) -> Iterator[str]:
+    """How it went, in the words of the page."""
+    verdict, end = describe_run(result), f"at {result.end_time:.4g} s"
+    completed = result.outcome is Outcome.COMPLETED
+    word = result.outcome.value.replace("_", " ")
+    yield f"Completed {end}." if completed else f"Ended early {end}: {word}."
+    yield f"{verdict.headline}. {' '.join(verdict.sentences)}"
+    if verdict.suggestion:
+        yield f"What to try: {verdict.suggestion}"
 
 
 def _contacts(result: RunResult) -> Iterator[str]:

@@ -168,7 +168,7 @@ def test_contact_that_grazes_its_cone_without_leaving_it_sticks(excess):
     assert trace.object_pose[0, 2] < tightest(friction) < trace.object_pose[-1, 2]
     expected = margin(friction, trace.object_pose[:, 2])
     np.testing.assert_allclose(trace.friction_margin[:, 0], expected, atol=1e-10)
-    # At 5 kHz a row lies within 0.1 ms of the least margin, whose curvature is 9 N/s^2.
+    # At 5 kHz a row lies within 0.1 ms of the least margin, whose curvature is 9 N/s².
     least = margin(friction, tightest(friction))
     assert trace.friction_margin[:, 0].min() == pytest.approx(least, abs=1e-6)
 

@@ -167,7 +167,7 @@ def test_values_out_of_bounds_name_their_field(key, value):
         ("trajectory.start.0", "-1000 … 1000 m"),
         ("trajectory.start.1", "-1000 … 1000 m"),
         ("trajectory.start.2", "-3.2 … 3.2 rad"),
-        ("trajectory.acceleration.1", "-100 … 100 m/s^2"),
+        ("trajectory.acceleration.1", "-100 … 100 m/s²"),
         ("trajectory.table.0.0", "0 … 600 s"),
         ("trajectory.table.0.3", "-3.2 … 3.2 rad"),
     ],

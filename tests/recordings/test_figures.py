@@ -48,7 +48,7 @@ CAPTIONS = {
 UNITS = {
     "tracking": ["[mm]", "[mm]", "[mrad]", "[mm]", "[mm/s]"],
     "fig-6-estimates": ["[kg]", "[kg]", "[kg]"],
-    "fig-9-estimates": ["[–]", "[–]", "[kg]", "[kg m$^2$]"],
+    "fig-9-estimates": ["[–]", "[–]", "[kg]", "[kg m²]"],
     "forces": ["[N m]", "[N]", "[N m]", "[N]"],
 }
 
@@ -222,6 +222,6 @@ def test_the_schematic_names_and_measures_what_the_paper_does(paper_figures):
         "$s_1>0$",
         "(2.932, 0) m",
         "$(x_o, y_o)$ = (1.466, 0.366) m",
-        "$m_o$ = 1 kg,  $I_o$ = 0.01042 kg m$^2$",
+        "$m_o$ = 1 kg,  $I_o$ = 0.01042 kg m²",
     ):
         assert expected in words

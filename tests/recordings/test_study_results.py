@@ -229,7 +229,7 @@ def test_json_is_one_document_with_units_and_rows(results):
     document = json.loads(stream.getvalue())
     assert document["title"] == "heavier and smoother"
     assert (document["base"], document["runs"]) == ("paper-case-1", 30)
-    assert document["columns"]["torque_effort"] == "N^2 m^2 s"
+    assert document["columns"]["torque_effort"] == "N² m² s"
     assert document["rows"] == results.rows()[0]
 
 

@@ -154,7 +154,7 @@ def test_what_else_varies_is_told_below_the_map():
     study = make_study(sampling={"method": "random", "runs": 5}, vary=vary)
 
     words = texts(draw_success_map(StudyResults(study), *SAMPLES))
-    note = "Projected: also varied was object.inertia (0.005 … 0.02 kg m$^2$)."
+    note = "Projected: also varied was object.inertia (0.005 … 0.02 kg m²)."
     assert note in words
 
 

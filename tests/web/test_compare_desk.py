@@ -160,7 +160,7 @@ def test_the_run_before_a_change_is_compared_too_but_not_while_a_knob_moves(
     assert comparison.view.comparing.pair == (12, before.ticket)
     html = compare_html(comparison.view)
     assert "the run before" in html
-    assert re.search(r"controller lyapunov weight</th><td[^>]*>1</td><td[^>]*>20</td>", html)
+    assert re.search(r"controller Lyapunov weight Q</th><td[^>]*>1</td><td[^>]*>20</td>", html)
 
 
 def test_a_run_that_is_gone_is_explained_and_the_screen_stays(comparison: Comparison) -> None:

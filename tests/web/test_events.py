@@ -28,7 +28,7 @@ def test_every_phase_change_is_an_event_at_its_time(case_2: RunResult) -> None:
     events = [e for e in events_of(case_2) if e.kind in (EventKind.SLIP, EventKind.STICK)]
     assert [e.time for e in events] == [change.time for change in case_2.phase_changes]
     assert [e.phase for e in events] == [change.to_phase for change in case_2.phase_changes]
-    assert "left starts to slip forward" in {e.text for e in events}
+    assert "left starts to slip up" in {e.text for e in events}
     assert "right sticks again" in {e.text for e in events}
 
 

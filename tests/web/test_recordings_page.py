@@ -133,7 +133,7 @@ def test_two_runs_are_compared_over_each_other_and_swapped(page: Page) -> None:
     page.get_by_role("tab", name="Compare").click()
     compared = page.locator(".sg-compare")
     table = compared.locator("tr")
-    expect(table.filter(has_text="controller lyapunov weight")).to_contain_text("201")
+    expect(table.filter(has_text="controller Lyapunov weight Q")).to_contain_text("201")
     expect(table.filter(has_text="last slip ends")).to_contain_text("87.5379+292")
     assert compared.locator(".sg-run b").all_inner_texts() == ["Q = 20", "Q = 1"]
     page.locator(".sg-ghost-lane").first.wait_for()
@@ -142,7 +142,7 @@ def test_two_runs_are_compared_over_each_other_and_swapped(page: Page) -> None:
     compared.get_by_role("button", name="First difference").click()
     expect(page.locator(".sg-clock")).to_contain_text("5.0 ms")
     compared.get_by_role("button", name="Swap").click()
-    expect(table.filter(has_text="controller lyapunov weight")).to_contain_text("120")
+    expect(table.filter(has_text="controller Lyapunov weight Q")).to_contain_text("120")
     assert compared.locator(".sg-run b").all_inner_texts() == ["Q = 1", "Q = 20"]
     wait_until(lambda: page.locator(".sg-outdated").count() == 0, "the comparison is not made")
     compared.get_by_role("button", name="End").click()

@@ -16,6 +16,7 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from core.types import ContactPhase
+from core.verdict import headline_of
 from tests.web.conftest import PATIENCE, dismiss_warning
 from web.colours import PHASES
 from web.export.replay_page import MAX_FRAMES, frame_times, write_html
@@ -80,7 +81,7 @@ def pixels_of(picture: np.ndarray, phase: ContactPhase) -> int:
 
 @pytest.mark.browser
 def test_the_page_plays_the_run_offline(opened: Opened, case_2: RunResult) -> None:
-    assert opened.page.title() == f"{case_2.scenario.title} – Held"
+    assert opened.page.title() == f"{case_2.scenario.title} – {headline_of(case_2)}"
     opened.page.wait_for_function(
         "() => Number(document.querySelector('input').value) > 0.3", timeout=PATIENCE
     )

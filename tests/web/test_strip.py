@@ -70,7 +70,7 @@ def test_the_strip_has_a_lane_per_contact_and_a_mark_per_event(case_2: RunResult
     assert len(root.findall(".//svg[@class='sg-lane']")) == 2
     assert css(PHASES[ContactPhase.SLIP_FORWARD]) in {r.get("fill") for r in root.iter("rect")}
     told = "\n".join(mark.get("title", "") for mark in root.findall(".//span[@class='sg-mark']"))
-    assert "left starts to slip forward" in told and "right sticks again" in told
+    assert "left starts to slip up" in told and "right sticks again" in told
 
 
 def test_crowded_events_share_a_mark_that_tells_how_many_there_are(case_2: RunResult) -> None:

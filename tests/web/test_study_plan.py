@@ -10,6 +10,7 @@ from core.exceptions import ScenarioError
 from core.loading import load_scenario, parameter_definitions, preset_names
 from core.study.loading import check_members
 from tests.web.studying import PLAN, quick_scenario
+from web.scenario.parameter_names import names_of
 from web.study.plan import (
     COMPARISONS,
     MAX_STEPS,
@@ -21,7 +22,6 @@ from web.study.plan import (
     offers_of,
     study_of,
 )
-from web.study.words import names_of
 
 
 @pytest.mark.parametrize("name", preset_names())

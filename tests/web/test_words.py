@@ -11,8 +11,9 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from core.types import Outcome, Reason, RunWarning
+from core.verdict import describe_run
 from web.panels.outcome_panel import outcome_html
-from web.scenario.verdict import describe_outcome
+from web.scenario.parameter_names import in_page_words
 from web.view import RunStage, RunStatus, Shown
 from web.words import error_words, key_words, unit_words
 
@@ -28,19 +29,19 @@ DROPPED = Reason(
 
 
 def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult) -> None:
-    verdict = describe_outcome(case_1)
-    assert (verdict.tone, verdict.headline) == ("good", "Held")
+    verdict = describe_run(case_1)
+    assert (verdict.tone, verdict.headline) == ("good", "Held, 21 mm from where it was wanted")
     assert verdict.sentences == (
         "Both fingertips slipped, 2.59 mm left and 2.14 mm right, and stopped at t = 87 ms.",
-        "At the end it squeezes with 23.7 N; 19.8 N would just hold the object still.",
+        "At the end the right fingertip presses with 23.7 N; with less than 19.8 N it would slip.",
     )
-    assert verdict.suggestion.startswith("Raise the grip safety above 1")
+    assert "raise controller.position_gain above 100 1/s²" in verdict.suggestion
 
 
 def test_slip_by_a_wrong_belief_in_friction_is_explained(case_2: RunResult) -> None:
-    verdict = describe_outcome(case_2)
+    verdict = describe_run(case_2)
     assert "friction 1.2 where there is 0.25" in " ".join(verdict.sentences)
-    assert "believe in friction below 0.25" in verdict.suggestion
+    assert "estimates.0.initial nearer to 0.25" in verdict.suggestion
 
 
 @pytest.mark.parametrize(
@@ -59,23 +60,23 @@ def test_what_is_suggested_helps(
 
 
 def test_a_dropped_object_comes_with_reason_and_way_out(case_1: RunResult) -> None:
-    verdict = describe_outcome(replace(case_1, outcome=Outcome.SEPARATED, reason=DROPPED))
+    verdict = describe_run(replace(case_1, outcome=Outcome.SEPARATED, reason=DROPPED))
     assert verdict.tone == "bad"
-    assert verdict.headline.startswith("Dropped")
+    assert verdict.headline.startswith("Lost")
     assert verdict.sentences[0] == "The left contact came apart at 0.12 s."
     assert verdict.suggestion == "Raise controller.grip_safety."
 
 
 def test_a_run_that_slips_at_its_end_is_not_called_held(case_1: RunResult) -> None:
     metrics = replace(case_1.metrics, held=False, slipping_at_end=True)
-    verdict = describe_outcome(replace(case_1, metrics=metrics))
+    verdict = describe_run(replace(case_1, metrics=metrics))
     assert verdict.tone == "warning"
     assert "stopped" not in verdict.sentences[0]
 
 
 def test_a_run_without_slip_says_how_near_it_came_to_slip(case_1: RunResult) -> None:
     result = simulate(with_values(case_1.scenario, {"controller.grip_safety": 1.3}))
-    verdict = describe_outcome(result)
+    verdict = describe_run(result)
     trace, margin = result.trace, result.metrics.minimum_friction_margin[0]
     assert verdict.sentences[0].startswith(
         "No fingertip slipped; the least margin was 0.29 N, left"
@@ -85,7 +86,7 @@ def test_a_run_without_slip_says_how_near_it_came_to_slip(case_1: RunResult) -> 
 
 def test_one_slipping_fingertip_is_named(case_1: RunResult) -> None:
     metrics = replace(case_1.metrics, slip_path=(0.0, 0.002))
-    sentence = describe_outcome(replace(case_1, metrics=metrics)).sentences[0]
+    sentence = describe_run(replace(case_1, metrics=metrics)).sentences[0]
     assert sentence.startswith("The right fingertip slipped, 2 mm right")
 
 
@@ -112,7 +113,7 @@ def test_an_error_of_a_timed_change_is_told_like_that_of_a_value() -> None:
 
 @pytest.mark.parametrize("outcome", list(Outcome))
 def test_every_outcome_has_words(case_1: RunResult, outcome: Outcome) -> None:
-    assert describe_outcome(replace(case_1, outcome=outcome)).headline
+    assert describe_run(replace(case_1, outcome=outcome)).headline
 
 
 def test_fingers_on_one_face_are_numbered() -> None:
@@ -133,14 +134,36 @@ def test_fingers_on_one_face_are_numbered() -> None:
         ("fingers.0.link_masses.1", "left link mass 2"),
         ("fingers.1.friction", "right friction"),
         ("controller.estimate_norm_bound", "controller estimate norm bound"),
+        ("controller.lyapunov_weight", "controller Lyapunov weight Q"),
+        ("controller.velocity_gain.3", "controller velocity gain Kᵥ 4"),
+        ("controller.kind", "control law"),
     ],
 )
 def test_keys_in_words(key: str, words: str) -> None:
     assert key_words(key, ("left", "right")) == words
 
 
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("raise controller.grip_safety above 1", "raise grip safety above 1"),
+        ("lower fingers.*.friction.", "lower friction of all fingers."),
+        (
+            "set estimates.4.initial nearer to 1 kg",
+            "set object mass believed at first nearer to 1 kg",
+        ),
+        ("move (fingers.0.base)", "move (left base)"),
+        ("choose another motion (trajectory)", "choose another motion (trajectory)"),
+        ("raise controller.lyapunov_weight", "raise Lyapunov weight Q"),
+        ("at 0.12 s, 3.5 kg", "at 0.12 s, 3.5 kg"),
+    ],
+)
+def test_the_page_calls_parameters_in_sentences_as_on_their_knobs(text: str, told: str) -> None:
+    assert in_page_words(text, load_scenario("paper-case-1")) == told
+
+
 def test_units_for_labels() -> None:
-    assert (unit_words("kg m^2"), unit_words("1"), unit_words("")) == (" [kg m²]", "", "")
+    assert (unit_words("kg m²"), unit_words("1"), unit_words("")) == (" [kg m²]", "", "")
 
 
 def test_the_card_names_the_saved_run(case_1: RunResult) -> None:
@@ -179,5 +202,5 @@ def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult
     assert "Both fingertips slipped" in plain
     assert "friction 1.2 where there is 0.25" in plain
     assert "Try:" in plain
-    assert "At the end it squeezes with" in unfolded
+    assert "At the end the left fingertip presses with" in unfolded
     assert "least margin" in unfolded

@@ -31,7 +31,7 @@ Values = NDArray[np.float64]
 
 # Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad].
 _LEAST_LENGTH = 0.01
-_QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m^2": "Inertia"}
+_QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m²": "Inertia"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,7 +37,7 @@ _METRIC_WORDS = {
     "phase_change_count": "phase changes",
 }
 _COORDINATES: dict[str, str] = dict(zip(OBJECT_COORDINATES, ("x", "y", "θ"), strict=True))
-_IN_THOUSANDTHS = ("m", "m/s", "m/s^2", "rad", "rad/s", "rad/s^2")
+_IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
 _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
 
 

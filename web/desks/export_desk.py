@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
+from core.wording import milliseconds
 from web.charts.drawn import ChartedRun, drawn_charts
 from web.desks.desk import Desk
 from web.export.replay_page import write_html
@@ -23,7 +24,6 @@ from web.intents.export import (
 )
 from web.intents.intent import Intent, Send
 from web.view import Shown, ViewState
-from web.words import milliseconds
 
 __all__ = ["ExportDesk"]
 

@@ -12,10 +12,10 @@ import viser
 from numpy.typing import NDArray
 
 from core.result import RunResult
+from core.verdict import headline_of, title_of
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
 from web.sampling import Sampler
-from web.scenario.verdict import describe_outcome
 from web.scene.layout import SceneLayout
 from web.scene.scene import Scene
 from web.scene.shapes import position
@@ -106,8 +106,8 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
     """How the run went above the scene, and a clock below, which is returned."""
     middle = 0.5 * (layout.low[0] + layout.high[0])
     words = (
-        ("outcome", describe_outcome(result).headline, layout.high[1] + 1.1 * _ROOM_FOR_WORDS, 1.5),
-        ("title", result.scenario.title, layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
+        ("outcome", headline_of(result), layout.high[1] + 1.1 * _ROOM_FOR_WORDS, 1.5),
+        ("title", title_of(result), layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
         ("clock", "", layout.low[1] - 0.4 * _ROOM_FOR_WORDS, 1.2),
     )
     *_, clock = (
@@ -124,7 +124,7 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
 
 
 def _title(result: RunResult) -> str:
-    return f"{result.scenario.title} – {describe_outcome(result).headline}"
+    return f"{title_of(result) or 'slipgrasp'} – {headline_of(result)}"
 
 
 def _with_title(page: str, title: str) -> str:

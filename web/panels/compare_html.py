@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
-from core.types import ContactPhase
 from recordings.comparison import Comparison
 from recordings.differences import ParameterDifference, PhaseDifference, SignalDifference
 from web.colours import PHASES, css
@@ -23,7 +22,7 @@ from web.compare.words import (
     value_words,
 )
 from web.page.markup import clickable
-from web.words import key_words, unit_words
+from web.words import PHASE_HINTS, key_words, unit_words
 
 __all__ = ["findings_html", "first_divergence"]
 
@@ -31,11 +30,6 @@ MOST_PHASE_CHANGES = 12
 
 _LONGEST_VALUE = 40
 _DIFFERENCE = "B − A"
-_PHASE_WORDS = {
-    ContactPhase.STICK: "sticks",
-    ContactPhase.SLIP_FORWARD: "slips forward",
-    ContactPhase.SLIP_BACKWARD: "slips backward",
-}
 
 
 def first_divergence(findings: Comparison) -> float | None:
@@ -189,7 +183,7 @@ def _phases_html(findings: Comparison, names: Sequence[str]) -> str:
 
 def _phase_row(change: PhaseDifference, names: Sequence[str]) -> str:
     marks = " → ".join(
-        f"<span style='color:{css(PHASES[phase])}' title='{_PHASE_WORDS[phase]}'>■</span>"
+        f"<span style='color:{css(PHASES[phase])}' title='{PHASE_HINTS[phase]}'>■</span>"
         for phase in (change.from_phase, change.to_phase)
     )
     times = (MISSING if t is None else _moment(t) for t in (change.a, change.b))

@@ -6,6 +6,7 @@ from html import escape
 
 import viser
 
+from core.verdict import headline_of
 from recordings.stored_run import StoredRun
 from web.compare.pairing import can_swap, pair_of
 from web.intents.compare import CompareRuns
@@ -15,7 +16,6 @@ from web.page.markup import click_attribute
 from web.panels.compare_html import findings_html, first_divergence
 from web.panels.outcome_panel import box_html
 from web.panels.recordings_html import row_words
-from web.scenario.verdict import describe_outcome
 from web.view import Shown, ViewState
 
 __all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]
@@ -108,7 +108,7 @@ def compare_html(view: ViewState) -> str:
 
 def _run_html(letter: str, name: str, shown: Shown) -> str:
     """Which run a letter stands for, and how it went; the pale one is pale."""
-    headline = describe_outcome(shown.result).headline
+    headline = headline_of(shown.result)
     return (
         f"<div class='sg-run {'' if letter == 'A' else 'sg-pale'}'><span>{letter}</span>"
         f"<div><b>{escape(name)}</b><br>{escape(headline)}</div></div>"

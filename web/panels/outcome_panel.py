@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from html import escape
 
 import viser
 
 from core.result import RunResult
 from core.types import ContactPhase
+from core.verdict import Verdict, describe_run
+from core.wording import milliseconds
 from web.colours import FINGERS, GHOST, PHASES, css, sign, tone
 from web.library.replay import Replay
-from web.scenario.verdict import Verdict, describe_outcome
+from web.scenario.parameter_names import in_page_words
 from web.view import RunStage, RunStatus, Shown, ViewState
-from web.words import milliseconds
 
 __all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html", "welcome_html"]
 
@@ -86,13 +88,21 @@ def outcome_html(status: RunStatus, shown: Shown | None) -> str:
 
 def _card_html(result: RunResult) -> str:
     """What matters most in plain sight; the rest unfolds, and then stays so."""
-    verdict = describe_outcome(result)
+    verdict = _verdict_in_page_words(result)
     rest = _paragraph(escape(" ".join(verdict.sentences[_TOLD:])))
     return (
         f"{_verdict_html(verdict)}{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
         f"{rest}{_metrics_html(result)}</details>"
     )
+
+
+def _verdict_in_page_words(result: RunResult) -> Verdict:
+    """How the run went, with parameters called as on their knobs."""
+    verdict, scenario = describe_run(result), result.scenario
+    told = tuple(in_page_words(text, scenario) for text in verdict.sentences)
+    suggestion = in_page_words(verdict.suggestion, scenario)
+    return replace(verdict, sentences=told, suggestion=suggestion)
 
 
 def status_html(status: RunStatus, shown: Shown | None) -> str:

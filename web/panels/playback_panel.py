@@ -13,9 +13,10 @@ from web.intents.intent import Send
 from web.library.replay import Replay
 from web.page.intents_schema import PageGestures
 from web.page.keys import KEYS, keys_of
-from web.timeline.strip import PHASE_WORDS, clock_words, strip_html
+from web.timeline.strip import clock_words, strip_html
 from web.timeline.transport import transport_html
 from web.view import Ghost, Shown, ViewState
+from web.words import PHASE_HINTS, PHASE_WORDS
 
 __all__ = ["PlaybackPanel", "caption_html"]
 
@@ -83,18 +84,22 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float, origin: str) ->
     legend = "".join(
         f'<span><i style="color:{colour}">{sign}</i> {word}</span>'
         for sign, colour, word in (
-            *(("■", sign(PHASES[phase]), word) for phase, word in PHASE_WORDS.items()),
             ("━", _legible(CONE), "friction cone"),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
             *_incident_signs(shown.result.scenario),
         )
     )
+    phases = "".join(
+        f'<span title="{PHASE_HINTS[phase]}"><i style="color:{sign(PHASES[phase])}">■</i> '
+        f"{word}</span>"
+        for phase, word in PHASE_WORDS.items()
+    )
     pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
     return (
         f'<div class="sg-caption">{_origin_html(shown.replay, origin)}'
         f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b>'
-        f'<span class="sg-legend">{legend}{pale}</span></div>'
+        f'<span class="sg-legend">{phases}{legend}{pale}</span></div>'
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import viser
 
 from core.loading import preset_names
+from core.verdict import scenario_title
 from web.intents.intent import Intent, Send
 from web.intents.scenario import (
     ChoosePreset,
@@ -48,7 +49,7 @@ class ScenarioPanel:
     def __init__(self, gui: viser.GuiApi, draft: Draft, send: Send) -> None:
         self._send = send
         self.origin = gui.add_dropdown(
-            "scenario", _origins(draft), initial_value=draft.origin, hint=draft.base.title
+            "scenario", _origins(draft), initial_value=draft.origin, hint=_what_it_shows(draft)
         )
         self.steps = gui.add_button_group(
             "changes",
@@ -141,10 +142,14 @@ class ScenarioPanel:
         opened = (view.replay.label,) if view.replay else ()
         self.origin.options = _origins(view.draft, *opened)
         self.origin.value = view.draft.origin
-        self.origin.hint = view.draft.base.title or "What the knobs start from."
+        self.origin.hint = _what_it_shows(view.draft)
         contacts = (_NEAREST, *view.draft.base.finger_names)
         if tuple(self.wet.options) != contacts:
             self.wet.options = contacts
+
+
+def _what_it_shows(draft: Draft) -> str:
+    return scenario_title(draft.base) or "What the knobs start from."
 
 
 def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:

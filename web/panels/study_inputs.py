@@ -16,6 +16,7 @@ from web.intents.study import (
     OpenMember,
     SetRange,
 )
+from web.scenario.parameter_names import names_of
 from web.study.plan import (
     MAX_STEPS,
     MIN_STEPS,
@@ -25,7 +26,7 @@ from web.study.plan import (
     comparisons_for,
 )
 from web.study.state import StudyView
-from web.study.words import names_of, value_words
+from web.study.words import value_words
 
 __all__ = ["MemberInputs", "PlanInputs", "run_of_places"]
 

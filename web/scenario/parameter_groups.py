@@ -192,6 +192,8 @@ def knob_label(
         words = key_words(target.key, names) if target else f"unknown {int(parts[1]) + 1}"
         which = "" if parts[2] == "initial" else f", {parts[2]}"
         return words + which + unit_words(target.unit if target else "")
+    if parameter.key == "controller.kind":
+        return key_words(parameter.key, names)
     inside = parts[2:] if parts[0] == "fingers" else parts[1:]
     return key_words(".".join(inside or parts), names) + unit_words(parameter.unit)
 

@@ -27,8 +27,9 @@ from recordings.study.results import StudyResults
 from recordings.study.varied import choose_axes, numeric_keys
 from recordings.study.ways import HELD, WAYS, ways_of
 from web.page.markup import click_attribute
+from web.scenario.parameter_names import ParameterNames, names_of
 from web.study.picture import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
-from web.study.words import VariedNames, names_of, value_words
+from web.study.words import value_words
 
 __all__ = ["MOST_CELLS", "draw_map", "ticks_of"]
 
@@ -90,7 +91,7 @@ def _coarser(axis: MapAxis, step: int) -> MapAxis:
     return replace(axis, edges=np.unique([*axis.edges[::step], axis.edges[-1]]))
 
 
-def _axis_picture(names: VariedNames, axis: MapAxis) -> MapAxisPicture:
+def _axis_picture(names: ParameterNames, axis: MapAxis) -> MapAxisPicture:
     borders = () if axis.edges is None else tuple(axis.share(axis.edges).tolist())
     values = ticks_of(axis.low, axis.high, is_log=axis.is_log)
     shares = axis.share(np.array(values)).tolist()
@@ -147,7 +148,7 @@ def _diagonal(x: MapAxis, y: MapAxis) -> tuple[tuple[float, float], tuple[float,
     return (x0, y0), (x1, y1)
 
 
-def _note(names: VariedNames, hidden: list[str]) -> str:
+def _note(names: ParameterNames, hidden: list[str]) -> str:
     return f"Not told apart here: {', '.join(map(names.words, hidden))}." if hidden else ""
 
 
@@ -160,7 +161,7 @@ class _Telling:
         names: What that is called.
     """
 
-    def __init__(self, results: StudyResults, keys: tuple[str, ...], names: VariedNames) -> None:
+    def __init__(self, results: StudyResults, keys: tuple[str, ...], names: ParameterNames) -> None:
         self.names = names
         count = results.num_rows
         self._columns = [

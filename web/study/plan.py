@@ -16,7 +16,7 @@ from core.scenario import Scenario
 from core.study.definition import Study, expand_key
 from core.study.loading import study_from_mapping
 from web.panels.slider_range import slider_range
-from web.study.words import VariedNames, names_of
+from web.scenario.parameter_names import ParameterNames, names_of
 from web.words import key_words
 
 __all__ = [
@@ -174,7 +174,7 @@ def _is_possible(scenario: Scenario, offer: Offer) -> bool:
     return True
 
 
-def _offer(scenario: Scenario, key: str, names: VariedNames) -> Offer:
+def _offer(scenario: Scenario, key: str, names: ParameterNames) -> Offer:
     parameter = names.definitions[expand_key(scenario, key)[0]]
     low, high = _range_of(parameter, names)
     label = names.label(key)
@@ -182,7 +182,7 @@ def _offer(scenario: Scenario, key: str, names: VariedNames) -> Offer:
     return Offer(key, f"{label[:1].upper()}{label[1:]}", text, low, high)
 
 
-def _range_of(parameter: Parameter, names: VariedNames) -> tuple[float, float]:
+def _range_of(parameter: Parameter, names: ParameterNames) -> tuple[float, float]:
     """Where a parameter varies unless the user says otherwise."""
     if isinstance(parameter.value, float):
         return slider_range(parameter, names.definitions, parameter.value)[:2]
@@ -263,7 +263,7 @@ def _twice(words: str) -> ScenarioError:
     return ScenarioError([FieldError(field="vary", value=None, limit=None, message=message)])
 
 
-def _in_words(finding: FieldError, names: VariedNames, plan: Plan) -> FieldError:
+def _in_words(finding: FieldError, names: ParameterNames, plan: Plan) -> FieldError:
     message = finding.message
     for axis in plan.axes:
         words = names.words(axis.key)

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
-from core.parameters import Parameter, describe
-from core.scenario import Scenario
 from server.live_study import StudyState, StudyStatus
 from web.library.replay import moment_words
-from web.words import key_words, unit_words
+from web.words import unit_words
 
 __all__ = [
-    "VariedNames",
     "list_label",
-    "names_of",
     "number_words",
     "progress_words",
     "share_words",
@@ -22,77 +17,7 @@ __all__ = [
     "value_words",
 ]
 
-_NAMES = {
-    "controller.lyapunov_weight": "Lyapunov weight Q",
-    "controller.adaptation_gain": "adaptation gain Γ",
-    "controller.position_gain": "position gain Kₚ",
-    "controller.velocity_gain": "velocity gain Kᵥ",
-    "controller.kind": "control law",
-}
-_BELIEFS = {
-    "initial": "believed at first",
-    "minimum": "believed at least",
-    "maximum": "believed at most",
-}
-_QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
 _LONGEST_TITLE = 44
-
-
-class VariedNames:
-    """What the parameters of a scenario are called where they vary.
-
-    Args:
-        scenario: What varies.
-
-    Attributes:
-        definitions: Its parameters by dotted key.
-    """
-
-    def __init__(self, scenario: Scenario) -> None:
-        self._scenario = scenario
-        self.definitions = describe(scenario)
-
-    def words(self, key: str) -> str:
-        """What a parameter is called, such as ``friction of all fingers``.
-
-        Args:
-            key: Its dotted key, maybe with a ``*``; an unknown one is given back.
-        """
-        names = self._scenario.finger_names
-        if key in _NAMES:
-            return _NAMES[key]
-        if key.startswith("fingers.*."):
-            return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
-        if (target := self._estimated(key)) is not None:
-            belief = key.rpartition(".")[2]
-            return f"{key_words(target.key, names)} {_BELIEFS.get(belief, belief)}"
-        if key not in self.definitions:
-            return key
-        head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")
-        return key_words(key.removeprefix(head), names)
-
-    def unit(self, key: str) -> str:
-        """The unit of a parameter, ``1`` for pure numbers."""
-        parameter = self._estimated(key) or self.definitions.get(key.replace(".*.", ".0."))
-        return "" if parameter is None else parameter.unit
-
-    def label(self, key: str) -> str:
-        """What a parameter is called, with its unit."""
-        return f"{self.words(key)}{unit_words(self.unit(key))}"
-
-    def _estimated(self, key: str) -> Parameter | None:
-        """The parameter that a belief is about; None if the key is no belief."""
-        head, _, rest = key.partition(".")
-        place, estimates = rest.partition(".")[0], self._scenario.estimates
-        if head != "estimates" or not place.isdigit() or int(place) >= len(estimates):
-            return None
-        return self.definitions.get(estimates[int(place)].parameter)
-
-
-@lru_cache(maxsize=8)
-def names_of(scenario: Scenario) -> VariedNames:
-    """The names of a scenario; describing one takes milliseconds."""
-    return VariedNames(scenario)
 
 
 def value_words(value: Any, unit: str = "") -> str:

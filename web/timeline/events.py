@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
+from core.geometry import contact_frame
 from core.result import RunResult
 from core.types import ContactPhase, Outcome, PhaseChange
 from web.scenario.incidents import incident_words, incidents_of
@@ -72,18 +74,30 @@ def neighbouring_event_time(result: RunResult, time: float, direction: int) -> f
 def _phase_events(result: RunResult) -> Iterator[RunEvent]:
     names = result.scenario.finger_names
     for change in result.phase_changes:
-        text = f"{names[change.contact]} {_what_it_does(change)}"
+        text = f"{names[change.contact]} {_what_it_does(result, change)}"
         sticks = change.to_phase is ContactPhase.STICK
         kind = EventKind.STICK if sticks else EventKind.SLIP
         yield RunEvent(change.time, kind, text, change.to_phase)
 
 
-def _what_it_does(change: PhaseChange) -> str:
+def _what_it_does(result: RunResult, change: PhaseChange) -> str:
     if change.to_phase is ContactPhase.STICK:
         return "sticks again"
-    way = "forward" if change.to_phase is ContactPhase.SLIP_FORWARD else "backward"
     starts = change.from_phase is ContactPhase.STICK
-    return f"starts to slip {way}" if starts else f"turns to slip {way}"
+    return f"{'starts' if starts else 'turns'} to slip {_way(result, change)}"
+
+
+def _way(result: RunResult, change: PhaseChange) -> str:
+    """Where to the fingertip slips on its face, as one sees it at that time."""
+    frame = contact_frame(result.scenario.object, result.scenario.fingers[change.contact])
+    row = int(np.searchsorted(result.trace.times, change.time))
+    angle = float(result.trace.object_pose[min(row, len(result.trace) - 1), 2])
+    (tx, ty), sign = frame.tangent, int(change.to_phase)
+    x = sign * (math.cos(angle) * tx - math.sin(angle) * ty)
+    y = sign * (math.sin(angle) * tx + math.cos(angle) * ty)
+    if abs(y) >= abs(x):
+        return "up" if y > 0.0 else "down"
+    return "to the right" if x > 0.0 else "to the left"
 
 
 def _timed_changes(result: RunResult) -> Iterator[RunEvent]:

@@ -20,13 +20,7 @@ from web.timeline.events import EventKind, RunEvent, events_of
 from web.timeline.playback import Playback, TimeWindow
 from web.view import Ghost
 
-__all__ = ["PHASE_WORDS", "Tick", "axis_ticks", "clock_words", "phase_spans", "strip_html"]
-
-PHASE_WORDS = {
-    ContactPhase.STICK: "sticks",
-    ContactPhase.SLIP_FORWARD: "slips forward",
-    ContactPhase.SLIP_BACKWARD: "slips backward",
-}
+__all__ = ["Tick", "axis_ticks", "clock_words", "phase_spans", "strip_html"]
 
 _CELLS = 480
 _NUM_TICKS = 6

@@ -1,0 +1,40 @@
+"""Pieces of sentences that the command line and the page share: lists, times, lengths."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = ["joined", "length_words", "milliseconds", "sentence"]
+
+_LENGTHS = ((1e-3, "mm", 1e3), (1e-6, "µm", 1e6), (1e-9, "nm", 1e9))
+_LEAST_LENGTH = 1e-9
+
+
+def joined(words: Sequence[str], last: str = "and") -> str:
+    """Words as a list in a sentence: ``a, b and c``.
+
+    Args:
+        words: The words.
+        last: What stands before the last one.
+    """
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def sentence(text: str) -> str:
+    """The text as a sentence: a capital letter in front and a full stop behind."""
+    return text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
+
+
+def milliseconds(time: float) -> str:
+    """A time in milliseconds while that is short, else in seconds [s]."""
+    return f"{1e3 * time:.0f} ms" if time < 1.0 else f"{time:.2f} s"
+
+
+def length_words(length: float) -> str:
+    """A length that is not negative, in the unit that suits it [m]: ``2.59 mm``, ``6.03 µm``."""
+    if length < _LEAST_LENGTH:
+        return "less than 1 nm" if length > 0.0 else "0 mm"
+    # A tenth of a millimetre is still told in millimetres.
+    unit, factor = next((u, f) for least, u, f in _LENGTHS if length >= 0.1 * least or u == "nm")
+    value = factor * length
+    return f"{value:.0f} {unit}" if value >= 100.0 else f"{value:.3g} {unit}"

@@ -1,0 +1,529 @@
+"""Reads the words about a run and holds each against the facts, sharing no code with the words.
+
+Every sentence and every option of a hint must be one that is known here, so that none can be
+added without saying what makes it true.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from core.loading import parameter_definitions, with_values
+from core.result import RunResult
+from core.scenario import Scenario
+from core.types import ContactPhase, Outcome
+from core.verdict import Verdict
+
+__all__ = ["check_words"]
+
+LEARNING = {"theorem-3", "theorem-4", "composite"}
+GRIPPING_BY_FRICTION = {"theorem-3", "theorem-4", "certainty-equivalence", "composite"}
+CONTROLLERS = {
+    "theorem-3": {"lyapunov_weight", "adaptation_gain", "grip_safety", "maximum_normal_force"},
+    "theorem-4": {"lyapunov_weight", "adaptation_gain", "grip_safety", "maximum_normal_force"},
+    "certainty-equivalence": {"grip_safety", "maximum_normal_force"},
+    "pd-gravity": {"grip_force"},
+    "grip-reflex": {"grip_force", "grip_rate", "maximum_normal_force"},
+    "composite": {
+        *("lyapunov_weight", "initial_deviation", "grip_safety", "slip_stop"),
+        "maximum_normal_force",
+    },
+}
+"""What each law uses, besides the gains of its feedback and the control period."""
+FEEDBACK = {"position_gain", "velocity_gain", "control_period"}
+
+HEADLINES = {
+    Outcome.SEPARATED: "Lost: a fingertip came off the object",
+    Outcome.LEFT_FACE: "Lost: a fingertip slid off its face",
+    Outcome.SINGULAR: "Ended: a finger became straight or folded",
+    Outcome.CHATTERING: "Chatters between stick and slip",
+    Outcome.INCONSISTENT: "Ended: no phase of the contacts is consistent",
+    Outcome.DIVERGED: "Ended: the motion cannot be computed any further",
+    Outcome.LIMIT: "Cut short: a limit was reached",
+    Outcome.STOPPED: "Stopped",
+    Outcome.FAILED: "Failed",
+    Outcome.RECOVERED: "Recovered from an unfinished recording",
+}
+NUMBER = r"(-?[\d.]+(?:e[+-]?\d+)?)"
+KEY = r"([a-z]+(?:\.(?:\w+|\*))+)"
+UNITS = {"mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "ms": 1e-3, "s": 1.0}
+UNIT = r"(?: (?:N|kg|kg m²|s|m|m/s²|1/s²|1/s|N/s|N m))?"
+KIND = re.compile(
+    r"fingers\.(\d+)\.friction|object\.(mass|inertia)|fingers\.(\d+)\.link_masses\.(\d)"
+)
+
+
+def check_words(result: RunResult, verdict: Verdict) -> None:
+    """Holds headline, sentences and suggestion against the run."""
+    check_headline(result, verdict.headline)
+    sentences = list(verdict.sentences)
+    if result.reason is not None:
+        check_cause(result, sentences.pop(0))
+    for text in sentences:
+        checks = [(m, check) for pattern, check in SENTENCES if (m := re.fullmatch(pattern, text))]
+        assert checks, f"a sentence that nothing is known of: {text}"
+        for found, check in checks:
+            check(result, found)
+    paths = result.metrics.slip_path
+    assert ("No fingertip slipped" in " ".join(sentences)) == (max(paths) == 0.0)
+    check_hint(result, verdict.suggestion)
+
+
+def check_headline(result: RunResult, headline: str) -> None:
+    if result.outcome is not Outcome.COMPLETED:
+        assert headline == HEADLINES[result.outcome]
+        return
+    assert result.end_time == result.scenario.simulation.duration
+    recent = result.trace.times > result.end_time - 0.5
+    slips = result.trace.phase != ContactPhase.STICK
+    if slips[-1].any():
+        assert headline == "Not held: still slipping at the end"
+    elif slips[recent].any():
+        assert headline == "Not settled: it has only just stopped slipping"
+    else:
+        assert headline == ", ".join(["Held", *expected_offset(result)])
+
+
+def expected_offset(result: RunResult) -> list[str]:
+    """How far the object is off, where that is more than a tenth of its smallest width."""
+    corners = corners_of(result.scenario)
+    angles = np.linspace(0.0, math.pi, 20_001)
+    spans = np.ptp(np.stack([np.cos(angles), np.sin(angles)], 1) @ corners.T, axis=1)
+    x, y, turn = result.trace.tracking_error[-1]
+    far = 0.1 * spans.min()
+    told = [f"{1e3 * math.hypot(x, y):.0f} mm"] if math.hypot(x, y) > far else []
+    told += (
+        [f"{abs(math.degrees(turn)):.0f}°"] if abs(turn) * np.hypot(*corners.T).max() > far else []
+    )
+    return [f"{' and '.join(told)} from where it was wanted"] if told else []
+
+
+def corners_of(scenario: Scenario) -> np.ndarray:
+    body = scenario.object
+    x, y = body.half_width, body.face_half_length
+    return np.array(body.corners or [(-x, -y), (x, -y), (x, y), (-x, y)])
+
+
+def at(result: RunResult, time: float) -> Scenario:
+    """The scenario with the timed changes up to some time."""
+    scenario = replace(result.scenario, changes=())
+    for change in sorted(result.scenario.changes, key=lambda change: change.time):
+        if change.time <= time and change.time < result.scenario.simulation.duration:
+            value = list(change.value) if isinstance(change.value, tuple) else change.value
+            scenario = with_values(scenario, {change.parameter: value})
+    return scenario
+
+
+def law_of(result: RunResult, time: float) -> str:
+    return at(result, time).controller.kind
+
+
+def near(text: str, value: float, digits: int = 3) -> bool:
+    """Whether a number in a text is a value, rounded to some digits."""
+    return math.isclose(float(text), value, rel_tol=0.51 * 10.0 ** (1 - digits), abs_tol=1e-12)
+
+
+def check_cause(result: RunResult, text: str) -> None:
+    """The reason of an early end: what happened, then what it may come from."""
+    reason, last = result.reason, result.trace[-1:]
+    assert reason is not None
+    assert f"{reason.message[:1].upper()}{reason.message[1:]}." == text
+    happened, *causes = reason.message.split("; ")
+    pattern, check = CAUSES[reason.code]
+    found = re.fullmatch(pattern, happened)
+    assert found, happened
+    check(result, found)
+    law = law_of(result, reason.time)
+    for cause in causes:
+        if found := re.fullmatch(rf"a joint gave all that {KEY} allows, {NUMBER} N m", cause):
+            limit = at(result, reason.time).actuation.torque_limit
+            assert limit is not None and near(found[2], limit)
+            assert np.abs(last.joint_torque[0]).max() >= limit
+            continue
+        pattern = rf"the controller believed the (.+) to be {NUMBER}{UNIT}, it is {NUMBER}{UNIT}"
+        found = re.fullmatch(pattern, cause)
+        assert found, cause
+        k = unknown_called(result.scenario, found[1])
+        believed, true = float(last.estimates[0, k]), float(last.true_parameters[0, k])
+        assert near(found[2], believed) and near(found[3], true)
+        assert believed <= 0.0 or max(believed / true, true / believed) > 1.29
+        assert "friction" not in found[1] or law in GRIPPING_BY_FRICTION
+        assert "moment" not in found[1] or abs(last.object_velocity[0, 2]) >= 1e-6
+
+
+def unknown_called(scenario: Scenario, words: str) -> int:
+    """The index of an unknown by what a sentence calls it."""
+    names = {
+        "mass of the object": "object.mass",
+        "moment of inertia of the object": "object.inertia",
+    }
+    for i, finger in enumerate(scenario.finger_names):
+        names[f"friction of the {finger} fingertip"] = f"fingers.{i}.friction"
+        for link in range(2):
+            name = f"mass of link {link + 1} of the {finger} finger"
+            names[name] = f"fingers.{i}.link_masses.{link}"
+    return [estimate.parameter for estimate in scenario.estimates].index(names[words])
+
+
+def finger_called(result: RunResult, name: str) -> int:
+    return result.scenario.finger_names.index(name)
+
+
+def check_at(result: RunResult, time: str) -> None:
+    assert near(time, result.end_time, 4)
+
+
+def is_separated(result: RunResult, found: re.Match[str]) -> None:
+    contact = finger_called(result, found["finger"])
+    assert result.outcome is Outcome.SEPARATED and result.reason.contact == contact
+    zero = abs(float(result.trace.normal_force[-1, contact])) <= 1e-6
+    assert zero == ("normal force" in found[0])
+    check_at(result, found["time"])
+
+
+def has_left(result: RunResult, found: re.Match[str]) -> None:
+    contact = finger_called(result, found["finger"])
+    assert result.outcome is Outcome.LEFT_FACE and result.reason.contact == contact
+    finger, slip = result.scenario.fingers[contact], float(result.trace.slip[-1, contact])
+    along = abs(slip + finger.contact_offset)
+    assert math.isclose(along, half_length(result.scenario, finger.face), rel_tol=1e-6)
+    check_at(result, found["time"])
+
+
+def half_length(scenario: Scenario, face: str) -> float:
+    if face in ("left", "right"):
+        return scenario.object.face_half_length
+    if face in ("top", "bottom"):
+        return scenario.object.half_width
+    corners, k = corners_of(scenario), int(face.removeprefix("edge-"))
+    return 0.5 * float(np.hypot(*(corners[(k + 1) % len(corners)] - corners[k])))
+
+
+def is_singular(result: RunResult, found: re.Match[str]) -> None:
+    contact = finger_called(result, found["finger"])
+    assert result.outcome is Outcome.SINGULAR and result.reason.contact == contact
+    second = float(result.trace.joint_position[-1, 2 * contact + 1])
+    assert abs(math.sin(second)) < 0.06
+    assert (math.cos(second) > 0.0) == (found["shape"] == "straight")
+    check_at(result, found["time"])
+
+
+def has_chattered(result: RunResult, found: re.Match[str]) -> None:
+    assert result.outcome is Outcome.CHATTERING
+    changes = [change.time for change in result.phase_changes]
+    assert int(found["count"]) <= len(changes)
+    span = changes[-1] - changes[-int(found["count"])]
+    assert span <= float(found["window"]) * (1.0 + 1e-9)
+
+
+def outcome_is(outcome: Outcome) -> Callable[[RunResult, re.Match[str]], None]:
+    def check(result: RunResult, found: re.Match[str]) -> None:
+        assert result.outcome is outcome
+        check_at(result, found["time"])
+
+    return check
+
+
+def has_singular_model(result: RunResult, found: re.Match[str]) -> None:
+    outcome_is(Outcome.DIVERGED)(result, found)
+    # Only these invert an estimate of the inertia.
+    assert law_of(result, result.end_time) in GRIPPING_BY_FRICTION
+
+
+def has_spent_its_steps(result: RunResult, found: re.Match[str]) -> None:
+    outcome_is(Outcome.LIMIT)(result, found)
+    assert int(found["count"]) == result.scenario.simulation.max_steps
+
+
+def was_stopped(result: RunResult, found: re.Match[str]) -> None:
+    assert result.end_time < result.scenario.simulation.duration
+    assert near(found["time"], result.end_time, 3)
+
+
+TIME = r"at (?P<time>[\d.e-]+) s"
+CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
+    "contact_separation": (
+        rf"(?:under the torque|the normal force of) the (?P<finger>.+) fingertip "
+        rf"(?:can only leave|fell to zero): it separated from the object {TIME}",
+        is_separated,
+    ),
+    "contact_left_face": (
+        rf"the (?P<finger>.+) fingertip slid off the end of its face {TIME}",
+        has_left,
+    ),
+    "singular_jacobian": (
+        rf"the (?P<finger>.+) finger became (?P<shape>straight|folded) {TIME}",
+        is_singular,
+    ),
+    "chatter": (
+        rf"the contacts chattered: (?P<count>\d+) phase changes within (?P<window>[\d.e-]+) s {TIME}",
+        has_chattered,
+    ),
+    "no_consistent_phase": (
+        rf"no combination of .+ is consistent with the torque {TIME}",
+        outcome_is(Outcome.INCONSISTENT),
+    ),
+    "painleve": (
+        rf"the reduced inertia is singular: friction is too high for this pose \(Painlevé\) {TIME}",
+        outcome_is(Outcome.DIVERGED),
+    ),
+    "model_estimate_singular": (
+        rf"the controller's estimate of the reduced inertia became singular {TIME}",
+        has_singular_model,
+    ),
+    "step_underflow": (
+        rf"no step of the integration is small enough: the closed loop diverges {TIME}",
+        outcome_is(Outcome.DIVERGED),
+    ),
+    "max_steps": (rf"the limit of (?P<count>\d+) steps was reached {TIME}", has_spent_its_steps),
+    "stopped": (rf"stopped on request {TIME}", was_stopped),
+    "wall_time": (rf"the computing time limit of [\d.]+ s was reached {TIME}", was_stopped),
+}
+
+
+def check_slips(result: RunResult, found: re.Match[str]) -> None:
+    """Every fingertip that slipped is named with its way, and no other."""
+    names, paths = result.scenario.finger_names, result.metrics.slip_path
+    told = re.findall(
+        r"(?:^|, | and )([\d.]+|less than 1) (mm|µm|nm) ([a-z0-9 ]+?)(?=,|$| and )",
+        found["lengths"],
+    )
+    assert {name for *_, name in told} == {n for n, path in zip(names, paths, strict=True) if path}
+    for value, unit, name in told:
+        path = paths[names.index(name)]
+        assert path < 1e-9 if value == "less than 1" else near(value, path / UNITS[unit], 2)
+    subject = found["who"]
+    assert subject.startswith(("Both", "All")) == (len(told) == len(names)) or len(names) == 1
+    is_told = found["stop"] is not None
+    stops = [c.time for c in result.phase_changes if c.to_phase is ContactPhase.STICK]
+    assert is_told == bool(stops and not result.metrics.slipping_at_end)
+    if is_told:
+        value, unit = found["stop"].split()
+        assert abs(float(value) * UNITS[unit] - max(stops)) <= (5.1e-4 if unit == "ms" else 5.1e-3)
+
+
+def check_least_margin(result: RunResult, found: re.Match[str]) -> None:
+    trace = result.trace
+    margins = np.where(trace.phase == ContactPhase.STICK, trace.friction_margin, np.inf)[1:]
+    assert margins.min() < math.inf
+    row, contact = np.unravel_index(np.argmin(margins), margins.shape)
+    assert near(found["margin"], float(margins[row, contact]), 1)
+    value, unit = found["when"].split()
+    name = finger_called(result, found["finger"])
+    close = margins[:, name] <= margins.min() + 1e-9 + 1e-9 * abs(margins.min())
+    times = trace.times[1:][close]
+    assert np.abs(times - float(value) * UNITS[unit]).min() <= 5.1e-3
+
+
+def first_slip(result: RunResult, contact: int) -> int:
+    return int(np.flatnonzero(result.trace.phase[:, contact])[0])
+
+
+def check_first_belief(result: RunResult, found: re.Match[str]) -> None:
+    """A finger that slips from the start, of which the controller believes what is said."""
+    scenario, trace = result.scenario, result.trace
+    assert scenario.controller.kind in GRIPPING_BY_FRICTION or scenario.changes
+    assert scenario.controller.grasp_force == "minimum" or scenario.changes
+    fitting = [
+        i
+        for i in range(len(scenario.fingers))
+        for estimate in scenario.estimates
+        if estimate.parameter == f"fingers.{i}.friction"
+        and near(found["believed"], estimate.initial)
+        and trace.phase[:, i].any()
+        and trace.times[first_slip(result, i)] == 0.0
+        and near(found["true"], float(trace.friction_coefficient[first_slip(result, i), i]))
+        and estimate.initial > trace.friction_coefficient[first_slip(result, i), i]
+    ]
+    assert fitting
+
+
+def check_later_belief(result: RunResult, found: re.Match[str]) -> None:
+    i, trace = finger_called(result, found["finger"]), result.trace
+    row = first_slip(result, i)
+    k = [e.parameter for e in result.scenario.estimates].index(f"fingers.{i}.friction")
+    believed, true = float(trace.estimates[row - 1, k]), float(trace.friction_coefficient[row, i])
+    assert law_of(result, float(trace.times[row])) in GRIPPING_BY_FRICTION
+    assert near(found["believed"], believed) and near(found["true"], true) and believed > true
+    value, unit = found["when"].split()
+    assert abs(float(value) * UNITS[unit] - trace.times[row]) <= (
+        5.1e-4 if unit == "ms" else 5.1e-3
+    )
+
+
+def check_squeeze(result: RunResult, found: re.Match[str]) -> None:
+    i, trace = finger_called(result, found["finger"]), result.trace
+    assert result.outcome is Outcome.COMPLETED and not trace.phase[-1].any()
+    least = abs(trace.tangential_force[-1, i]) / trace.friction_coefficient[-1, i]
+    assert abs(float(found["normal"]) - trace.normal_force[-1, i]) <= 0.051
+    assert abs(float(found["least"]) - least) <= 0.051
+
+
+SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
+    (
+        r"(?P<who>.+) slipped, (?P<lengths>.+?)(?:, and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
+        check_slips,
+    ),
+    (r"No fingertip slipped\.", lambda _result, _found: None),
+    (
+        rf"No fingertip slipped; the least margin was (?P<margin>{NUMBER}) N, (?P<finger>.+) "
+        r"at t = (?P<when>[\d.]+ m?s)\.",
+        check_least_margin,
+    ),
+    (
+        r"The controller began by believing in friction (?P<believed>[\d.e-]+) where there is "
+        r"(?P<true>[\d.e-]+), so it squeezed too little\.",
+        check_first_belief,
+    ),
+    (
+        r"When the (?P<finger>.+) fingertip began to slip, at t = (?P<when>[\d.]+ m?s), the "
+        r"controller believed in friction (?P<believed>[\d.e-]+) where there was "
+        r"(?P<true>[\d.e-]+), so it squeezed too little\.",
+        check_later_belief,
+    ),
+    (
+        r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; with less than "
+        r"(?P<least>[\d.]+) N it would slip\.",
+        check_squeeze,
+    ),
+)
+
+
+def check_hint(result: RunResult, hint: str) -> None:
+    """Every option can be followed: it exists, its law uses it, and it is not so already."""
+    assert hint.endswith(".")
+    left = hint[:1].lower() + hint[1:-1]
+    for pattern, check in OPTIONS:
+        for found in re.finditer(pattern, left):
+            check(result, found)
+        left = re.sub(pattern, "", left)
+    for phrase in PHRASES:
+        left = left.replace(phrase, "")
+    assert not re.sub(r"\bor\b|\band\b|[,; ]", "", left), f"{left!r} of {hint!r}"
+
+
+def definition(result: RunResult, key: str) -> Any:
+    present = at(result, result.end_time)
+    defined = parameter_definitions(present)
+    assert key in defined or f"{key}.0" in defined, key
+    head, _, name = key.partition(".")
+    if head == "controller":
+        assert name in CONTROLLERS[present.controller.kind] | FEEDBACK, key
+    return defined.get(key)
+
+
+def can_be_raised(result: RunResult, found: re.Match[str]) -> None:
+    parameter = definition(result, found[1])
+    assert near(found[2], parameter.value, 6)
+    assert parameter.maximum is None or parameter.value < parameter.maximum
+
+
+def can_be_lowered(result: RunResult, found: re.Match[str]) -> None:
+    parameter = definition(result, found[1])
+    assert near(found[2], parameter.value, 6)
+    assert parameter.minimum is None or parameter.value > parameter.minimum
+
+
+def is_a_list(result: RunResult, found: re.Match[str]) -> None:
+    parameter = definition(result, found[1])
+    assert parameter is None or parameter.value is None
+
+
+def grasps_with_any_force(result: RunResult, _found: re.Match[str]) -> None:
+    controller = at(result, result.end_time).controller
+    assert controller.grasp_force == "none" and controller.kind in GRIPPING_BY_FRICTION
+
+
+def is_continuous(result: RunResult, _found: re.Match[str]) -> None:
+    assert at(result, result.end_time).controller.control_period == 0.0
+
+
+def has_another_law(result: RunResult, _found: re.Match[str]) -> None:
+    assert law_of(result, result.end_time) != "composite"
+
+
+def has_no_such_bounds(result: RunResult, found: re.Match[str]) -> None:
+    present = at(result, result.end_time)
+    assert present.controller.kind in LEARNING
+    for place, bound in re.findall(r"estimates\.(\d+)\.(minimum|maximum)", found[0]):
+        assert getattr(present.estimates[int(place)], bound) is None
+
+
+def is_far_from_the_truth(result: RunResult, found: re.Match[str]) -> None:
+    scenario, law = result.scenario, law_of(result, result.end_time)
+    for place, told in re.findall(rf"estimates\.(\d+)\.initial nearer to {NUMBER}", found[0]):
+        estimate = scenario.estimates[int(place)]
+        true = float(parameter_definitions(scenario)[estimate.parameter].value)  # type: ignore[arg-type]
+        assert near(told, true)
+        assert (
+            estimate.initial <= 0.0 or max(estimate.initial / true, true / estimate.initial) > 1.29
+        )
+        assert "friction" not in estimate.parameter or law in GRIPPING_BY_FRICTION
+
+
+def believes_in_more(result: RunResult, found: re.Match[str]) -> None:
+    assert result.scenario.controller.kind in GRIPPING_BY_FRICTION or result.scenario.changes
+    for place, told in re.findall(rf"estimates\.(\d+)\.initial below {NUMBER}", found[0]):
+        estimate = result.scenario.estimates[int(place)]
+        assert KIND.fullmatch(estimate.parameter)[1], "only of friction can be believed too much"
+        assert estimate.initial > float(told)
+        assert estimate.minimum is None or estimate.minimum < float(told)
+
+
+def some_friction_is_left(result: RunResult, _found: re.Match[str]) -> None:
+    assert any(finger.friction > 0.0 for finger in result.scenario.fingers)
+
+
+def is_length_of_the_face(result: RunResult, found: re.Match[str]) -> None:
+    face = result.scenario.fingers[result.reason.contact].face
+    expected = "object.half_width" if face in ("top", "bottom") else "object.face_half_length"
+    assert found[1] == ("object.corners" if face.startswith("edge") else expected)
+
+
+def is_base_of_the_finger(result: RunResult, found: re.Match[str]) -> None:
+    contact = result.reason.contact
+    assert found[1] == result.scenario.finger_names[contact]
+    assert int(found[2]) == contact
+
+
+OPTIONS: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
+    (rf"raise {KEY} above {NUMBER}{UNIT}", can_be_raised),
+    (rf"lower {KEY} below {NUMBER}{UNIT}", can_be_lowered),
+    (r"lower fingers\.\*\.friction", some_friction_is_left),
+    (rf"(?:raise|lower) {KEY}", is_a_list),
+    (r"set controller\.grasp_force to minimum", grasps_with_any_force),
+    (r"set controller\.control_period to 0\.001 s", is_continuous),
+    (r"use the composite law", has_another_law),
+    (r"give the estimates bounds \([^)]*first\)", has_no_such_bounds),
+    (
+        rf"set (?:(?:, | and )?estimates\.\d+\.initial nearer to {NUMBER}{UNIT})+, the truth",
+        is_far_from_the_truth,
+    ),
+    (rf"set (?:(?:, | and )?estimates\.\d+\.initial below {NUMBER})+", believes_in_more),
+    (r"use a longer face \((.+?)\)", is_length_of_the_face),
+    (
+        r"move the base of the (.+?) finger \(fingers\.(\d)\.base\)",
+        is_base_of_the_finger,
+    ),
+)
+"""Options of a hint, each with what makes it worth trying."""
+PHRASES = (
+    "to stop the slip earlier,",
+    "choose a motion within its reach (trajectory)",
+    "change the pose",
+    "no setting of this law is left to try: make the object lighter or its faces rougher",
+    "to see whether it stays at rest",
+    "to bring it nearer to where it was wanted",
+    "until a fingertip slips",
+    "for less slip",
+    "run it again to see the rest",
+    "shorten the run",
+    "raise the limit",
+    "simulate its scenario again",
+)
