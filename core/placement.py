@@ -9,7 +9,7 @@ import numpy as np
 
 from core.geometry import outline, smallest_extent
 from core.scenario import ObjectParameters
-from core.wording import joined, length_words
+from core.wording import joined
 
 __all__ = ["describe_offset", "is_far_off"]
 
@@ -50,6 +50,6 @@ def _offsets(body: ObjectParameters, error: Sequence[float]) -> list[str]:
 
 
 def _rounded(distance: float) -> str:
-    """A length to two digits or whole millimetres."""
+    """A length in whole millimetres, or to two digits where that is more."""
     millimetres = 1e3 * distance
-    return f"{millimetres:.0f} mm" if millimetres >= 10.0 else length_words(distance)
+    return f"{millimetres:.0f} mm" if millimetres >= 10.0 else f"{millimetres:.2g} mm"

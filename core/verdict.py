@@ -154,6 +154,9 @@ def _describe_least_margin(result: RunResult) -> str:
     if not margins or len(result.trace) < 2:
         return ""
     least, contact = min(margins)
+    if least < 0.0:
+        # Only where the run ended because no phase was right.
+        return ""
     trace = result.trace
     # In the first row the forces of the first control update do not act yet.
     row = 1 + int(np.argmin(trace.friction_margin[1:, contact]))

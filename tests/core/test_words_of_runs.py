@@ -1,0 +1,233 @@
+"""What is said of a run is so: of every law, in every way in which its runs can go.
+
+Each run is simulated here, and every sentence, every option of the hint and the headline are held
+against its trace and its scenario by `tests.core.reading_words`, which shares no code with them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import pytest
+
+from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.scenario import CONTROL_LAWS
+from core.simulator import simulate
+from core.types import ContactPhase, Outcome
+from core.verdict import describe_run, headline_of, title_of
+from slipgrasp.cli.summary import summarize
+from tests.core.drawn_scenarios import KINDS, draw_scenario
+from tests.core.reading_words import check_words
+from web.panels.outcome_panel import outcome_html
+from web.view import RunStage, RunStatus, Shown
+
+Settings = tuple[str, dict[str, Any]]
+
+LEFT, RIGHT = "fingers.0.friction", "fingers.1.friction"
+ROUGH = {LEFT: 2.5, RIGHT: 2.5}
+UNEQUAL = {LEFT: 2.5, RIGHT: 0.1}
+BRIEF, SHORT = {"simulation.duration": 0.05}, {"simulation.duration": 0.3}
+JERK = {"trajectory.acceleration": [0.0, 2.0, 0.0]}
+STIFF, STIFFER = {"controller.position_gain": 1e3}, {"controller.position_gain": 1e6}
+SAMPLED = {"controller.control_period": 0.001}
+LOOSE = {"controller.grasp_force": "none"}
+NARROW = {"object.face_half_length": 0.02}
+RESTLESS = {**SAMPLED, LEFT: 0.3, "object.mass": 0.5, "controller.velocity_gain": 1e4}
+A, B, C, D = "composite-case-2", "paper-case-2", "unequal-fingers", "paper-case-1"
+
+# Law, way: what to simulate, for 0.7 s where nothing else is said.
+TABLE: dict[tuple[str, str], Settings] = {
+    ("theorem-3", "held"): (A, STIFF),
+    ("theorem-3", "held far off"): (A, {}),
+    ("theorem-3", "held without slip"): (C, ROUGH),
+    ("theorem-3", "slipping"): (A, BRIEF),
+    ("theorem-3", "unsettled"): (A, SHORT),
+    ("theorem-3", "contact_separation"): (C, {}),
+    ("theorem-3", "contact_left_face"): (A, NARROW),
+    ("theorem-3", "singular_jacobian"): (C, {**JERK, **ROUGH}),
+    ("theorem-3", "chatter"): (A, LOOSE),
+    ("theorem-3", "model_estimate_singular"): (B, {LEFT: 0.25, RIGHT: 0.3}),
+    ("theorem-3", "no_consistent_phase"): (D, RESTLESS),
+    ("theorem-4", "held"): (A, STIFF),
+    ("theorem-4", "held far off"): (A, {}),
+    ("theorem-4", "held without slip"): (C, ROUGH),
+    ("theorem-4", "slipping"): (A, BRIEF),
+    ("theorem-4", "unsettled"): (A, SHORT),
+    ("theorem-4", "contact_separation"): (C, {}),
+    ("theorem-4", "contact_left_face"): (A, NARROW),
+    ("theorem-4", "singular_jacobian"): (C, {**JERK, **ROUGH}),
+    ("theorem-4", "chatter"): (A, LOOSE),
+    ("theorem-4", "model_estimate_singular"): (B, {LEFT: 0.25, RIGHT: 0.3}),
+    ("theorem-4", "step_underflow"): (D, {LEFT: 0.8, RIGHT: 0.1, "object.mass": 3.0, **LOOSE}),
+    ("theorem-4", "no_consistent_phase"): (D, RESTLESS),
+    ("certainty-equivalence", "held"): (
+        "wet-patch",
+        {**SAMPLED, "simulation.duration": 5.0},
+    ),
+    ("certainty-equivalence", "held without slip"): (C, {**BRIEF, **ROUGH}),
+    ("certainty-equivalence", "held without slip far off"): (C, ROUGH),
+    ("certainty-equivalence", "slipping"): (A, BRIEF),
+    ("certainty-equivalence", "unsettled"): (A, {**JERK, **ROUGH}),
+    ("certainty-equivalence", "contact_separation"): (C, STIFFER),
+    ("certainty-equivalence", "contact_left_face"): (A, {}),
+    ("certainty-equivalence", "singular_jacobian"): (C, {**JERK, **ROUGH}),
+    ("certainty-equivalence", "chatter"): (
+        "three-fingers",
+        {
+            **LOOSE,
+            **STIFFER,
+            **{LEFT: 0.8, RIGHT: 0.1, "object.mass": 0.5, "controller.velocity_gain": 1e4},
+        },
+    ),
+    ("pd-gravity", "held"): (C, STIFF),
+    ("pd-gravity", "held far off"): (A, UNEQUAL),
+    ("pd-gravity", "held without slip"): (A, BRIEF),
+    ("pd-gravity", "held without slip far off"): (A, {}),
+    ("pd-gravity", "slipping"): (C, BRIEF),
+    ("pd-gravity", "unsettled"): (C, {}),
+    ("pd-gravity", "contact_separation"): (C, STIFFER),
+    ("pd-gravity", "contact_left_face"): (A, {"controller.grip_force": 15.0}),
+    ("pd-gravity", "singular_jacobian"): (
+        C,
+        {
+            **JERK,
+            **STIFF,
+            **{LEFT: 0.25, RIGHT: 2.5, "object.mass": 0.5, "controller.grip_force": 80.0},
+        },
+    ),
+    ("grip-reflex", "held"): (C, STIFF),
+    ("grip-reflex", "held far off"): (A, {"controller.grip_force": 2.0}),
+    ("grip-reflex", "held without slip"): (A, BRIEF),
+    ("grip-reflex", "held without slip far off"): (A, {}),
+    ("grip-reflex", "slipping"): (C, BRIEF),
+    ("grip-reflex", "unsettled"): (C, {}),
+    ("grip-reflex", "contact_separation"): (A, STIFFER),
+    ("grip-reflex", "contact_left_face"): (C, {"controller.grip_force": 2.0, **NARROW}),
+    ("grip-reflex", "singular_jacobian"): (C, {**STIFF, **JERK}),
+    ("composite", "held"): (A, {}),
+    ("composite", "held far off"): (C, {"object.mass": 3.0, **UNEQUAL}),
+    ("composite", "held without slip"): (C, ROUGH),
+    ("composite", "slipping"): (B, {}),
+    ("composite", "unsettled"): (A, BRIEF),
+    ("composite", "contact_separation"): (A, STIFFER),
+    ("composite", "contact_left_face"): (C, {**STIFFER, LEFT: 1.5, RIGHT: 2.5}),
+    ("composite", "no_consistent_phase"): (B, {"trajectory.acceleration": [0.0, -3.0, 0.0]}),
+    ("composite", "painleve"): (B, {**STIFF, **UNEQUAL}),
+    **{(law, "max_steps"): (A, {"simulation.max_steps": 3}) for law in CONTROL_LAWS},
+}
+
+
+@cache
+def run_of(law: str, way: str) -> RunResult:
+    preset, values = TABLE[law, way]
+    period = SAMPLED if CONTROL_LAWS[law].sampled else {"controller.control_period": 0.0}
+    duration = {"simulation.duration": 0.7}
+    return simulate(
+        with_values(load_scenario(preset), {"controller.kind": law, **period, **duration, **values})
+    )
+
+
+def way_of(result: RunResult) -> str:
+    """In which way a run went, from its trace alone."""
+    if result.reason is not None:
+        return result.reason.code
+    recent = result.trace.times > result.end_time - 0.5
+    slips = result.trace.phase != ContactPhase.STICK
+    if slips[recent].any():
+        return "slipping" if slips[-1].any() else "unsettled"
+    words = ["held", *["without slip"] * (not slips.any())]
+    return " ".join([*words, *["far off"] * ("from where it was wanted" in headline_of(result))])
+
+
+@pytest.mark.parametrize(("law", "way"), TABLE)
+def test_what_is_said_of_a_run_is_so(law: str, way: str) -> None:
+    result = run_of(law, way)
+    assert way_of(result) == way
+    check_words(result, describe_run(result))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_said_of_a_random_run_is_so(kind: Any, seed: int) -> None:
+    result = simulate(draw_scenario(kind, f"words {seed}"))
+    check_words(result, describe_run(result))
+
+
+@pytest.mark.parametrize("law", CONTROL_LAWS)
+def test_what_is_said_of_a_run_that_somebody_or_something_ended_is_so(law: str) -> None:
+    scenario = with_values(load_scenario("poured-mass"), {"controller.kind": law})
+    stopped = simulate(scenario, should_stop=lambda: True)
+    assert stopped.outcome is Outcome.STOPPED
+    check_words(stopped, describe_run(stopped))
+    late = simulate(scenario, wall_limit=0.0)
+    assert late.outcome is Outcome.LIMIT
+    check_words(late, describe_run(late))
+
+
+@pytest.mark.parametrize(("law", "way"), TABLE)
+def test_the_command_line_and_the_page_say_the_same(law: str, way: str) -> None:
+    result = run_of(law, way)
+    verdict, told = describe_run(result), summarize(result, None)
+    card = outcome_html(RunStatus(RunStage.PREVIEW), Shown(1, result, 0.02))
+    assert f"{verdict.headline}. {verdict.sentences[0]}" in told
+    assert f"What to try: {verdict.suggestion}" in told
+    assert verdict.headline in card
+    for key in ("controller.", "estimates.", "simulation.", "fingers.", "actuation."):
+        assert key not in card, "the page calls parameters as on their knobs"
+
+
+@pytest.mark.parametrize(("law", "way"), TABLE)
+def test_no_preset_s_title_stands_over_a_run_of_something_else(law: str, way: str) -> None:
+    result = run_of(law, way)
+    assert result.scenario.title
+    assert title_of(result) == ""
+    assert result.scenario.title not in summarize(result, None)
+
+
+def test_a_title_stands_over_the_run_that_it_announces_and_over_those_of_one_s_own() -> None:
+    preset = load_scenario("composite-case-2")
+    result = simulate(preset)
+    assert title_of(result) == preset.title
+    assert title_of(replace(result, outcome=Outcome.STOPPED)) == ""
+    own = replace(result.scenario, title="what I try today")
+    assert title_of(replace(result, scenario=own)) == "what I try today"
+
+
+@pytest.mark.parametrize(
+    ("preset", "values"),
+    [
+        # As their hints say: nearer beliefs, more stiffness, more grip, another law.
+        ("paper-case-1", {"estimates.4.initial": 0.9}),
+        ("paper-case-1", {"controller.position_gain": 300.0}),
+        ("paper-case-2", {"estimates.0.initial": 0.3, "estimates.1.initial": 0.3}),
+        ("paper-case-2", {"controller.position_gain": 300.0}),
+    ],
+)
+def test_what_is_suggested_brings_the_object_nearer_to_where_it_was_wanted(
+    preset: str, values: dict[str, float]
+) -> None:
+    before = simulate(load_scenario(preset))
+    assert all(key in describe_run(before).suggestion for key in values)
+    after = simulate(with_values(before.scenario, values))
+    assert abs(after.metrics.final_tracking_error[1]) < 0.8 * abs(
+        before.metrics.final_tracking_error[1]
+    )
+
+
+def test_a_hint_offers_nothing_where_nothing_is_left_to_set() -> None:
+    """Everything known, the firmest grip, and still too heavy for the joints."""
+    values = {
+        "controller.grip_safety": 10.0,
+        "controller.slip_stop": 100.0,
+        **{f"estimates.{k}.initial": v for k, v in enumerate((0.25, 0.25, 1.0, 0.01042))},
+        "simulation.duration": 0.5,
+        "pulses": [{"time": 0.05, "duration": 0.4, "force": [0.0, -4000.0]}],
+    }
+    result = simulate(with_values(load_scenario("composite-case-2"), values))
+    assert result.outcome.ended_by_physics
+    check_words(result, describe_run(result))
+    hint = result.reason.hint
+    assert "raise controller" not in hint and "composite" not in hint
