@@ -166,15 +166,17 @@ def sample_control(situation: Situation) -> Iterator[str]:
 
 
 def bound_estimates(situation: Situation) -> Iterator[str]:
-    """Bounds for the first estimate that a learning law may carry anywhere."""
-    if not situation.law.learns:
-        return
-    for k, estimate in enumerate(situation.scenario.estimates):
-        missing = [
+    """Bounds that a learning law lacks, first for the estimate that went lowest."""
+    estimates, values = situation.scenario.estimates, situation.last.estimates[0]
+    missing = {
+        k: [
             f"estimates.{k}.{bound}"
             for bound in ("minimum", "maximum")
             if getattr(estimate, bound) is None
         ]
-        if missing:
-            yield f"give the estimates bounds ({' and '.join(missing)} first)"
-            return
+        for k, estimate in enumerate(estimates)
+    }
+    open_ends = [k for k, bounds in missing.items() if bounds]
+    if situation.law.learns and open_ends:
+        lowest = min(open_ends, key=lambda k: values[k])
+        yield f"give the estimates bounds ({joined(missing[lowest])} first)"

@@ -27,6 +27,7 @@ from core.loading import load_scenario, preset_names
 from core.placement import describe_offset, is_far_off
 from core.result import RunResult, RunSummary
 from core.scenario import CONTROL_LAWS, FingerParameters, Scenario
+from core.trace import Trace
 from core.types import ContactPhase, Outcome
 from core.wording import joined, length_words, milliseconds, sentence
 
@@ -49,6 +50,8 @@ _ENDED_EARLY = {
 
 _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
+_NO_WAY = 1e-15  # [m]
+_MOST = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +173,7 @@ class _Overestimate(NamedTuple):
 
     Attributes:
         finger: What the finger is called.
+        share: Part of all its slip that it slid before it stuck again, 0 to 1.
         estimate: Index of the estimate.
         time: When the slip began [s].
         believed: The friction that the controller believed in.
@@ -177,6 +181,7 @@ class _Overestimate(NamedTuple):
     """
 
     finger: str
+    share: float
     estimate: int
     time: float
     believed: float
@@ -210,7 +215,16 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
     is_bounded = most is not None and trace.normal_force[row, contact] >= most * (1.0 - _ROUNDING)
     if is_bounded or believed <= controller.grip_safety * sticking * (1.0 + _ROUNDING):
         return None
-    return _Overestimate(scenario.finger_names[contact], index, time, believed, true)
+    share = _share_of_first_slip(trace, contact, row)
+    return _Overestimate(scenario.finger_names[contact], share, index, time, believed, true)
+
+
+def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
+    """The part of all its slip that a fingertip slides from a row on until it sticks."""
+    ways = np.abs(np.diff(trace.slip[:, contact]))
+    rests = np.flatnonzero(trace.phase[row:, contact] == ContactPhase.STICK)
+    first = ways[: row + int(rests[0])] if len(rests) else ways
+    return float(first.sum() / max(ways.sum(), _NO_WAY))
 
 
 def _static_over_kinetic(finger: FingerParameters) -> float:
@@ -297,8 +311,8 @@ def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> 
 
 
 def _believe_in_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> list[str]:
-    """Lower beliefs where those at the start were too high, as far as their bounds allow."""
-    at_once = [one for one in found if one.time == 0.0]
+    """Lower beliefs, where the first ones led to most of the slip and their bounds allow it."""
+    at_once = [one for one in found if one.time == 0.0 and one.share >= _MOST]
     lowest = [start.estimates[one.estimate].minimum for one in at_once]
     if any(low is not None and low >= one.true for low, one in zip(lowest, at_once, strict=True)):
         return []

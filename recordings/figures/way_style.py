@@ -25,6 +25,9 @@ _HATCHES_BY_REASON = {
     "model_estimate_singular": "\\\\\\\\",
     "painleve": "----",
     "step_underflow": "||||",
+    "stiff_loop": "////",
+    "nonfinite_state": "xxxx",
+    "event_stall": "....",
 }
 _MARKERS = {
     Outcome.COMPLETED: "s",

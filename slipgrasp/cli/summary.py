@@ -58,7 +58,8 @@ def _contacts(result: RunResult) -> Iterator[str]:
         reserve = "never in stick" if margin is None else f"at least {margin:.3g} N inside the cone"
         yield _line(
             f"contact {i} {finger.face}",
-            f"slipped {_millimetres(metrics.slip_path[i])}, {changes} phase changes, "
+            f"slipped {_millimetres(metrics.slip_path[i])}, {changes} phase "
+            f"change{'' if changes == 1 else 's'}, "
             f"up to {metrics.peak_normal_force[i]:.4g} N normal force, {reserve}",
         )
 
@@ -70,7 +71,7 @@ def _errors(result: RunResult) -> Iterator[str]:
 
 def _pose(error: Sequence[float]) -> str:
     x, y, theta = error
-    return f"x {_millimetres(x)}, y {_millimetres(y)}, theta {theta * 1e3:.4g} mrad"
+    return f"x {_millimetres(x)}, y {_millimetres(y)}, theta {_thousandths(theta)} mrad"
 
 
 def _estimates(result: RunResult) -> Iterator[str]:
@@ -93,4 +94,9 @@ def _line(label: str, text: str) -> str:
 
 
 def _millimetres(length: float) -> str:
-    return f"{length * 1e3:.4g} mm"
+    return f"{_thousandths(length)} mm"
+
+
+def _thousandths(value: float) -> str:
+    """To four digits, and not below a millionth of them, which is rounding."""
+    return f"{round(1e3 * value, 6) + 0.0:.4g}"

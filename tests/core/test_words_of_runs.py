@@ -156,6 +156,29 @@ def test_what_is_said_of_a_random_run_is_so(kind: Any, seed: int) -> None:
     check_words(result, describe_run(result))
 
 
+def test_bounds_are_asked_for_only_where_there_are_none() -> None:
+    """First of the inertia, which ran through zero; then, where it has them, of another."""
+    bounds = {"estimates.3.minimum": -1.0, "estimates.3.maximum": 1.0}
+    values = {LEFT: 0.25, RIGHT: 0.3, "simulation.duration": 0.7}
+    loose = simulate(with_values(load_scenario(B), values))
+    bound = simulate(with_values(load_scenario(B), {**values, **bounds}))
+    assert "(estimates.3.minimum and estimates.3.maximum first)" in loose.reason.hint
+    assert "give the estimates bounds" in bound.reason.hint
+    assert "estimates.3" not in bound.reason.hint
+    check_words(bound, describe_run(bound))
+
+
+def test_a_belief_at_the_start_is_no_cure_for_the_slip_of_a_push() -> None:
+    push = {"time": 0.5, "force": [0.0, -15.0]}
+    values = {"pulses": [push], "simulation.duration": 2.0}
+    result = simulate(with_values(load_scenario(A), values))
+    assert result.metrics.slip_path[0] > 0.01
+    verdict = describe_run(result)
+    check_words(result, verdict)
+    assert "estimates.0.initial below" not in verdict.suggestion
+    assert "estimates.0.initial below" in describe_run(run_of("composite", "held")).suggestion
+
+
 @pytest.mark.parametrize("law", CONTROL_LAWS)
 def test_what_is_said_of_a_run_that_somebody_or_something_ended_is_so(law: str) -> None:
     scenario = with_values(load_scenario("poured-mass"), {"controller.kind": law})
