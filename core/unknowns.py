@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 from core.scenario import Scenario
 
-__all__ = ["Unknown", "name_unknown", "parse_unknown", "unit_of_unknown"]
+__all__ = ["PHYSICAL_BOUNDS", "Unknown", "name_unknown", "parse_unknown", "unit_of_unknown"]
 
 
 class Unknown(NamedTuple):
@@ -17,6 +18,14 @@ class Unknown(NamedTuple):
     finger: int
     link: int
 
+
+PHYSICAL_BOUNDS: Mapping[str, tuple[float, float]] = {
+    "friction": (0.05, 2.0),
+    "object_mass": (0.05, 10.0),
+    "link_mass": (0.05, 10.0),
+    "object_inertia": (0.002, 0.2),
+}
+"""What an unknown of each kind lies within for hands and objects of usual size, SI units."""
 
 _FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
 _LINK_MASS = re.compile(r"fingers\.(\d{1,2})\.link_masses\.(\d{1,2})")

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from core.batch import simulate_many
     from core.exceptions import ScenarioError, SlipgraspError
     from core.frames import MissingPackageError
+    from core.law_choice import with_law
     from core.loading import (
         load_scenario,
         preset_names,
@@ -86,6 +87,7 @@ __all__ = [
     "simulate_many",
     "study_from_mapping",
     "verify",
+    "with_law",
     "with_values",
     "write_csv",
     "write_npz",
@@ -134,6 +136,7 @@ _ORIGINS = {
     "simulate_many": "core.batch",
     "study_from_mapping": "core.study.loading",
     "verify": "recordings.verification",
+    "with_law": "core.law_choice",
     "with_values": "core.loading",
     "write_csv": "recordings.export",
     "write_npz": "recordings.export",

@@ -7,7 +7,7 @@ Quantities are SI. The paper's two sample cases lie in ``core/presets``.
 from core.scenario.controller import ControllerParameters, Estimate
 from core.scenario.finger import FingerParameters
 from core.scenario.held_object import ObjectParameters
-from core.scenario.laws import CONTROL_LAWS, ControlLaw
+from core.scenario.laws import CONTROL_LAWS, SAMPLED_CONTROL, ControlLaw, LawSetting
 from core.scenario.simulation import MAX_CHATTER_CHANGES, Change, SimulationParameters
 from core.scenario.trajectory import (
     MAX_SET_POINTS,
@@ -25,12 +25,14 @@ __all__ = [
     "MAX_SET_POINTS",
     "MAX_TABLE_ROWS",
     "MAX_UNKNOWNS",
+    "SAMPLED_CONTROL",
     "ActuationParameters",
     "Change",
     "ControlLaw",
     "ControllerParameters",
     "Estimate",
     "FingerParameters",
+    "LawSetting",
     "ObjectParameters",
     "Patch",
     "Pulse",

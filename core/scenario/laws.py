@@ -1,19 +1,47 @@
-"""The control laws: what each one is, knows and does, stated once for everything that asks."""
+"""The control laws: what each one is, knows, does and needs, stated once for all that ask."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["CONTROL_LAWS", "ControlLaw"]
+__all__ = ["CONTROL_LAWS", "SAMPLED_CONTROL", "ControlLaw", "LawSetting"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawSetting:
+    """A parameter of the controller, and from where on its value suits a law.
+
+    Attributes:
+        key: Dotted key.
+        above: Greater values suit as they are.
+        value: What suits where the present value does not.
+        when_sampled: Whether it matters in sampled control only.
+    """
+
+    key: str
+    above: float
+    value: float
+    when_sampled: bool = False
+
+
+SAMPLED_CONTROL = LawSetting(key="controller.control_period", above=0.0, value=0.001)
+# Torques that put a force on the edge of its cone, held for a period, let the contact slip.
+_INSIDE_CONES = LawSetting(key="controller.grip_safety", above=1.0, value=1.05, when_sampled=True)
+# Without it the slip velocity only decays.
+_FINITE_TIME = LawSetting(key="controller.slip_stop", above=0.0, value=1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlLaw:
     """Facts about a control law that do not depend on a scenario.
 
+    What it needs and what it is meant for differ: validation refuses a law without the one, and
+    without the other the law runs, but does not show what it can do (`core.law_choice`).
+
     Attributes:
         kind: Its name, the value of ``controller.kind``.
-        sampled: Whether it works at the ticks of sampled control only.
+        summary: What it does, in a sentence.
+        sampled: Whether it needs sampled control, because it works at its ticks only.
         learns: Whether it changes its estimates while it runs.
         uses_friction: Whether its grip follows from the friction that it believes in; otherwise
             from ``controller.grip_force``.
@@ -21,15 +49,22 @@ class ControlLaw:
         stops_slip_with: Keys of the parameters that end a slip sooner where they are larger.
         learns_with: Keys of the parameters that make its estimates change faster where they are
             larger.
+        settings: The parameters that it is meant for.
+        bounded: Whether it is meant for estimates within physical bounds.
+        firm: Whether it is meant for a ``controller.grip_force`` that carries the object.
     """
 
     kind: str
+    summary: str
     sampled: bool = False
     learns: bool = False
     uses_friction: bool = True
     reacts_to_slip: bool = False
     stops_slip_with: tuple[str, ...] = ()
     learns_with: tuple[str, ...] = ()
+    settings: tuple[LawSetting, ...] = ()
+    bounded: bool = False
+    firm: bool = False
 
     @property
     def holds_with(self) -> str:
@@ -44,20 +79,34 @@ CONTROL_LAWS = {
     for law in (
         ControlLaw(
             kind="theorem-3",
+            summary="The paper's law for unknown masses: its estimates follow the tracking error.",
             learns=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
+            settings=(_INSIDE_CONES,),
         ),
         ControlLaw(
             kind="theorem-4",
+            summary="The paper's law for unknown friction too: large estimates are pulled back.",
             learns=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
+            settings=(_INSIDE_CONES,),
         ),
-        ControlLaw(kind="certainty-equivalence"),
-        ControlLaw(kind="pd-gravity", uses_friction=False),
+        ControlLaw(
+            kind="certainty-equivalence",
+            summary="It takes its first estimates for the truth, and learns nothing.",
+            settings=(_INSIDE_CONES,),
+        ),
+        ControlLaw(
+            kind="pd-gravity",
+            summary="It carries the weight that it believes in, with a fixed grip.",
+            uses_friction=False,
+            firm=True,
+        ),
         ControlLaw(
             kind="grip-reflex",
+            summary="It carries the weight that it believes in, and grips harder while it slips.",
             sampled=True,
             uses_friction=False,
             reacts_to_slip=True,
@@ -65,10 +114,13 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="composite",
+            summary="It learns by least squares of tracking and prediction errors.",
             sampled=True,
             learns=True,
             stops_slip_with=("controller.slip_stop",),
             learns_with=("controller.lyapunov_weight", "controller.initial_deviation"),
+            settings=(_INSIDE_CONES, _FINITE_TIME),
+            bounded=True,
         ),
     )
 }

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipgrasp.cli.scenarios import HelpWithParameters
+from slipgrasp.cli.status import complain
 from slipgrasp.cli.values import parse_assignments
 
 if TYPE_CHECKING:
@@ -25,9 +26,15 @@ __all__ = [
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
-    """Adds ``SCENARIO`` and ``--set`` to a parser without help, and help that lists the keys."""
+    """Adds ``SCENARIO``, ``--law`` and ``--set`` to a parser without help, and help with keys."""
     parser.add_argument("-h", "--help", action=HelpWithParameters)
     parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
+    parser.add_argument(
+        "--law",
+        metavar="NAME",
+        help="use this control law for the whole run, with the settings that it is meant for, such "
+        "as composite (controller.kind below lists them); --set comes after it",
+    )
     parser.add_argument(
         "--set",
         dest="assignments",
@@ -42,6 +49,8 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """The scenario that the arguments of `add_scenario` name, with what they set.
 
+    What a law brings with it is told in one line on standard error.
+
     Raises:
         CommandError: If an assignment is none.
         ScenarioError: If there is no such scenario, or it is not valid.
@@ -49,9 +58,19 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
     from core.loading import load_scenario, settable_parameters, with_values
 
     scenario, assignments = load_scenario(arguments.scenario), arguments.assignments
+    if arguments.law is not None:
+        scenario = _with_law(scenario, arguments.law)
     if not assignments:
         return scenario
     return with_values(scenario, parse_assignments(assignments, settable_parameters(scenario)))
+
+
+def _with_law(scenario: Scenario, kind: str) -> Scenario:
+    from core.law_choice import choose_law, describe_settings
+
+    choice = choose_law(scenario, kind)
+    complain(f"{kind}: {describe_settings(choice.settings) or 'with the settings as they are'}")
+    return choice.scenario
 
 
 def add_data_directory(parser: argparse.ArgumentParser) -> None:

@@ -41,7 +41,8 @@ def test_every_block_of_output_belongs_to_an_example():
 
 
 @pytest.mark.parametrize(
-    "name", ["simulate", "open_recording", "compare", "verify", "write_parquet", "write_npz"]
+    "name",
+    ["simulate", "with_law", "open_recording", "compare", "verify", "write_parquet", "write_npz"],
 )
 def test_the_page_tells_of_the_public_functions(name):
     assert name in slipgrasp.__all__

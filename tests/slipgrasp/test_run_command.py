@@ -5,6 +5,9 @@ import signal
 import pytest
 from mcap.reader import make_reader
 
+from core.law_choice import with_law
+from core.loading import load_scenario, with_values
+from core.scenario import CONTROL_LAWS
 from core.types import Outcome
 from recordings import read_recording
 
@@ -261,3 +264,36 @@ def test_a_display_rate_out_of_bounds_is_refused(slipgrasp, rate):
 
     assert done.returncode == 2
     assert "allowed: 0 … 1000 Hz" in done.stderr
+
+
+def test_a_law_comes_with_its_settings_in_one_line_and_what_is_set_wins(slipgrasp):
+    done = slipgrasp("run", *SHORT, "--law", "composite", "--set", "controller.grip_safety=1.2")
+
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[0] == (
+        "slipgrasp: composite: control every 1 ms, grip safety 1.05, estimates within physical "
+        "bounds"
+    )
+    (recording,) = (path for path in slipgrasp.saved() if path.suffix == ".mcap")
+    scenario = read_recording(recording).scenario
+    values = {"simulation.duration": 0.3, "controller.grip_safety": 1.2}
+    assert scenario == with_values(with_law(load_scenario("paper-case-2"), "composite"), values)
+
+
+def test_the_kind_alone_keeps_its_plain_meaning(in_process):
+    done = in_process("run", *SHORT, "--set", "controller.kind=composite")
+
+    assert done.returncode == 2
+    assert "needs sampled control" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "command", [("run",), ("margin", "--over=object.mass", "--from=1", "--to=2")]
+)
+def test_a_law_that_does_not_exist_exits_with_2_and_lists_those_that_do(in_process, command):
+    done = in_process(command[0], "paper-case-2", *command[1:], "--law", "nonsense")
+
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "'nonsense' is no control law" in done.stderr
+    assert all(kind in done.stderr for kind in CONTROL_LAWS)
