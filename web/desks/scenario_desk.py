@@ -10,7 +10,9 @@ import numpy as np
 
 from core.exceptions import ScenarioError
 from core.field_errors import shortened
+from core.law_choice import LAW
 from core.loading import scenario_from_toml
+from core.scenario import CONTROL_LAWS
 from web.desks.desk import Desk
 from web.intents.compare import EndComparison
 from web.intents.intent import Intent
@@ -28,9 +30,11 @@ from web.intents.scenario import (
     Undo,
 )
 from web.sampling import locate
-from web.scenario.draft import Draft, change_time
+from web.scenario.draft import Draft, Value, change_time
+from web.scenario.editing import LawNote, Reach
 from web.scenario.history import Turn
 from web.scenario.incidents import Incidence, push_at, wet_spot
+from web.scenario.laws import set_words, with_law, without_law_change
 from web.showing import with_status
 from web.view import RunStatus, Shown, ViewState
 
@@ -64,6 +68,8 @@ class ScenarioDesk(Desk):
         if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
             view = replace(view, editing=replace(view.editing, file_errors=()))
         match intent:
+            case SetParameter(key, value) if key == LAW:
+                return _with_law(view, value)
             case SetParameter():
                 return _moved(view, intent, time.monotonic())
             case ChooseReach(reach):
@@ -87,6 +93,8 @@ class ScenarioDesk(Desk):
 def _simplified(draft: Draft, intent: Intent) -> Draft:
     """The draft after something was taken back."""
     match intent:
+        case RemoveChange(moment, key) if key == LAW:
+            return without_law_change(draft, moment)
         case RemoveChange(moment, key):
             return draft.without_change(moment, key)
         case RemoveIncident(index):
@@ -143,6 +151,24 @@ def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
     return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
 
 
+def _with_law(view: ViewState, kind: Value) -> ViewState:
+    """The view with another law and its settings, and what those are in words.
+
+    A law that is chosen while the run plays acts on all of it: nobody aims at an instant then.
+    """
+    if not isinstance(kind, str) or kind not in CONTROL_LAWS:
+        return view
+    playback = view.playback
+    is_aimed = view.editing.reach is Reach.PLAY_HEAD and not (playback and playback.playing)
+    time = change_time(playback.time if playback else 0.0) if is_aimed else None
+    draft = with_law(view.draft, kind, time)
+    chosen = _with_draft(view, draft)
+    if chosen is view:
+        return view
+    note = LawNote(kind, set_words(view.draft, draft, time or 0.0), time or 0.0)
+    return replace(chosen, editing=replace(chosen.editing, law_note=note))
+
+
 def _with_draft(view: ViewState, draft: Draft) -> ViewState:
     """The view with another draft, as one step of undo; what is still being opened is void."""
     if draft == view.draft and view.shown is not None:
@@ -155,7 +181,9 @@ def _turned(view: ViewState, turn: Turn | None) -> ViewState:
     """The view after undo or redo; the very same one where there is nothing to do."""
     if turn is None:
         return view
-    editing = replace(view.editing, history=turn.history, gesture=None, ghost_due=True)
+    editing = replace(
+        view.editing, history=turn.history, gesture=None, ghost_due=True, law_note=None
+    )
     return replace(view, draft=turn.draft, editing=editing, opening=view.opening + 1)
 
 

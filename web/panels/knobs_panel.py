@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import re
 import time
 from html import escape
 
 import viser
 
 from core.exceptions import FieldError
+from core.law_choice import LAW
 from core.loading import parameter_definitions
 from core.parameters import Parameter
 from core.scenario import Scenario
 from web.colours import tone
 from web.intents.intent import Send
+from web.page.keys import keys_of
 from web.panels.parameter_inputs import Knob, add_knob
 from web.scenario.draft import Draft, change_time
-from web.scenario.editing import Editing
+from web.scenario.editing import Editing, LawNote
 from web.scenario.incidents import is_of_incident
 from web.scenario.parameter_groups import (
     Entry,
@@ -30,6 +33,7 @@ from web.words import error_words
 __all__ = ["KnobsPanel", "error_html"]
 
 _BELOW = 0.5
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=[a-zA-Z])")
 
 
 class KnobsPanel:
@@ -49,6 +53,8 @@ class KnobsPanel:
         self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
         self._errors: list[viser.GuiHtmlHandle] = []
         self._told: tuple[FieldError, ...] = ()
+        self._law_line: viser.GuiHtmlHandle | None = None
+        self._law_note: LawNote | None = None
         self._shown: tuple[Draft, int] | None = None
         self._in_hand = ""
         self._base: Scenario | None = None
@@ -68,10 +74,17 @@ class KnobsPanel:
         self._show_values(draft, view)
         if view.status.errors is not self._told:
             self._tell(view.status.errors, draft, view.editing)
+        if view.editing.law_note != self._law_note:
+            self._tell_law(view.editing.law_note)
 
     def knob(self, key: str, index: int = 0) -> Knob:
         """The knob of a parameter; some have a second one, a field for a list."""
         return self._knobs[key][index][0]
+
+    @property
+    def law_line(self) -> str:
+        """What stands below the knob of the law, as HTML; empty if nothing does."""
+        return self._law_line.content if self._law_line is not None else ""
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -80,6 +93,7 @@ class KnobsPanel:
 
     def remove(self) -> None:
         """Takes everything off the page."""
+        self._tell_law(None)
         for element in (*self._errors, *self._incident_folders, *self._folders):
             element.remove()
         self._errors, self._folders, self._knobs = [], [], {}
@@ -159,6 +173,18 @@ class KnobsPanel:
                     content, order = error_html(error_words(error)), knob.input.order + _BELOW
                     self._errors.append(self._gui.add_html(content, order=order))
 
+    def _tell_law(self, note: LawNote | None) -> None:
+        """Puts what was set with a law below the knob that chose it."""
+        self._law_note = note
+        if self._law_line is not None:
+            self._law_line.remove()
+            self._law_line = None
+        if note is not None:
+            ((knob, folder),) = self._knobs[LAW]
+            with folder:
+                order = knob.input.order + _BELOW
+                self._law_line = self._gui.add_html(law_note_html(note), order=order)
+
     def _forget_errors(self) -> None:
         for line in self._errors:
             line.remove()
@@ -192,3 +218,13 @@ def _in_hand(editing: Editing) -> str:
 def error_html(message: str) -> str:
     """What is wrong with a field, to stand right below it."""
     return f"<div role='alert' class='sg-wrong' style='color:{tone('bad')}'>{escape(message)}</div>"
+
+
+def law_note_html(note: LawNote) -> str:
+    """What was set with a law, and how to take it back, to stand right below the knob."""
+    reach = f"from t = {note.time:g} s on" if note.time > 0.0 else "on the whole run"
+    settings = escape(_BEFORE_UNIT.sub("\u00a0", note.settings or "no other setting changed"))
+    return (
+        f"<div role='status' class='sg-editor-note'><b>{escape(note.kind)}</b> {reach}: "
+        f"{settings}; undo with {escape(keys_of('undo'))}.</div>"
+    )

@@ -7,6 +7,7 @@ from typing import Any
 
 import viser
 
+from core.law_choice import LAW
 from core.loading import preset_names
 from core.verdict import scenario_title
 from web.intents.intent import Intent, Send
@@ -24,6 +25,7 @@ from web.panels.parameter_inputs import as_text
 from web.scenario.draft import Draft, TimedEdit, change_time
 from web.scenario.editing import Reach
 from web.scenario.incidents import Incidence, incident_words
+from web.scenario.laws import law_change_words, main_changes
 from web.scenario.parameter_groups import value_words
 from web.timeline.playback import Playback
 from web.view import Ghost, ViewState
@@ -62,7 +64,8 @@ class ScenarioPanel:
             tuple(_REACHES),
             initial_value=Reach.PLAY_HEAD.value,
             hint="At the play head: a knob changes its value from there on, and the run before "
-            "stays as it is. On the whole run: it has its value from the start.",
+            "stays as it is. On the whole run: it has its value from the start. A control law that "
+            "is chosen while the run plays acts on the whole run.",
         )
         self.note = gui.add_html("")
         self.happenings = gui.add_button_group(
@@ -176,26 +179,31 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
 
 
 def changes_html(draft: Draft) -> str:
-    """What changes and happens, with a button each that takes it back; nothing if nothing does."""
-    rows = "".join(
-        (
-            *(_change_html(draft, change) for change in draft.changes),
-            *(_incident_html(draft, index) for index in range(len(draft.incidents))),
-        )
+    """What changes and happens, with a button each that takes it back; nothing if nothing does.
+
+    A law and what was set with it are one thing.
+    """
+    rows = (
+        *(_change_html(draft, change) for change in main_changes(draft)),
+        *(_incident_html(draft, index) for index in range(len(draft.incidents))),
     )
     if not rows:
         return ""
     clear = ""
-    if len(draft.changes) + len(draft.incidents) > 1:
+    if len(rows) > 1:
         clear = _button("remove all", "Take all of these back", "remove-changes")
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
-        f"<span>Changes during the run</span>{clear}</div>{rows}</div>"
+        f"<span>Changes during the run</span>{clear}</div>{''.join(rows)}</div>"
     )
 
 
 def _change_html(draft: Draft, change: TimedEdit) -> str:
-    words = escape(value_words(draft.base, change.key, as_text(change.value)))
+    words = escape(
+        law_change_words(draft, change)
+        if change.key == LAW
+        else value_words(draft.base, change.key, as_text(change.value))
+    )
     fields = {"time": change.time, "key": change.key}
     button = _button("✕", "Take this change back", "remove-change", **fields)
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"

@@ -9,7 +9,7 @@ from core.exceptions import FieldError
 from web.scenario.draft import Draft, Value, change_time
 from web.scenario.history import History
 
-__all__ = ["Editing", "Gesture", "Reach"]
+__all__ = ["Editing", "Gesture", "LawNote", "Reach"]
 
 _SAME_GESTURE = 1.5
 
@@ -41,6 +41,21 @@ class Gesture:
 
 
 @dataclass(frozen=True, slots=True)
+class LawNote:
+    """What choosing a law set.
+
+    Attributes:
+        kind: The law.
+        settings: What was set with it, in words; empty if nothing was.
+        time: From when on it acts [s].
+    """
+
+    kind: str
+    settings: str
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
 class Editing:
     """How the user edits.
 
@@ -50,6 +65,7 @@ class Editing:
         gesture: The knob moved last, if nothing else happened since.
         ghost_due: Whether the run on the screen is to stay as a pale one when the next comes.
         file_errors: What is wrong with the scenario file that was loaded last.
+        law_note: What the last step set with a law, None if it chose none.
     """
 
     reach: Reach = Reach.PLAY_HEAD
@@ -57,6 +73,7 @@ class Editing:
     gesture: Gesture | None = None
     ghost_due: bool = False
     file_errors: tuple[FieldError, ...] = ()
+    law_note: LawNote | None = None
 
     def begin(self, present: Draft) -> Editing:
         """Once something new follows the present draft."""

@@ -10,9 +10,12 @@ from enum import StrEnum
 import numpy as np
 
 from core.geometry import contact_frame
+from core.law_choice import LAW
 from core.result import RunResult
 from core.types import ContactPhase, Outcome, PhaseChange
+from web.scenario.draft import Draft
 from web.scenario.incidents import incident_words, incidents_of
+from web.scenario.laws import law_change_words, main_changes
 from web.words import key_words
 
 __all__ = ["EventKind", "RunEvent", "events_of", "neighbouring_event_time"]
@@ -101,9 +104,13 @@ def _way(result: RunResult, change: PhaseChange) -> str:
 
 
 def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
-    for change in result.scenario.changes:
-        words = key_words(change.parameter, result.scenario.finger_names)
-        text = f"{words} becomes {change.value}"
+    draft = Draft.starting_from("", result.scenario)
+    for change in main_changes(draft):
+        if change.key == LAW:
+            text = f"the control law becomes {law_change_words(draft, change)}"
+        else:
+            words = key_words(change.key, result.scenario.finger_names)
+            text = f"{words} becomes {change.value}"
         yield RunEvent(change.time, EventKind.CHANGE, text)
 
 
