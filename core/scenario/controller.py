@@ -9,6 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from core.parameters import Quantity
 from core.scenario.field_types import CONFIG, Gain, PositiveGain
+from core.scenario.laws import CONTROL_LAWS
 
 __all__ = ["ControllerParameters", "Estimate"]
 
@@ -27,10 +28,8 @@ class ControllerParameters:
             "composite",
         ],
         Quantity(
-            "Control law: the paper's theorem-3, or theorem-4 with sigma-modification; "
-            "certainty-equivalence, the same without adaptation; pd-gravity, feedback with a fixed "
-            "grip; grip-reflex, which squeezes harder while it slips; composite, adaptation by "
-            "least squares of tracking and prediction errors.",
+            "Control law. "
+            + " ".join(f"{law.kind}: {law.summary}" for law in CONTROL_LAWS.values()),
             changeable=True,
         ),
     ] = "theorem-4"

@@ -79,7 +79,7 @@ CONTROL_LAWS = {
     for law in (
         ControlLaw(
             kind="theorem-3",
-            summary="The paper's law for unknown masses: its estimates follow the tracking error.",
+            summary="The paper's law for unknown masses; the tracking error changes the estimates.",
             learns=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
@@ -87,7 +87,7 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="theorem-4",
-            summary="The paper's law for unknown friction too: large estimates are pulled back.",
+            summary="The paper's law for unknown friction too; large estimates are pulled back.",
             learns=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
@@ -95,18 +95,18 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="certainty-equivalence",
-            summary="It takes its first estimates for the truth, and learns nothing.",
+            summary="The torque of the paper's laws from the first estimates, without learning.",
             settings=(_INSIDE_CONES,),
         ),
         ControlLaw(
             kind="pd-gravity",
-            summary="It carries the weight that it believes in, with a fixed grip.",
+            summary="Feedback, the believed weight, and a fixed grip.",
             uses_friction=False,
             firm=True,
         ),
         ControlLaw(
             kind="grip-reflex",
-            summary="It carries the weight that it believes in, and grips harder while it slips.",
+            summary="Feedback, the believed weight, and a grip that grows while a contact slips.",
             sampled=True,
             uses_friction=False,
             reacts_to_slip=True,
@@ -114,7 +114,7 @@ CONTROL_LAWS = {
         ),
         ControlLaw(
             kind="composite",
-            summary="It learns by least squares of tracking and prediction errors.",
+            summary="Learning by least squares from tracking and prediction errors.",
             sampled=True,
             learns=True,
             stops_slip_with=("controller.slip_stop",),
