@@ -142,8 +142,6 @@ def _find_least(model: Record, run: Record, h: float, j: int) -> float:
 def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
     """The share of the step at which guard ``j``, whose samples are kept, is past its level."""
     guards, step = run.guards, run.step
-    if guards.fired[j] == 1:
-        return 0.0
     start, end = guards.starts[j], guards.ends[j]
     least, largest = min(start, end), max(start, end)
     for row in range(1, model.method.last):
@@ -159,8 +157,6 @@ def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
 def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
     """The same for a guard that watches a coordinate of the state, whose slopes are known."""
     guards, step, method = run.guards, run.step, model.method
-    if guards.fired[j] == 1:
-        return 0.0
     coordinate = _coordinate(model, run.discrete, j)
     least = min(guards.starts[j], guards.ends[j]) - guards.levels[j]
     steepest = 0.0
@@ -198,8 +194,9 @@ def _jump_inside(model: Record, run: Record) -> float:
 def find_dip(model: Record, run: Record, h: float) -> float:
     """When, in a step of size ``h`` just taken, a guard is past its level; 0 if none is [s].
 
-    Only guards that are not past it at the end are looked at. The end of a face is not: a slip
-    velocity keeps its sign within a phase.
+    At the end no guard is past its level, or the event has been located there; the first of its
+    falls may still lie before. The end of a face is not looked at: a slip velocity keeps its sign
+    within a phase.
     """
     guards, phases = run.guards, run.discrete.phases
     found, slips = 0.0, False

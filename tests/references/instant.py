@@ -37,9 +37,7 @@ def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
     """
     last, t = run.trace[-1:], run.end_time
     scenario = _as_changed(run.scenario, t)
-    state = State(
-        last.object_pose[0], last.object_velocity[0], last.slip[0], last.slip_velocity[0]
-    )
+    state = State(last.object_pose[0], last.object_velocity[0], last.slip[0], last.slip_velocity[0])
     world = World.from_scenario(scenario)
     z = np.concatenate((state.pose, state.velocity, state.slip, state.slip_velocity))
     loop = world.loop(t, world.sides(t, z))
@@ -76,6 +74,4 @@ def _beliefs(state: State, present: Array) -> Iterator[tuple[int, ...]]:
 
 def _recognised(answer: Answer, belief: tuple[int, ...]) -> bool:
     """Whether the controller believes what the plant does, where contacts stay closed."""
-    return all(
-        own in (OPEN, believed) for own, believed in zip(answer.phases, belief, strict=True)
-    )
+    return all(own in (OPEN, believed) for own, believed in zip(answer.phases, belief, strict=True))

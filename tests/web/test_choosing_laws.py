@@ -12,6 +12,7 @@ from core.law_choice import with_law as core_with_law
 from core.loading import load_scenario, preset_names, scenario_from_mapping, with_values
 from core.scenario import CONTROL_LAWS, Change, Scenario
 from core.simulator import simulate
+from core.verdict import describe_run
 from server.viewer_server import ViewerServer
 from tests.web.conftest import Visitors
 from tests.web.driving import pause_at
@@ -23,7 +24,6 @@ from web.panels.scenario_panel import changes_html
 from web.scenario.draft import Draft, Value
 from web.scenario.editing import LawNote, Reach
 from web.scenario.laws import law_change_words, with_law
-from web.scenario.verdict import describe_outcome
 from web.timeline.events import events_of
 from web.timeline.playback import Playback, TimeWindow, WindowChoice
 from web.view import RunStage, RunStatus, ViewState
@@ -205,7 +205,7 @@ def test_a_law_and_its_settings_are_one_line_among_the_changes() -> None:
 
 def card(scenario: Scenario) -> tuple[str, str]:
     """What the card of a run is headed, and what it says first."""
-    verdict = describe_outcome(simulate(scenario))
+    verdict = describe_run(simulate(scenario))
     return verdict.headline, " ".join(verdict.sentences[:2])
 
 
