@@ -35,7 +35,7 @@ STIFF, STIFFER = {"controller.position_gain": 1e3}, {"controller.position_gain":
 SAMPLED = {"controller.control_period": 0.001}
 LOOSE = {"controller.grasp_force": "none"}
 NARROW = {"object.face_half_length": 0.02}
-RESTLESS = {**SAMPLED, LEFT: 0.3, "object.mass": 0.5, "controller.velocity_gain": 1e4}
+RESTLESS = {**SAMPLED, LEFT: 0.8, "object.mass": 0.5, "controller.velocity_gain": 1e4}
 A, B, C, D = "composite-case-2", "paper-case-2", "unequal-fingers", "paper-case-1"
 
 # Law, way: what to simulate, for 0.7 s where nothing else is said.
