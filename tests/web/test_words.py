@@ -8,13 +8,14 @@ import pytest
 
 from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, with_values
+from core.parameter_words import key_words, unit_words
 from core.result import RunResult
 from core.simulator import simulate
 from core.types import Outcome, Reason, RunWarning
 from web.panels.outcome_panel import outcome_html
 from web.scenario.verdict import describe_outcome
 from web.view import RunStage, RunStatus, Shown
-from web.words import error_words, key_words, unit_words
+from web.words import error_words
 
 DROPPED = Reason(
     code="contact_separation",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
+from core.parameter_words import key_words, unit_words
 from core.parameters import Parameter, describe
 from core.scenario import Scenario
 from server.live_study import StudyState, StudyStatus
 from web.library.replay import moment_words
-from web.words import key_words, unit_words
 
 __all__ = [
     "VariedNames",

@@ -8,10 +8,10 @@ from enum import StrEnum
 
 import numpy as np
 
+from core.parameter_words import key_words
 from core.result import RunResult
 from core.types import ContactPhase, Outcome, PhaseChange
 from web.scenario.incidents import incident_words, incidents_of
-from web.words import key_words
 
 __all__ = ["EventKind", "RunEvent", "events_of", "neighbouring_event_time"]
 
