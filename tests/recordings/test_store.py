@@ -7,6 +7,7 @@ from datetime import datetime
 
 import pytest
 
+from core.loading import with_values
 from core.types import RunWarning
 from recordings import (
     DamagedRecordingError,
@@ -15,10 +16,12 @@ from recordings import (
     RecordingWriteError,
     default_data_directory,
     documents,
+    read_recording,
     write_recording,
 )
 from recordings.exceptions import (
     AnnotationError,
+    ContradictoryRecordingError,
     RecordingChangedError,
     StorageFullError,
     UploadError,
@@ -399,3 +402,28 @@ def test_the_environment_chooses_the_data_directory(monkeypatch, tmp_path):
 
     monkeypatch.delenv("SLIPGRASP_DATA")
     assert default_data_directory().name == "slipgrasp"
+
+
+def test_a_copied_recording_that_contradicts_itself_is_listed_as_damaged(store, short_run):
+    genuine = store.save(short_run)
+    forged = replace(short_run, metrics=replace(short_run.metrics, held=True, torque_effort=2.0))
+    path = genuine.path.with_name("forgedforged.mcap")
+    write_recording(forged, path)
+
+    listed = {run.id: run for run in store.list()}
+
+    assert listed["forgedforged"].summary == {}
+    assert "it contradicts itself" in listed["forgedforged"].title
+    assert listed[genuine.id].summary["metrics"] == genuine.summary["metrics"]
+    with pytest.raises(ContradictoryRecordingError, match="held is stated as True"):
+        read_recording(path)
+
+
+def test_a_run_that_contradicts_itself_is_not_told_of_as_if_it_were_true(store, short_run):
+    with pytest.raises(ContradictoryRecordingError, match=r"ended at 0\.3 s of 5 s"):
+        store.save(
+            replace(
+                short_run,
+                scenario=with_values(short_run.scenario, {"simulation.duration": 5.0}),
+            )
+        )
