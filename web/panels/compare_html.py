@@ -6,9 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
+from core.parameter_differences import ParameterDifference
+from core.parameter_words import key_words, unit_words
 from core.types import ContactPhase
 from recordings.comparison import Comparison
-from recordings.differences import ParameterDifference, PhaseDifference, SignalDifference
+from recordings.differences import PhaseDifference, SignalDifference
 from web.colours import PHASES, css
 from web.compare.words import (
     MISSING,
@@ -23,7 +25,6 @@ from web.compare.words import (
     value_words,
 )
 from web.page.markup import clickable
-from web.words import key_words, unit_words
 
 __all__ = ["findings_html", "first_divergence"]
 
@@ -66,7 +67,7 @@ def findings_html(findings: Comparison, names: Sequence[str]) -> str:
 
 def _verdict_html(findings: Comparison) -> str:
     if findings.equal:
-        return f"<p><b>The same happened</b>, within {findings.tolerance:g}.</p>"
+        return f"<p><b>The same happened</b>, within {_limit(findings)}.</p>"
     first = first_divergence(findings)
     phase = min(map(_begin, findings.phase_changes), default=None)
     sentences = []
@@ -74,11 +75,15 @@ def _verdict_html(findings: Comparison) -> str:
         differing = len(findings.first_divergence)
         sentences.append(
             f"They part at {_moment(first)}; {differing} of {len(findings.signals)} "
-            f"signals differ by more than {findings.tolerance:g}."
+            f"signals differ by more than {_limit(findings)}."
         )
     if phase is not None:
         sentences.append(f"Stick and slip first differ at {_moment(phase)}.")
     return f"<p>{' '.join(sentences) or '<b>They end differently.</b>'}</p>"
+
+
+def _limit(findings: Comparison) -> str:
+    return "the integration error" if findings.tolerance is None else f"{findings.tolerance:g}"
 
 
 def _begin(change: PhaseDifference) -> float:
