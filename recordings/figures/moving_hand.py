@@ -89,7 +89,7 @@ class MovingHand:
         self._clock = self._figure.text(0.98, 0.955, "", ha="right", va="center", fontsize=11)
         self._ending = self._figure.text(0.5, 0.895, "", ha="center", va="center", fontsize=10)
         self._last_words = ending_words(result)
-        title = shorten(result.scenario.title, 2 * _TITLE_WIDTH, placeholder=" …")
+        title = shorten(result.name, 2 * _TITLE_WIDTH, placeholder=" …")
         words = fill(title, _TITLE_WIDTH).replace("$", r"\$")
         self._figure.text(0.02, 0.955, words, va="center", fontsize=8.5)
         self._moving = self._collect()

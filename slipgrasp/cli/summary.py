@@ -15,14 +15,15 @@ LABEL_WIDTH = 16
 
 
 def summarize(result: RunResult, recording: Path | None) -> str:
-    """Outcome, slip, errors, estimates against the truth, and where the recording is.
+    """Name, outcome, slip, errors, estimates against the truth, and where the recording is.
 
     Args:
         result: The run.
         recording: Its file; None if it could not be written.
     """
     lines = [
-        *_titled(result.scenario.title),
+        result.name,
+        "",
         _outcome(result),
         *_reason(result),
         "",
@@ -33,10 +34,6 @@ def summarize(result: RunResult, recording: Path | None) -> str:
         _line("recording", "not saved" if recording is None else str(recording)),
     ]
     return "\n".join(lines)
-
-
-def _titled(title: str) -> list[str]:
-    return [title, ""] if title else []
 
 
 def _outcome(result: RunResult) -> str:

@@ -107,7 +107,7 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
     middle = 0.5 * (layout.low[0] + layout.high[0])
     words = (
         ("outcome", describe_outcome(result).headline, layout.high[1] + 1.1 * _ROOM_FOR_WORDS, 1.5),
-        ("title", result.scenario.title, layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
+        ("title", result.name, layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
         ("clock", "", layout.low[1] - 0.4 * _ROOM_FOR_WORDS, 1.2),
     )
     *_, clock = (
@@ -124,7 +124,7 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
 
 
 def _title(result: RunResult) -> str:
-    return f"{result.scenario.title} – {describe_outcome(result).headline}"
+    return f"{result.name} – {describe_outcome(result).headline}"
 
 
 def _with_title(page: str, title: str) -> str:

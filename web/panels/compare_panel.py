@@ -23,7 +23,7 @@ __all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]
 ON_SCREEN: str = "the run on the screen"
 NONE: str = "none"
 
-_LONGEST_NAME = 32
+_LONGEST_NAME = 80
 _INVITATION = (
     "<p><b>See two runs over each other.</b> Choose a stored run B: it is drawn pale below the "
     "run on the screen, in the scene, on the strip and in the charts, and a table tells what "
@@ -99,8 +99,8 @@ def compare_html(view: ViewState) -> str:
     box = box_html("Not compared", [escape(f"{message}.")]) if message else ""
     if view.shown is None or view.ghost is None:
         return f"<div class='sg-compare'>{box}{_INVITATION}</div>"
-    name = view.shown.replay.name if view.shown.replay else f"live run of {view.draft.origin}"
-    heads = _run_html("A", name, view.shown)
+    live = "" if view.shown.replay else ", live"
+    heads = _run_html("A", view.shown.name + live, view.shown)
     heads += _run_html("B", view.ghost.label, view.ghost.shown)
     body = _body_html(view, view.shown)
     return f"<div class='sg-compare'>{heads}{_actions_html(view)}{box}{body}</div>"
