@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from core.field_errors import template_key, template_keys
 from core.loading import load_scenario, preset_names
-from core.parameter_words import key_words, value_words
+from core.parameter_words import belief_words, key_words, value_words
 from core.scenario import Change, Estimate, Patch, Pulse, Scenario
 
 __all__ = ["file_stem", "name_run", "preset_titles"]
@@ -32,7 +32,6 @@ OWN = "own scenario"
 
 _UNNAMED = ("title", "fingers", "estimates", "pulses", "patches", "changes")
 _INSIDE = re.compile(r"^(object|controller|trajectory|sensing|actuation|simulation)\.")
-_BELIEFS = {"initial": "believed {}", "minimum": "least {}", "maximum": "most {}"}
 
 
 class _Fact(NamedTuple):
@@ -215,14 +214,14 @@ def _estimate_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
             if place is not None:
                 of_fingers.append((f"{field}:{place[2]}", value, int(place[1])))
             else:
-                words = _BELIEFS[field].format(_target_words(scenario, target))
+                words = belief_words(field, _target_words(scenario, target))
                 yield _said(words, value, _unit_of(target))
     yield from _grouped(of_fingers, scenario, _belief_words)
 
 
 def _belief_words(key: str, name: str) -> str:
     field, _, own = key.partition(":")
-    return _BELIEFS[field].format(f"{name} {key_words(own, ())}".strip())
+    return belief_words(field, f"{name} {key_words(own, ())}".strip())
 
 
 def _target_words(scenario: Scenario, key: str) -> str:
@@ -295,6 +294,6 @@ def _changed_words(scenario: Scenario, change: Change) -> str:
     index, _, field = rest.partition(".")
     if head == "estimates" and index.isdigit() and int(index) < len(scenario.estimates):
         estimate: Estimate = scenario.estimates[int(index)]
-        words = _BELIEFS[field].format(_target_words(scenario, estimate.parameter))
+        words = belief_words(field, _target_words(scenario, estimate.parameter))
         return _said(words, change.value, _unit_of(estimate.parameter))
     return _value_fact(scenario, change.parameter, change.value)

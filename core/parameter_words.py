@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-__all__ = ["key_words", "unit_after", "unit_words", "value_words"]
+__all__ = ["belief_words", "key_words", "unit_after", "unit_words", "value_words"]
 
 _WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
 _COORDINATES = ("x", "y", "theta")
+_BELIEFS = {"initial": "believed {}", "minimum": "least {}", "maximum": "most {}"}
 _SUPERSCRIPTS = str.maketrans({"2": "²", "3": "³"})
 
 
@@ -32,6 +33,16 @@ def key_words(key: str, names: Sequence[str]) -> str:
         else:
             words.append(str(int(part) + 1))
     return " ".join(words).replace("_", " ")
+
+
+def belief_words(field: str, unknown: str) -> str:
+    """What the controller believes of an unknown: ``believed mass``, ``least mass``.
+
+    Args:
+        field: Field of its estimate.
+        unknown: What the unknown is called.
+    """
+    return _BELIEFS[field].format(unknown)
 
 
 def unit_words(unit: str) -> str:

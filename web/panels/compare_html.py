@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from core.parameter_differences import ParameterDifference
-from core.parameter_words import key_words, unit_words
+from core.parameter_words import belief_words, key_words, unit_words
 from core.types import ContactPhase
 from recordings.comparison import Comparison
 from recordings.differences import PhaseDifference, SignalDifference
@@ -44,18 +44,19 @@ def first_divergence(findings: Comparison) -> float | None:
     return next(iter(findings.first_divergence.values()), None)
 
 
-def findings_html(findings: Comparison, names: Sequence[str]) -> str:
+def findings_html(findings: Comparison, names: Sequence[str], unknowns: Sequence[str] = ()) -> str:
     """What tells two runs apart, the most important first.
 
     Args:
         findings: The comparison of the run on the screen, A, and the pale one, B.
         names: What the fingers are called.
+        unknowns: Dotted keys of what both runs estimate; empty if that is not the same.
     """
     if findings.identical:
         return "<p><b>Identical.</b> The same scenario, and not one number differs.</p>"
-    parameters = (_parameter_row(difference, names) for difference in findings.scenario)
+    parameters = (_parameter_row(difference, names, unknowns) for difference in findings.scenario)
     blocks = (
-        _verdict_html(findings),
+        _verdict_html(findings, names),
         _table_html("What was set", ("A", "B"), parameters),
         _table_html("How it went", ("A", "B", _DIFFERENCE), _metric_rows(findings, names)),
         _phases_html(findings, names),
@@ -65,7 +66,7 @@ def findings_html(findings: Comparison, names: Sequence[str]) -> str:
     return "".join(blocks)
 
 
-def _verdict_html(findings: Comparison) -> str:
+def _verdict_html(findings: Comparison, names: Sequence[str]) -> str:
     if findings.equal:
         return f"<p><b>The same happened</b>, within {_limit(findings)}.</p>"
     first = first_divergence(findings)
@@ -76,6 +77,12 @@ def _verdict_html(findings: Comparison) -> str:
         sentences.append(
             f"They part at {_moment(first)}; {differing} of {len(findings.signals)} "
             f"signals differ by more than {_limit(findings)}."
+        )
+    if (error := findings.integration_error) is not None:
+        column = escape(column_words(findings.signals[error.column], names))
+        largest = f"the largest {amount(error.max, error.unit)} in {column}"
+        sentences.append(
+            f"Differences before {_moment(error.before)}, {largest}, are integration error."
         )
     if phase is not None:
         sentences.append(f"Stick and slip first differ at {_moment(phase)}.")
@@ -115,10 +122,19 @@ def _cells(*contents: str) -> Iterator[str]:
     return (f"<td>{content}</td>" for content in contents)
 
 
-def _parameter_row(difference: ParameterDifference, names: Sequence[str]) -> str:
-    words = key_words(difference.key, names) + unit_words(difference.unit)
+def _parameter_row(
+    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
+) -> str:
+    words = _parameter_words(difference.key, names, unknowns) + unit_words(difference.unit)
     values = (_shortened(value_words(value)) for value in (difference.a, difference.b))
     return _row_html(escape(words), (f"<td class='sg-text'>{escape(v)}</td>" for v in values))
+
+
+def _parameter_words(key: str, names: Sequence[str], unknowns: Sequence[str]) -> str:
+    head, *rest = key.split(".")
+    if head == "estimates" and unknowns and rest[1] != "parameter":
+        return belief_words(rest[1], key_words(unknowns[int(rest[0])], names))
+    return key_words(key, names)
 
 
 def _shortened(text: str) -> str:

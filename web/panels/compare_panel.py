@@ -149,8 +149,15 @@ def _body_html(view: ViewState, shown: Shown) -> str:
     names = shown.result.scenario.finger_names
     if len(names) != len(findings.metrics.get("slip_path", (names,))[0]):
         return "<p>Comparing …</p>"
-    body = findings_html(findings, names)
+    body = findings_html(findings, names, _common_unknowns(view))
     return body if is_current else f"<div class='sg-outdated'>{body}</div>"
+
+
+def _common_unknowns(view: ViewState) -> tuple[str, ...]:
+    """What both runs on the screen estimate; empty if that is not the same."""
+    runs = [shown for shown in (view.shown, view.ghost and view.ghost.shown) if shown]
+    lists = {tuple(e.parameter for e in each.result.scenario.estimates) for each in runs}
+    return lists.pop() if len(lists) == 1 else ()
 
 
 def _choice_label(run: StoredRun) -> str:

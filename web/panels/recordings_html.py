@@ -51,7 +51,7 @@ def row_words(run: StoredRun) -> RowWords:
     try:
         outcome, tone_name = _outcome_words(run.summary)
         slip = 1e3 * max(run.summary["metrics"]["slip_path"])
-        end = f"{run.summary['end_time']:g} s"
+        end = f"{run.summary['end_time']:.4g} s"
     except (KeyError, TypeError, ValueError):
         # What lies beside a recording may have been written by anyone.
         return RowWords(run.display_name, "unreadable", "bad", run.title)
@@ -96,7 +96,7 @@ def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
     return (
         f"<div class='{' '.join(kinds)}'>"
         f"<div {choosing} aria-pressed='{str(is_chosen).lower()}'>"
-        f"<div class='sg-row-head'><b>{escape(name)}</b>{badge}"
+        f"<div class='sg-row-head'><b title='{escape(name)}'>{escape(name)}</b>{badge}"
         f"<b style='color:{tone(words.tone)}'>{escape(words.outcome)}</b></div>"
         f"<div class='sg-small sg-clipped'>{escape(words.details)}{tags}</div></div>"
         f"<div {opening} aria-label='Open {escape(run.id)}'>▶</div></div>"
