@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache, lru_cache
 from itertools import groupby
 from typing import Any, NamedTuple
@@ -102,8 +102,7 @@ def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
     yield _Fact(_LAW, scenario.controller.kind)
     yield _Fact(_THING, f"{len(scenario.fingers)} fingers")
     yield _Fact(_THING, f"mass {value_words(scenario.object.mass, 'kg')}")
-    calm = scenario.fingers, scenario.estimates
-    yield from _events(Scenario(fingers=calm[0], estimates=calm[1]), scenario)
+    yield from _events(replace(scenario, pulses=(), patches=(), changes=()), scenario)
 
 
 def _facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
+from core.field_errors import template_key, template_keys
 from core.parameter_differences import ParameterDifference
 from core.parameter_words import belief_words, key_words, unit_words
 from core.types import ContactPhase
@@ -125,16 +126,21 @@ def _cells(*contents: str) -> Iterator[str]:
 def _parameter_row(
     difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
 ) -> str:
-    words = _parameter_words(difference.key, names, unknowns) + unit_words(difference.unit)
+    words = _parameter_words(difference, names, unknowns)
     values = (_shortened(value_words(value)) for value in (difference.a, difference.b))
     return _row_html(escape(words), (f"<td class='sg-text'>{escape(v)}</td>" for v in values))
 
 
-def _parameter_words(key: str, names: Sequence[str], unknowns: Sequence[str]) -> str:
-    head, *rest = key.split(".")
-    if head == "estimates" and unknowns and rest[1] != "parameter":
-        return belief_words(rest[1], key_words(unknowns[int(rest[0])], names))
-    return key_words(key, names)
+def _parameter_words(
+    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
+) -> str:
+    """What a parameter is called, with its unit; a belief as what it is about."""
+    head, *rest = difference.key.split(".")
+    if head != "estimates" or not unknowns:
+        return key_words(difference.key, names) + unit_words(difference.unit)
+    unknown = unknowns[int(rest[0])]
+    unit = template_keys()[template_key(unknown)].unit
+    return belief_words(rest[1], key_words(unknown, names)) + unit_words(unit)
 
 
 def _shortened(text: str) -> str:
