@@ -9,7 +9,11 @@ __all__ = ["belief_words", "key_words", "unit_after", "unit_words", "value_words
 
 _WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
 _COORDINATES = ("x", "y", "theta")
-_BELIEFS = {"initial": "believed {}", "minimum": "least {}", "maximum": "most {}"}
+_BELIEFS = {
+    "initial": "believed at first",
+    "minimum": "believed at least",
+    "maximum": "believed at most",
+}
 _SUPERSCRIPTS = str.maketrans({"2": "²", "3": "³"})
 
 
@@ -36,13 +40,13 @@ def key_words(key: str, names: Sequence[str]) -> str:
 
 
 def belief_words(field: str, unknown: str) -> str:
-    """What the controller believes of an unknown: ``believed mass``, ``least mass``.
+    """What the controller believes of an unknown, such as ``mass believed at first``.
 
     Args:
         field: Field of its estimate.
         unknown: What the unknown is called.
     """
-    return _BELIEFS[field].format(unknown)
+    return f"{unknown} {_BELIEFS.get(field, field)}"
 
 
 def unit_words(unit: str) -> str:

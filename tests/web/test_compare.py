@@ -178,7 +178,7 @@ def test_beliefs_are_called_by_what_they_are_about(case_1: RunResult) -> None:
     findings = compare(case_1, other)
     unknowns = [estimate.parameter for estimate in case_1.scenario.estimates]
 
-    assert "believed object mass [kg]" in findings_html(findings, FINGERS, unknowns)
+    assert "object mass believed at first [kg]" in findings_html(findings, FINGERS, unknowns)
     # Where the runs estimate other things, the number alone is common to both.
     assert "estimate 5 initial" in findings_html(findings, FINGERS)
 

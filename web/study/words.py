@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-from core.parameter_words import key_words, unit_words
+from core.parameter_words import belief_words, key_words, unit_words
 from core.parameters import Parameter, describe
 from core.scenario import Scenario
 from server.live_study import StudyState, StudyStatus
@@ -28,11 +28,6 @@ _NAMES = {
     "controller.position_gain": "position gain Kₚ",
     "controller.velocity_gain": "velocity gain Kᵥ",
     "controller.kind": "control law",
-}
-_BELIEFS = {
-    "initial": "believed at first",
-    "minimum": "believed at least",
-    "maximum": "believed at most",
 }
 _QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
 _LONGEST_TITLE = 44
@@ -64,8 +59,7 @@ class VariedNames:
         if key.startswith("fingers.*."):
             return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
         if (target := self._estimated(key)) is not None:
-            belief = key.rpartition(".")[2]
-            return f"{key_words(target.key, names)} {_BELIEFS.get(belief, belief)}"
+            return belief_words(key.rpartition(".")[2], key_words(target.key, names))
         if key not in self.definitions:
             return key
         head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")
