@@ -93,6 +93,10 @@ def _rms_over_time(trace: Trace) -> tuple[float, float, float]:
 
 
 def _least_margins(trace: Trace, sticking: NDArray[np.bool_]) -> tuple[float | None, ...]:
-    """Least margin of each contact in stick, after the stick that is assumed at first."""
-    margins = np.where(sticking, trace.friction_margin, np.inf)[1:]
+    """Least margin of each contact in stick, without the stick that is assumed at first.
+
+    The first row tells of it where a second one follows at the same time.
+    """
+    first = int(len(trace) > 1 and trace.times[1] == trace.times[0])
+    margins = np.where(sticking, trace.friction_margin, np.inf)[first:]
     return tuple(_finite(m) for m in margins.min(axis=0, initial=np.inf).tolist())

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, fields
 from functools import cache
 from typing import Any
 
+from core.display_name import name_run
 from core.provenance import Provenance
 from core.scenario import Scenario
 from core.trace import OBJECT_COORDINATES, Trace
@@ -132,9 +133,15 @@ class RunResult:
             key: float(value) for key, value in zip(self.trace.shape.unknowns, final, strict=True)
         }
 
+    @property
+    def name(self) -> str:
+        """What tells it from other runs: its preset and what differs (`core.display_name`)."""
+        return name_run(self.scenario)
+
     def summary(self) -> dict[str, Any]:
         """The run without its trace, as plain values for JSON (the ``run --json`` object)."""
         return {
+            "name": self.name,
             "outcome": self.outcome.value,
             "reason": None if self.reason is None else asdict(self.reason),
             "end_time": self.end_time,

@@ -12,9 +12,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from core.display_name import preset_titles
 from core.provenance import program_version
 from core.types import Outcome
-from recordings.description import figures_of, preset_titles
+from recordings.description import figures_of
 from recordings.run_query import FIGURES, RunQuery
 from recordings.stored_run import StoredRun
 
@@ -22,6 +23,9 @@ __all__ = ["IN_MEMORY", "Catalogue", "Entry"]
 
 IN_MEMORY = ":memory:"
 BUSY_SECONDS = 0.2
+
+# Another one whenever the same columns hold something else.
+_CONTENT = 2
 
 _COLUMNS = (
     ("id", "TEXT PRIMARY KEY"),
@@ -167,7 +171,7 @@ class Catalogue:
 
 def _version() -> int:
     """Another number for other columns, and whenever the same file may tell something else."""
-    decisive = (_RUNS, _DOCUMENTS, program_version(), preset_titles())
+    decisive = (_RUNS, _DOCUMENTS, _CONTENT, program_version(), preset_titles())
     return zlib.crc32(repr(decisive).encode()) >> 1 or 1
 
 
@@ -205,7 +209,7 @@ def _row(entry: Entry) -> list[Any]:
         *(told if entry.is_read else [None, stored.name, None, None, None]),
         "".join(map(_enclosed, stored.tags)),
         *(figures.get(name) for name in FIGURES),
-        "\n".join((stored.title, stored.name, stored.notes)).casefold(),
+        "\n".join((stored.title, stored.display_name, stored.notes)).casefold(),
     ]
 
 

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from core.claims import Contradiction, contradictions_of
 from core.columns import columns_of
 from core.frames import import_optional
+from core.parameter_differences import ParameterDifference, parameter_differences
 from core.result import RunResult
 from core.trace import SIGNALS
+from recordings.accuracy import Accuracy
 from recordings.alignment import MatchedRows, match_rows
 from recordings.differences import (
-    ParameterDifference,
     PhaseDifference,
     SignalDifference,
-    parameter_differences,
     phase_differences,
     signal_differences,
 )
@@ -27,15 +29,13 @@ if TYPE_CHECKING:
     import pandas
 
 __all__ = [
-    "DEFAULT_TOLERANCE",
     "Comparison",
     "IncomparableError",
+    "IntegrationError",
     "ToleranceError",
     "check_tolerance",
     "compare",
 ]
-
-DEFAULT_TOLERANCE = 1e-9
 
 LEAST_INSTANTS = 2
 
@@ -51,15 +51,39 @@ class ToleranceError(RecordingError, ValueError):
         super().__init__(f"tolerance is {tolerance}; allowed: a finite number of at least 0")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntegrationError:
+    """How far two runs differ before anything that was set does: their steps are others.
+
+    Attributes:
+        before: When what was set first differs [s].
+        column: The column that differs most, measured by its tolerance.
+        max: Its largest difference until then.
+        unit: Its SI unit.
+    """
+
+    before: float
+    column: str
+    max: float
+    unit: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison:
     """What tells two runs, a and b, apart.
 
     Attributes:
-        tolerance: Absolute difference that counts as none, in the SI unit of each column.
+        tolerance: Absolute difference that the user chose to count as none, in the SI unit of
+            each column; None for the accuracy of the integration (`recordings.accuracy`).
+        time_tolerance: Difference in time that counts as none [s].
         identical: Whether nothing at all differs; then all lists are empty.
         equal: Whether the same happened: outcome, end time, phase changes and all columns
-            agree within the tolerance. What was set may differ.
+            agree within the tolerance, and neither run contradicts itself. What was set may
+            differ.
+        cause: When what was set first differs [s]; None if it never does.
+        integration_error: How far the runs differ before; None if they do not.
+        contradictions: What the runs state of themselves against their own samples, as ``a`` or
+            ``b`` and what.
         scenario: Parameters that differ.
         phase_changes: Phase changes that moved by more than the tolerance, or are not in both.
         signals: Every column that both runs have, by name.
@@ -73,9 +97,13 @@ class Comparison:
         only_b: Columns that a does not have.
     """
 
-    tolerance: float
+    tolerance: float | None
+    time_tolerance: float
     identical: bool
     equal: bool
+    cause: float | None
+    integration_error: IntegrationError | None
+    contradictions: tuple[tuple[str, Contradiction], ...]
     scenario: tuple[ParameterDifference, ...]
     phase_changes: tuple[PhaseDifference, ...]
     signals: dict[str, SignalDifference]
@@ -102,7 +130,7 @@ class Comparison:
         tops: dict[str, SignalDifference] = {}
         for column in self.signals.values():
             top = tops.get(column.signal)
-            if column.max > (self.tolerance if top is None else top.max):
+            if column.max > (column.tolerance if top is None else top.max):
                 tops[column.signal] = column
         return tuple(tops.values())
 
@@ -123,8 +151,14 @@ class Comparison:
                 for change in self.phase_changes
             ],
             "first_divergence": self.first_divergence,
-            "signals": {n: {"max": s.max, "rms": s.rms} for n, s in self.signals.items()},
+            "signals": {
+                name: {"max": s.max, "rms": s.rms, "tolerance": s.tolerance}
+                for name, s in self.signals.items()
+            },
             "metrics": {name: {"a": a, "b": b} for name, (a, b) in self.metrics.items()},
+            "cause": self.cause,
+            "integration_error": self.integration_error and asdict(self.integration_error),
+            "contradictions": [{"run": run, **asdict(found)} for run, found in self.contradictions],
         }
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -139,7 +173,7 @@ class Comparison:
         return frame.rename_axis("name").astype({"first_divergence": float})
 
 
-def compare(a: RunResult, b: RunResult, tolerance: float = DEFAULT_TOLERANCE) -> Comparison:
+def compare(a: RunResult, b: RunResult, tolerance: float | None = None) -> Comparison:
     """Finds what tells two runs apart.
 
     The runs are compared at the instants that both stored, without interpolation, so runs
@@ -149,27 +183,35 @@ def compare(a: RunResult, b: RunResult, tolerance: float = DEFAULT_TOLERANCE) ->
     Args:
         a: One run, live or recorded.
         b: The other.
-        tolerance: Absolute difference that counts as none, in the SI unit of each column.
+        tolerance: Absolute difference that counts as none, in the SI unit of each column; the
+            accuracy of the integration if None.
 
     Raises:
         IncomparableError: If the hands have different numbers of fingers, or fewer than two
             instants were stored in both runs.
         ToleranceError: If the tolerance is negative or not finite.
     """
-    check_tolerance(tolerance)
+    if tolerance is not None:
+        check_tolerance(tolerance)
     _check_fingers(a, b)
     rows = _check_instants(match_rows(a.trace.times, b.trace.times), a, b)
     times = a.trace.times[rows.first]
+    accuracy = Accuracy.between(a, b, tolerance)
+    contradictions = tuple(_contradictions(a, b))
     identical = _are_identical(a, b)
-    changes = () if identical else tuple(phase_differences(a, b, tolerance))
-    signals = {} if identical else signal_differences(a, b, rows, tolerance)
+    changes = () if identical else tuple(phase_differences(a, b, accuracy.of_times))
+    signals = {} if identical else signal_differences(a, b, rows, accuracy)
     return Comparison(
         tolerance=tolerance,
+        time_tolerance=accuracy.of_times,
         identical=identical,
         equal=a.outcome is b.outcome
-        and abs(a.end_time - b.end_time) <= tolerance
-        and not changes
+        and abs(a.end_time - b.end_time) <= accuracy.of_times
+        and not (changes or contradictions)
         and all(signal.first_divergence is None for signal in signals.values()),
+        cause=accuracy.cause,
+        integration_error=_integration_error(accuracy.cause, signals.values()),
+        contradictions=contradictions,
         scenario=tuple(parameter_differences(a.scenario, b.scenario)),
         phase_changes=changes,
         signals=signals,
@@ -180,6 +222,21 @@ def compare(a: RunResult, b: RunResult, tolerance: float = DEFAULT_TOLERANCE) ->
         only_a=_names_missing(a, b),
         only_b=_names_missing(b, a),
     )
+
+
+def _contradictions(a: RunResult, b: RunResult) -> Iterator[tuple[str, Contradiction]]:
+    for name, run in (("a", a), ("b", b)):
+        yield from ((name, found) for found in contradictions_of(run))
+
+
+def _integration_error(
+    cause: float | None, signals: Iterable[SignalDifference]
+) -> IntegrationError | None:
+    differing = [signal for signal in signals if signal.before_cause > 0.0]
+    if cause is None or not differing:
+        return None
+    top = max(differing, key=lambda s: s.before_cause / max(s.tolerance, np.finfo(float).tiny))
+    return IntegrationError(before=cause, column=top.name, max=top.before_cause, unit=top.unit)
 
 
 def check_tolerance(tolerance: float) -> float:

@@ -10,12 +10,12 @@ from typing import Any, Self
 
 from pydantic import TypeAdapter, ValidationError
 
-from core.loading import load_scenario, preset_names
+from core.display_name import preset_titles
 from core.result import Metrics, RunResult
 from core.types import Outcome
 from recordings.exceptions import DamagedRecordingError
 
-__all__ = ["Description", "figures_of", "preset_titles"]
+__all__ = ["Description", "figures_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,9 +64,14 @@ class Description:
         Outcome(summary["outcome"])
         figures_of(summary)
         title, controller = document["title"], document["controller"]
-        if not (isinstance(title, str) and isinstance(controller, str)):
-            raise TypeError("title and controller are texts")
+        if not all(isinstance(text, str) for text in (title, controller, summary["name"])):
+            raise TypeError("title, controller and name are texts")
         return cls(title=title, controller=controller, summary=summary)
+
+    @property
+    def display_name(self) -> str:
+        """What the run is called (`core.display_name`); empty if it cannot be read."""
+        return self.summary["name"] if self.summary else ""
 
     @property
     def preset(self) -> str:
@@ -86,12 +91,6 @@ def figures_of(summary: Mapping[str, Any]) -> dict[str, float | None]:
         raise ValueError("its metrics are malformed") from error
     values = {"end_time": summary["end_time"], **metrics.flattened()}
     return {name: None if value is None else float(value) for name, value in values.items()}
-
-
-@cache
-def preset_titles() -> dict[str, str]:
-    """Name of the preset of each title."""
-    return {load_scenario(name).title: name for name in preset_names()}
 
 
 @cache

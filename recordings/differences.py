@@ -1,4 +1,4 @@
-"""The single differences between two runs: of parameters, phase changes and columns."""
+"""The single differences between two runs: of phase changes and of columns."""
 
 from __future__ import annotations
 
@@ -10,39 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.columns import TIME_COLUMN, Column, columns_of
-from core.loading import parameter_definitions
 from core.result import RunResult
-from core.scenario import Scenario
 from core.types import ContactPhase
+from recordings.accuracy import Accuracy
 from recordings.alignment import MatchedRows, Pair, match_phase_changes
 
 __all__ = [
-    "ParameterDifference",
     "PhaseDifference",
     "SignalDifference",
-    "parameter_differences",
     "phase_differences",
     "signal_differences",
 ]
-
-ParameterValue = float | int | str | tuple[float, ...] | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParameterDifference:
-    """A parameter of the scenario that differs.
-
-    Attributes:
-        key: Its dotted key.
-        a: Its value in the first run, None if it has none.
-        b: Its value in the second run.
-        unit: SI unit.
-    """
-
-    key: str
-    a: ParameterValue
-    b: ParameterValue
-    unit: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +58,11 @@ class SignalDifference:
         max: Largest absolute difference.
         time_of_max: When it is reached [s].
         rms: Root of the mean square over time (trapezoidal rule between compared instants).
-        first_divergence: When it first exceeds the tolerance, None if never [s].
+        tolerance: Difference that counts as none.
+        first_divergence: When it first exceeds the tolerance, None if never [s]; not before the
+            first cause, unless the user chose the tolerance.
+        before_cause: Largest difference before the first cause, which nothing but the
+            integration makes.
     """
 
     name: str
@@ -89,17 +71,9 @@ class SignalDifference:
     max: float
     time_of_max: float
     rms: float
+    tolerance: float
     first_divergence: float | None
-
-
-def parameter_differences(a: Scenario, b: Scenario) -> Iterator[ParameterDifference]:
-    """The parameters of two scenarios that differ, in the order of the fields."""
-    mine, others = parameter_definitions(a), parameter_definitions(b)
-    for key in dict.fromkeys((*mine, *others)):
-        values = [known[key].value if key in known else None for known in (mine, others)]
-        if values[0] != values[1]:
-            unit = (mine.get(key) or others[key]).unit
-            yield ParameterDifference(key=key, a=values[0], b=values[1], unit=unit)
+    before_cause: float
 
 
 def phase_differences(a: RunResult, b: RunResult, tolerance: float) -> Iterator[PhaseDifference]:
@@ -126,7 +100,7 @@ def _phase_difference(pair: Pair) -> PhaseDifference:
 
 
 def signal_differences(
-    a: RunResult, b: RunResult, rows: MatchedRows, tolerance: float
+    a: RunResult, b: RunResult, rows: MatchedRows, accuracy: Accuracy
 ) -> dict[str, SignalDifference]:
     """How far each column that both runs have differs.
 
@@ -134,25 +108,42 @@ def signal_differences(
         a: One run.
         b: The other.
         rows: Rows that tell of the same instants.
-        tolerance: Absolute difference that counts as none, in the unit of each column.
+        accuracy: What counts as no difference, and when.
     """
     others = {column.name: column for column in columns_of(b.trace)}
     times = a.trace.times[rows.first]
-    return {
-        column.name: _signal_difference(column, others[column.name], times, rows, tolerance)
+    pairs = [
+        (column, others[column.name])
         for column in columns_of(a.trace)
         if column.name in others and column.name != TIME_COLUMN
+    ]
+    largest: dict[str, float] = {}
+    for pair in pairs:
+        for column in pair:
+            top = float(np.abs(column.values.astype(float)).max(initial=0.0))
+            largest[column.signal] = max(top, largest.get(column.signal, 0.0))
+    return {
+        mine.name: _signal_difference(
+            mine, other, times, rows, accuracy, accuracy.tolerance_of(largest[mine.signal])
+        )
+        for mine, other in pairs
     }
 
 
 def _signal_difference(
-    a: Column, b: Column, times: NDArray[np.float64], rows: MatchedRows, tolerance: float
+    a: Column,
+    b: Column,
+    times: NDArray[np.float64],
+    rows: MatchedRows,
+    accuracy: Accuracy,
+    tolerance: float,
 ) -> SignalDifference:
     # Numbers from a file may be as large as numbers get: differences end there too.
     largest = np.finfo(np.float64).max
     with np.errstate(over="ignore"):
         apart = np.abs(a.values[rows.first].astype(float) - b.values[rows.second]).clip(0, largest)
-    beyond = np.flatnonzero(apart > tolerance)
+    early = accuracy.is_early(times)
+    beyond = np.flatnonzero((apart > tolerance) & (accuracy.is_chosen | ~early))
     top = int(np.argmax(apart))
     return SignalDifference(
         name=a.name,
@@ -161,7 +152,9 @@ def _signal_difference(
         max=float(apart[top]),
         time_of_max=float(times[top]),
         rms=_root_mean_square(apart, times),
+        tolerance=tolerance,
         first_divergence=float(times[beyond[0]]) if len(beyond) else None,
+        before_cause=float(apart[early].max(initial=0.0)),
     )
 
 

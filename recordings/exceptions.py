@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
+from core.claims import Contradiction
 from core.exceptions import SlipgraspError
 
 __all__ = [
     "AlteredRecordingError",
     "AnnotationError",
+    "ContradictoryRecordingError",
     "DamagedRecordingError",
     "FolderInUseError",
     "ForeignRecordingError",
@@ -94,6 +96,14 @@ class AlteredRecordingError(DamagedRecordingError):
 
     def __init__(self, name: str) -> None:
         super().__init__(name, "it was altered: its samples or documents do not fit their hash")
+
+
+class ContradictoryRecordingError(DamagedRecordingError):
+    """What the file states of the run is not what its own samples give."""
+
+    def __init__(self, name: str, found: Sequence[Contradiction]) -> None:
+        more = f", and {len(found) - 1} more" if len(found) > 1 else ""
+        super().__init__(name, f"it contradicts itself: {found[0]}{more}")
 
 
 class NothingToRecoverError(RecordingError):

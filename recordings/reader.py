@@ -14,6 +14,7 @@ import numpy as np
 from mcap.records import Attachment, Channel, Header, McapRecord, Metadata
 from numpy.typing import NDArray
 
+from core.claims import contradictions_of
 from core.result import RunResult
 from core.trace import TraceShape
 from recordings.chunks import layouts_of
@@ -21,6 +22,7 @@ from recordings.contents import Contents
 from recordings.documents import PROFILE, START, STUDY_PROFILE, read_shape
 from recordings.exceptions import (
     AlteredRecordingError,
+    ContradictoryRecordingError,
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
@@ -31,7 +33,14 @@ from recordings.packing import MessageLayout, to_log_times
 from recordings.scan import ChannelMessages, RecordScanner
 from recordings.versions import FORMAT_VERSION
 
-__all__ = ["ReadBack", "Unfinished", "read_back", "read_recording", "read_unfinished"]
+__all__ = [
+    "ReadBack",
+    "Unfinished",
+    "read_as_stated",
+    "read_back",
+    "read_recording",
+    "read_unfinished",
+]
 
 LONGEST_RUN = 1e3
 """No simulation lasts as long [s]."""
@@ -79,8 +88,21 @@ def read_recording(path: str | PathLike[str]) -> RunResult:
         RecordingNotFoundError: If there is no such file.
         ForeignRecordingError: If this program did not write it.
         NewerRecordingError: If a newer version of this program wrote it.
-        DamagedRecordingError: If it is not complete and unchanged.
+        DamagedRecordingError: If it is not complete and unchanged, or states an ending, phase
+            changes or metrics that its samples do not give.
         RecordingError: If it cannot be opened.
+    """
+    result = read_as_stated(path)
+    if found := contradictions_of(result):
+        raise ContradictoryRecordingError(str(path), found)
+    return result
+
+
+def read_as_stated(path: str | PathLike[str]) -> RunResult:
+    """Reads a recording also where what it states of the run contradicts its samples.
+
+    Raises:
+        RecordingError: As `read_recording` otherwise.
     """
     read = read_back(path)
     if not read.is_unaltered:

@@ -19,7 +19,7 @@ from recordings.exceptions import (
     RecordingError,
 )
 from recordings.file_lock import try_lock
-from recordings.reader import read_recording, read_unfinished
+from recordings.reader import read_as_stated, read_unfinished
 from recordings.recorder import REGULAR_SUFFIX
 from recordings.writer import write_recording
 
@@ -144,7 +144,7 @@ def _was_recovered(part: Path) -> bool:
     recording = recovered_name(part)
     if not recording.exists():
         return False
-    kept, left = read_recording(recording), read_unfinished(part).result
+    kept, left = read_as_stated(recording), read_unfinished(part).result
     rows = left.trace.to_rows()
     return (
         kept.scenario == left.scenario
@@ -160,7 +160,7 @@ def _delete_if_orphaned(copy: Path) -> None:
 
 def _is_whole(path: Path) -> bool:
     try:
-        read_recording(path)
+        read_as_stated(path)
     except RecordingError:
         return False
     return True

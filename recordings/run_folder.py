@@ -2,7 +2,8 @@
 
 The recordings alone say what there is. A sidecar holds what they must not hold, so that
 equal runs are equal files (when it was made, name, notes and tags), and a description for
-lists; where that is missing or unusable the recording is read instead.
+lists; where that is missing or unusable, or was made of another file, the recording is read
+instead.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from hashlib import blake2b
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any
@@ -33,6 +35,7 @@ from recordings.stored_run import StoredRun
 __all__ = ["RunFolder", "Sidecar", "checked_time", "iso_time", "read_document", "time_of"]
 
 MAX_SIDECAR_BYTES = 1 << 25
+DIGEST_BYTES = 12
 
 _HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
 
@@ -143,6 +146,8 @@ class RunFolder:
             description = Description.from_document(document)
         except (ArithmeticError, KeyError, TypeError, ValueError):
             description = None
+        if description and document.get("digest") != _digest(description, self._size(run_id)):
+            description = None
         return Sidecar(
             created=checked_time(document.get("created")),
             description=description,
@@ -155,6 +160,9 @@ class RunFolder:
         Raises:
             RecordingWriteError: If it cannot be written; then the old one is still there.
         """
+        description = Description(
+            title=stored.title, controller=stored.controller, summary=stored.summary
+        )
         document = {
             "created": stored.created,
             "title": stored.title,
@@ -163,6 +171,7 @@ class RunFolder:
             "notes": stored.notes,
             "tags": stored.tags,
             "summary": stored.summary,
+            "digest": _digest(description, stored.size),
         }
         text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1).encode()
         if len(text) > MAX_SIDECAR_BYTES:
@@ -170,6 +179,13 @@ class RunFolder:
             raise RecordingWriteError(self.sidecar(stored.id), cause)
         with atomic_file(self.sidecar(stored.id), overwrite=True) as stream:
             stream.write(text)
+
+    def _size(self, run_id: str) -> int:
+        """Bytes of a recording; 0 if it is not there."""
+        try:
+            return self.recording(run_id).stat().st_size
+        except FileNotFoundError:
+            return 0
 
     def delete(self, run_id: str) -> None:
         """Removes the files of a run.
@@ -186,6 +202,14 @@ class RunFolder:
         except OSError as error:
             path = self.recording(run_id)
             raise RecordingError(f"cannot delete '{path}': {error.strerror}") from error
+
+
+def _digest(description: Description, size: int) -> str:
+    """Ties a description to itself and to the size of the recording it was computed from."""
+    text = json.dumps(
+        [description.title, description.controller, description.summary, size], sort_keys=True
+    )
+    return blake2b(text.encode(), digest_size=DIGEST_BYTES).hexdigest()
 
 
 def iso_time(time: datetime) -> str:

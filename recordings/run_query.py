@@ -88,7 +88,7 @@ class RunQuery:
         tags: Tags that they all have.
         created_from: Made then or later.
         created_to: Made before or then.
-        text: Part of title, name or notes, in letters of any case.
+        text: Part of title, display name or notes, in letters of any case.
         conditions: Bounds on their figures.
         sort: One of `SORT_KEYS`, falling if it begins with ``-``; runs without it come last.
         offset: How many of those found to leave out.

@@ -16,11 +16,13 @@ from threading import Lock
 
 import platformdirs
 
+from core.claims import contradictions_of
 from core.result import RunResult
 from recordings.annotations import Annotations
 from recordings.atomic_file import atomic_file
 from recordings.description import Description
 from recordings.exceptions import (
+    ContradictoryRecordingError,
     RecordingChangedError,
     RecordingNotFoundError,
     RecordingWriteError,
@@ -124,8 +126,11 @@ class RecordingStore:
         its recording.
 
         Raises:
+            ContradictoryRecordingError: If it says of itself what its samples do not give.
             RecordingNotFoundError: If its recording was not written, or is gone.
         """
+        if found := contradictions_of(result):
+            raise ContradictoryRecordingError(str(reservation.path), found)
         description = Description.from_result(result)
         return self._describe(reservation, description, annotations or Annotations())
 

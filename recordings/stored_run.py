@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
+from core.display_name import file_stem
 from recordings.annotations import Annotations
 from recordings.description import Description
 
@@ -71,6 +72,20 @@ class StoredRun:
             notes=annotations.notes,
             tags=annotations.tags,
         )
+
+    @property
+    def display_name(self) -> str:
+        """What to call it: what a user does, else its preset and what differs from it."""
+        return self.name or self.summary.get("name", "") or self.id
+
+    def file_name(self, ending: str) -> str:
+        """What a file made of it is called, such as ``paper-case-2-mass-1.4-kg-ID.csv``.
+
+        Args:
+            ending: Its ending, without the dot.
+        """
+        stem = "" if not self.summary else file_stem(self.display_name)
+        return "-".join(filter(None, (stem, self.id))) + f".{ending}"
 
     @property
     def annotations(self) -> Annotations:

@@ -6,11 +6,12 @@ machine rounds differently, and slip amplifies that; there the stated tolerance 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from core.claims import contradictions_of
 from core.provenance import Provenance, present_provenance
 from core.result import RunResult
 from core.simulation import Simulation
@@ -99,7 +100,7 @@ def verify(
     computed = _compute_again(result, progress, bit_for_bit=bit_for_bit)
     stretch = Stretch(recorded=result, computed=computed, whole=whole)
     found = find_bit_mismatches(stretch) if bit_for_bit else find_mismatches(stretch)
-    mismatches = tuple(found)
+    mismatches = tuple(found) or tuple(_own_mismatches(result))
     return Verification(
         same=unaltered and not mismatches,
         bit_for_bit=bit_for_bit,
@@ -111,6 +112,15 @@ def verify(
         recorded=result.provenance,
         present=present,
     )
+
+
+def _own_mismatches(result: RunResult) -> Iterator[Mismatch]:
+    """What the recording states against its own samples, which rounding does not excuse."""
+    for found in contradictions_of(result):
+        is_metric = found.what not in ("outcome", "phase_changes")
+        what, name = ("metrics", f"{found.what} ") if is_metric else (found.what, "")
+        recorded, computed = (f"{name}{value}" for value in (found.stated, found.computed))
+        yield Mismatch(what=what, time=None, recorded=recorded, computed=computed)
 
 
 def _is_cut_short(result: RunResult) -> bool:

@@ -6,14 +6,17 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from recordings.comparison import DEFAULT_TOLERANCE, Comparison
+from recordings.comparison import Comparison
 
 __all__ = ["DiffFigureQuery", "DiffPublic", "DiffQuery"]
 
 RunId = Annotated[str, Field(max_length=100, description="id of a saved run")]
 Tolerance = Annotated[
-    float,
-    Field(ge=0.0, allow_inf_nan=False, description="absolute difference that counts as none [SI]"),
+    Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None,
+    Field(
+        description="absolute difference that counts as none [SI]; what the integration may be "
+        "off, by the tolerances of the runs, if left out"
+    ),
 ]
 
 
@@ -24,7 +27,7 @@ class DiffQuery(BaseModel):
 
     a: RunId
     b: RunId
-    tolerance: Tolerance = DEFAULT_TOLERANCE
+    tolerance: Tolerance = None
 
 
 class DiffFigureQuery(DiffQuery):
@@ -61,6 +64,7 @@ class SignalDifferencePublic(BaseModel):
 
     max: float
     rms: float
+    tolerance: float = Field(description="difference that counts as none")
 
 
 class MetricPairPublic(BaseModel):
@@ -68,6 +72,24 @@ class MetricPairPublic(BaseModel):
 
     a: MetricValue
     b: MetricValue
+
+
+class IntegrationErrorPublic(BaseModel):
+    """How far the runs differ before anything that was set does, where they differ most."""
+
+    before: float
+    column: str
+    max: float
+    unit: str
+
+
+class ContradictionPublic(BaseModel):
+    """What a run states of itself, and what its samples give."""
+
+    run: Literal["a", "b"]
+    what: str
+    stated: bool | int | float | str | None
+    computed: bool | int | float | str | None
 
 
 class DiffPublic(BaseModel):
@@ -79,6 +101,11 @@ class DiffPublic(BaseModel):
     first_divergence: dict[str, float]
     signals: dict[str, SignalDifferencePublic]
     metrics: dict[str, MetricPairPublic]
+    cause: float | None = Field(
+        description="when what was set first differs [s]; null if it never does"
+    )
+    integration_error: IntegrationErrorPublic | None
+    contradictions: list[ContradictionPublic]
 
     @classmethod
     def from_comparison(cls, comparison: Comparison) -> DiffPublic:

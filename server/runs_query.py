@@ -62,7 +62,7 @@ class RunsQuery(BaseModel):
         Field(description="saved then or before; a date alone includes the whole day"),
     ] = None
     text: Annotated[
-        str, Field(max_length=200, description="part of title, name or notes, in any case")
+        str, Field(max_length=200, description="part of title, display name or notes, in any case")
     ] = ""
     metric: Annotated[
         list[Text],

@@ -89,7 +89,10 @@ class RunPublic(BaseModel):
 
     id: str | None = Field(description="null only if writing the recording failed")
     title: str = Field(description="title of its scenario")
-    name: str = Field(description="what a user calls it")
+    name: str = Field(description="what a user calls it; empty if nothing")
+    display_name: str = Field(
+        description="what to call it: `name` if there is one, else its preset and what differs"
+    )
     notes: str
     tags: list[str]
     preset: str = Field(description="preset whose title its scenario has; empty if none")
@@ -114,6 +117,7 @@ class RunPublic(BaseModel):
             "id": stored.id,
             "title": stored.title,
             "name": stored.name,
+            "display_name": stored.display_name,
             "notes": stored.notes,
             "tags": list(stored.tags),
             "preset": stored.preset,
@@ -140,6 +144,7 @@ class RunPublic(BaseModel):
         """A run that could not be saved."""
         told = {
             "title": description.title,
+            "display_name": description.display_name,
             "preset": description.preset,
             "controller": description.controller,
         }

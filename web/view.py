@@ -84,6 +84,11 @@ class Shown:
     def __post_init__(self) -> None:
         object.__setattr__(self, "sampler", Sampler(self.result.trace))
 
+    @property
+    def name(self) -> str:
+        """What the run is called: as its recording, else by what differs from its preset."""
+        return self.replay.name if self.replay else self.result.name
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ghost:

@@ -103,7 +103,9 @@ def _draw_header(figure: Figure, pair: Pair, names: tuple[str, str]) -> None:
     row = add_axes(figure, 0.0, _MARGIN, PAGE_WIDTH, 0.5 * _HEADER)
     row.set_axis_off()
     a, b = (f"{run}: {_shortened(name)}" for run, name in zip("ab", names, strict=True))
-    mark = f"first difference beyond {comparison.tolerance:g} (SI)"
+    chosen = comparison.tolerance
+    limit = "the integration error" if chosen is None else f"{chosen:g} (SI)"
+    mark = f"first difference beyond {limit}"
     handles = [
         Line2D([], [], color=paint(lighter(MARK, _PALE)), linewidth=2.6, label=a),
         Line2D([], [], color=paint(MARK), linewidth=0.9, label=b),
@@ -231,7 +233,9 @@ def _draw_difference(axes: Axes, pair: Pair, trend: Trend) -> None:
         apart = trend.scale * (pair.of_b[line.column][second] - pair.of_a[line.column][first])
         shown.append(apart[start:])
         axes.plot(times[start:], apart[start:], color=paint(line.colour), linewidth=0.9)
-    least = 2.0 * trend.scale * max(pair.comparison.tolerance, np.finfo(float).tiny)
+    found = pair.comparison.signals
+    limits = [found[line.column].tolerance for line in trend.lines if line.column in found]
+    least = 2.0 * trend.scale * max([*limits, np.finfo(float).tiny])
     _set_values(axes, np.concatenate([*shown, [0.0]]), least, ticks=2)
 
 

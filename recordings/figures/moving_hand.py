@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from core.result import RunResult
 from core.types import ContactPhase
-from core.verdict import title_of
 from recordings.figures.hand_motion import HandMotion, drawable
 from recordings.figures.panels import finger_colour, lighter
 from recordings.figures.phases import draw_lanes, name_lanes, phase_patches
@@ -90,7 +89,7 @@ class MovingHand:
         self._clock = self._figure.text(0.98, 0.955, "", ha="right", va="center", fontsize=11)
         self._ending = self._figure.text(0.5, 0.895, "", ha="center", va="center", fontsize=10)
         self._last_words = ending_words(result)
-        title = shorten(title_of(result), 2 * _TITLE_WIDTH, placeholder=" …")
+        title = shorten(result.name, 2 * _TITLE_WIDTH, placeholder=" …")
         words = fill(title, _TITLE_WIDTH).replace("$", r"\$")
         self._figure.text(0.02, 0.955, words, va="center", fontsize=8.5)
         self._moving = self._collect()

@@ -6,13 +6,15 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from core.claims import describe_false_end
 from core.provenance import present_provenance
+from core.result import RunSummary
 from core.simulation import Simulation
 from core.study.definition import Value
 from core.types import Outcome, Reason
@@ -69,7 +71,7 @@ class RowsHash:
 
 def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> StudyRow:
     """The row of a run that was simulated, with its trace, to its end."""
-    summary = simulation.summary()
+    summary = _judged(simulation.summary())
     state = StateHash()
     state.add_samples(simulation.all_rows())
     state.add_phase_changes(simulation.phase_changes_from(0))
@@ -83,6 +85,25 @@ def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> S
         state_hash=state.digest().hex(),
         kernel=present_provenance().kernel,
     )
+
+
+def _judged(summary: RunSummary) -> RunSummary:
+    """The summary; one that claims to be complete and is not has failed."""
+    duration = summary.scenario.simulation.duration
+    finding = describe_false_end(summary.outcome, summary.end_time, duration)
+    if not finding:
+        return summary
+    reason = Reason(
+        code="contradictory_end",
+        message=f"the run says that it is complete, but {finding}",
+        contact=None,
+        time=summary.end_time,
+        value=summary.end_time,
+        limit=duration,
+        hint="choose values further from the ends of their ranges, and report it",
+    )
+    metrics = replace(summary.metrics, held=False)
+    return replace(summary, outcome=Outcome.FAILED, reason=reason, metrics=metrics)
 
 
 def encode_row(row: StudyRow) -> bytes:

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 
 from recordings.comparison import compare
+from recordings.reader import read_as_stated
 from server.dependencies import RunServiceDep
 from server.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
 from server.downloads import BINARY_SCHEMA
@@ -23,7 +24,7 @@ router = APIRouter(prefix="/diff", tags=["diff"])
 @router.get("", responses=ProblemPublic.responses((404, 409, 422)))
 def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> DiffPublic:
     """What tells two runs apart: parameters, phase changes, columns and metrics."""
-    a, b = (service.open(run_id) for run_id in (query.a, query.b))
+    a, b = (read_as_stated(service.get(run_id).path) for run_id in (query.a, query.b))
     return DiffPublic.from_comparison(compare(a, b, query.tolerance))
 
 

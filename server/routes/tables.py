@@ -80,7 +80,7 @@ def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
     """The MCAP file, whole or a part of it."""
     try:
         tag, file = file_tag(stored.path), stored.path.open
-        name = stored.path.name
+        name = stored.file_name("mcap")
         download = Download(tag=tag, name=name, media_type=BINARY, open=partial(file, "rb"))
         return download.answer(asked)
     except FileNotFoundError:
@@ -139,7 +139,7 @@ def _table(
 
     download = Download(
         tag=tag,
-        name=f"{stored.id}.{suffix}",
+        name=stored.file_name(suffix),
         media_type=media_type,
         open=lambda: made.open(tag, make),
     )

@@ -21,7 +21,8 @@ FIGURE_FORMATS = ("svg", "pdf", "png")
 DESCRIPTION = (
     "Compares two recordings at the instants that both stored: parameters, phase changes, when "
     "each column first differs by more than the tolerance, how far, and metrics. They are equal "
-    "if outcome, end, phase changes and all columns agree within the tolerance, whatever was set."
+    "if outcome, end, phase changes and all columns agree within the tolerance, whatever was set, "
+    "and neither states of itself what its samples do not give."
 )
 EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
 
@@ -43,7 +44,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--tolerance",
         metavar="T",
         type=float,
-        help="absolute difference that counts as none, in SI units (default: 1e-9)",
+        help="absolute difference that counts as none, in SI units (default: what the integration "
+        "may be off, by the tolerances of the runs)",
     )
     parser.add_argument(
         "--figure",
@@ -57,10 +59,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    from recordings.comparison import DEFAULT_TOLERANCE, check_tolerance, compare
+    from recordings.comparison import check_tolerance, compare
 
-    given: float | None = arguments.tolerance
-    tolerance = check_tolerance(DEFAULT_TOLERANCE if given is None else given)
+    tolerance: float | None = arguments.tolerance
+    if tolerance is not None:
+        check_tolerance(tolerance)
     _check_figure(arguments.figure, arguments.force)
     a, b = (_read(source, arguments.data_directory) for source in (arguments.a, arguments.b))
     comparison = compare(a, b, tolerance)
@@ -87,10 +90,10 @@ def _check_figure(path: Path | None, force: bool) -> None:
 
 
 def _read(source: str, chosen: Path | None) -> RunResult:
-    from recordings.reader import read_recording
+    from recordings.reader import read_as_stated
 
     with Progress(f"reading {Path(source).name}"):
-        return read_recording(recording_path(source, chosen))
+        return read_as_stated(recording_path(source, chosen))
 
 
 def _draw(

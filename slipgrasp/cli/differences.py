@@ -6,8 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
+from core.parameter_differences import ParameterDifference
+from core.parameter_words import unit_after
 from recordings.comparison import Comparison
-from recordings.differences import ParameterDifference, PhaseDifference
+from recordings.differences import PhaseDifference
 
 __all__ = ["describe_differences"]
 
@@ -24,10 +26,11 @@ def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
         comparison: The comparison of two runs, a and b.
         fingers: What to call their contacts.
     """
-    if comparison.identical:
+    if comparison.identical and not comparison.contradictions:
         return "Identical: the same scenario, and not one number differs."
     blocks = [
-        [_verdict(comparison), _extent(comparison)],
+        [_verdict(comparison), *_integration_error(comparison), _extent(comparison)],
+        [f"Run {run} contradicts itself: {found}." for run, found in comparison.contradictions],
         _table("parameter", ("a", "b", ""), map(_parameter, comparison.scenario)),
         _phase_changes(comparison, fingers),
         _divergences(comparison),
@@ -39,15 +42,29 @@ def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
 
 
 def _verdict(comparison: Comparison) -> str:
-    tolerance = f"{comparison.tolerance:g}"
+    chosen = comparison.tolerance
+    tolerance = "the integration error" if chosen is None else f"{chosen:g}"
     if comparison.equal:
         return f"Equal within {tolerance}: the same happened."
+    if comparison.identical:
+        return "Identical, but what they state of themselves is not what their samples give."
     diverging = comparison.first_divergence
     if diverging:
         name, time = next(iter(diverging.items()))
         words = f"from {_time(time)} on ({name} first), {len(diverging)} of "
         return f"Different {words}{len(comparison.signals)} columns beyond {tolerance}."
     return f"Different, though no column differs by more than {tolerance}."
+
+
+def _integration_error(comparison: Comparison) -> list[str]:
+    """What differs before anything that was set does."""
+    error = comparison.integration_error
+    if error is None:
+        return []
+    amount = f"{error.max:.2g}{unit_after(error.unit)} in {error.column}"
+    return [
+        f"Differences before {_time(error.before)}, the largest {amount}, are integration error."
+    ]
 
 
 def _extent(comparison: Comparison) -> str:
@@ -60,7 +77,7 @@ def _extent(comparison: Comparison) -> str:
 
 
 def _parameter(difference: ParameterDifference) -> list[str]:
-    unit = "" if difference.unit == "1" else difference.unit
+    unit = unit_after(difference.unit).strip()
     return [difference.key, _value(difference.a), _value(difference.b), unit]
 
 
@@ -99,7 +116,13 @@ def _some(names: Sequence[str]) -> str:
 
 def _largest(comparison: Comparison) -> list[str]:
     rows = (
-        [c.name, f"{c.max:.4g}", f"{c.rms:.4g}", _time(c.time_of_max), c.unit]
+        [
+            c.name,
+            f"{c.max:.4g}",
+            f"{c.rms:.4g}",
+            _time(c.time_of_max),
+            unit_after(c.unit).strip(),
+        ]
         for c in comparison.largest_differences
     )
     return _table("largest difference", ("max", "rms", "at", "unit"), rows)

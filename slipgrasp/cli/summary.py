@@ -16,14 +16,16 @@ LABEL_WIDTH = 16
 
 
 def summarize(result: RunResult, recording: Path | None) -> str:
-    """How it went, slip, errors, estimates against the truth, and where the recording is.
+    """Name, how it went, slip, errors, estimates against the truth, and where the recording is.
 
     Args:
         result: The run.
         recording: Its file; None if it could not be written.
     """
     lines = [
+        result.name,
         *_titled(title_of(result)),
+        "",
         *_told(result),
         "",
         *_contacts(result),
@@ -36,7 +38,7 @@ def summarize(result: RunResult, recording: Path | None) -> str:
 
 
 def _titled(title: str) -> list[str]:
-    return [title, ""] if title else []
+    return [title] if title else []
 
 
 def _told(result: RunResult) -> Iterator[str]:

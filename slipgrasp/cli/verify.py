@@ -54,7 +54,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     with Progress("simulating again") as progress:
         found = verify(read.result, unaltered=read.is_unaltered, progress=progress.update)
     if arguments.json:
-        print(json.dumps(found.to_mapping(), allow_nan=False))
+        document = {"name": read.result.name, **found.to_mapping()}
+        print(json.dumps(document, allow_nan=False))
     else:
         print("\n".join(_lines(found)))
     return ExitStatus.COMPLETED if found.same else ExitStatus.DIFFERENT

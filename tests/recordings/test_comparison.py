@@ -11,6 +11,7 @@ import pytest
 
 from core.columns import columns_of
 from core.loading import load_scenario, with_values
+from core.metrics import metrics_of_trace
 from core.simulator import simulate
 from core.trace import Trace
 from core.types import Outcome
@@ -26,6 +27,9 @@ EMPTY = {
     "first_divergence": {},
     "signals": {},
     "metrics": {},
+    "cause": None,
+    "integration_error": None,
+    "contradictions": [],
 }
 
 
@@ -44,6 +48,11 @@ def with_samples(run, change):
     rows = run.trace.to_rows().copy()
     change(rows)
     return replace(run, trace=Trace.from_rows(run.trace.shape, rows))
+
+
+def restated(run):
+    """The run with the metrics that its samples give."""
+    return replace(run, metrics=metrics_of_trace(run.trace, run.phase_changes, run.outcome))
 
 
 def place_of(run, name):
@@ -103,10 +112,12 @@ def test_one_friction_changed_by_a_hundredth_is_told_as_the_tables_of_both_runs_
             for t in common
             for k in (0, 1)
         ]
-        beyond = [t for t, difference in apart if difference > 1e-9]
+        limit = told["signals"][name]["tolerance"]
+        beyond = [t for t, difference in apart if difference > limit]
         assert told["signals"][name]["max"] == max(difference for _, difference in apart), name
         assert told["first_divergence"].get(name) == min(beyond, default=None), name
     assert told["first_divergence"]["slip_0"] == told["first_divergence"]["slip_1"] == 0.005
+    assert told["signals"]["slip_0"]["tolerance"] == pytest.approx(1e-8 + 1e-6 * 2.59e-3, rel=1e-3)
 
     def returns_to_stick(table, contact):
         pairs = pairwise(table)
@@ -158,7 +169,7 @@ def test_a_difference_at_one_sample_is_found_there_with_its_size(case_1):
 
 
 def test_what_stays_within_the_tolerance_is_equal(case_1):
-    changed = shifted(case_1, "joint_velocity_1_0", 700, 1e-4)
+    changed = restated(shifted(case_1, "joint_velocity_1_0", 700, 1e-4))
 
     assert not compare(case_1, changed).equal
     comparison = compare(case_1, changed, 2e-4)
@@ -167,11 +178,17 @@ def test_what_stays_within_the_tolerance_is_equal(case_1):
 
 def test_a_phase_change_is_equal_if_it_moved_within_the_tolerance(case_1):
     *before, last = case_1.phase_changes
-    moved = replace(case_1, phase_changes=(*before, replace(last, time=last.time + 1e-6)))
+    later = last.time + 2e-6
+
+    def change(rows):
+        rows[rows[:, 0] == last.time, 0] = later
+
+    changes = (*before, replace(last, time=later))
+    moved = restated(replace(with_samples(case_1, change), phase_changes=changes))
 
     (told,) = compare(case_1, moved).to_mapping()["phase_changes"]
     assert (told["contact"], told["a"]) == (last.contact, last.time)
-    assert told["time_difference"] == pytest.approx(1e-6)
+    assert told["time_difference"] == pytest.approx(2e-6)
     assert compare(case_1, moved, 1e-5).equal
 
 
@@ -246,7 +263,9 @@ def test_runs_with_too_little_in_common_are_refused(case_1, shift, words):
 
 
 def test_a_run_that_ended_at_once_is_identical_to_itself(case_1):
-    start = replace(case_1, trace=case_1.trace[:1], phase_changes=())
+    start = restated(
+        replace(case_1, trace=case_1.trace[:1], phase_changes=(), outcome=Outcome.SEPARATED)
+    )
 
     assert compare(start, start).to_mapping() == EMPTY
 
@@ -287,3 +306,70 @@ def test_a_comparison_is_a_pandas_table_of_its_columns(case_1, slipperier):
     assert frame.loc["slip_0", "unit"] == "m"
     assert frame["first_divergence"].dropna().to_dict() == comparison.first_divergence
     assert compare(case_1, case_1).to_pandas().empty
+
+
+@pytest.mark.parametrize("name", ["paper-case-1", "paper-case-2", "composite-case-2"])
+@pytest.mark.parametrize(
+    "event",
+    [
+        {"changes.0.time": 3.0, "changes.0.parameter": "object.mass", "changes.0.value": 1.6},
+        {"pulses.0.time": 3.0, "pulses.0.force.1": -8.0},
+        {"patches.0.face": "left", "patches.0.start_time": 3.0, "patches.0.half_length": 0.1},
+    ],
+    ids=["change", "push", "wet spot"],
+)
+def test_an_effect_is_dated_at_its_cause_and_never_before(name, event):
+    base = load_scenario(name)
+    comparison = compare(simulate(base), simulate(with_values(base, event)))
+
+    assert comparison.cause == 3.0
+    assert min(comparison.first_divergence.values()) == 3.0
+    early = {name: s.before_cause for name, s in comparison.signals.items() if s.before_cause}
+    error = comparison.integration_error
+    assert (error is None) == (not early)
+    if error is not None:
+        assert error.before == 3.0
+        assert error.max == early[error.column] < comparison.signals[error.column].tolerance
+
+
+def test_a_tolerance_that_is_chosen_is_applied_before_the_cause_too():
+    base = load_scenario("paper-case-2")
+    change = {"changes.0.time": 3.0, "changes.0.parameter": "object.mass", "changes.0.value": 1.6}
+    runs = simulate(base), simulate(with_values(base, change))
+
+    exact = compare(*runs, 0.0)
+
+    assert min(exact.first_divergence.values()) < 3.0
+    assert all(signal.tolerance == 0.0 for signal in exact.signals.values())
+    assert exact.integration_error is not None
+
+
+@pytest.mark.parametrize("name", ["paper-case-1", "paper-case-2", "composite-case-2"])
+def test_runs_that_were_integrated_more_exactly_are_equal(name):
+    base = load_scenario(name)
+    tight = {"simulation.relative_tolerance": 1e-11, "simulation.absolute_tolerance": 1e-13}
+    runs = simulate(base), simulate(with_values(base, tight))
+
+    assert compare(*runs).equal
+    loose = {"simulation.relative_tolerance": 1e-5, "simulation.absolute_tolerance": 1e-7}
+    coarse = compare(runs[0], simulate(with_values(base, loose)))
+    assert coarse.signals["y"].tolerance > 900 * compare(*runs).signals["y"].tolerance
+
+
+def test_a_run_that_contradicts_itself_is_not_equal_to_itself(case_1):
+    forged = replace(case_1, metrics=replace(case_1.metrics, held=False, torque_effort=1.0))
+
+    comparison = compare(case_1, forged)
+
+    assert not comparison.equal
+    assert [(run, found.what) for run, found in comparison.contradictions] == [
+        ("b", "held"),
+        ("b", "torque_effort"),
+    ]
+    assert not compare(forged, forged).equal
+    assert compare(forged, forged).to_mapping()["contradictions"][0] == {
+        "run": "a",
+        "what": "held",
+        "stated": False,
+        "computed": True,
+    }

@@ -10,7 +10,10 @@ import pytest
 import zstandard
 from mcap.writer import Writer
 
+from core.endings import describe_stop
+from core.metrics import metrics_of_trace
 from core.trace import Trace
+from core.types import Outcome
 from recordings import (
     DamagedRecordingError,
     ForeignRecordingError,
@@ -31,8 +34,17 @@ from recordings.exceptions import RecordingBusyError
 @pytest.fixture(scope="module")
 def small(short_run):
     """A run of few samples, so that its file can be read hundreds of times."""
-    rows = short_run.trace.to_rows()[:20]
-    return replace(short_run, trace=Trace.from_rows(short_run.trace.shape, rows))
+    trace = short_run.trace[:20]
+    changes = tuple(c for c in short_run.phase_changes if c.time <= trace.times[-1])
+    metrics = metrics_of_trace(trace, changes, Outcome.STOPPED)
+    return replace(
+        short_run,
+        trace=trace,
+        phase_changes=changes,
+        outcome=Outcome.STOPPED,
+        reason=describe_stop(float(trace.times[-1])),
+        metrics=metrics,
+    )
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from datetime import datetime
 
 import pytest
 
+from core.loading import with_values
 from core.types import RunWarning
 from recordings import (
     DamagedRecordingError,
@@ -15,15 +16,18 @@ from recordings import (
     RecordingWriteError,
     default_data_directory,
     documents,
+    read_recording,
     write_recording,
 )
 from recordings.exceptions import (
     AnnotationError,
+    ContradictoryRecordingError,
     RecordingChangedError,
     StorageFullError,
     UploadError,
 )
 from recordings.run_folder import RunFolder
+from recordings.run_query import RunQuery
 from recordings.storage_limits import StorageLimits
 
 
@@ -399,3 +403,90 @@ def test_the_environment_chooses_the_data_directory(monkeypatch, tmp_path):
 
     monkeypatch.delenv("SLIPGRASP_DATA")
     assert default_data_directory().name == "slipgrasp"
+
+
+def test_a_copied_recording_that_contradicts_itself_is_listed_as_damaged(store, short_run):
+    genuine = store.save(short_run)
+    forged = replace(short_run, metrics=replace(short_run.metrics, held=True, torque_effort=2.0))
+    path = genuine.path.with_name("forgedforged.mcap")
+    write_recording(forged, path)
+
+    listed = {run.id: run for run in store.list()}
+
+    assert listed["forgedforged"].summary == {}
+    assert "it contradicts itself" in listed["forgedforged"].title
+    assert listed[genuine.id].summary["metrics"] == genuine.summary["metrics"]
+    with pytest.raises(ContradictoryRecordingError, match="held is stated as True"):
+        read_recording(path)
+
+
+def test_a_run_that_contradicts_itself_is_not_told_of_as_if_it_were_true(store, short_run):
+    with pytest.raises(ContradictoryRecordingError, match=r"ended at 0\.3 s of 5 s"):
+        store.save(
+            replace(
+                short_run,
+                scenario=with_values(short_run.scenario, {"simulation.duration": 5.0}),
+            )
+        )
+
+
+@pytest.mark.parametrize("change", ["held", "name", "title"])
+def test_a_sidecar_that_was_edited_is_not_believed_but_its_annotations_are(
+    store, short_run, change
+):
+    stored = store.save(short_run)
+    path = stored.path.with_suffix(".json")
+    document = json.loads(path.read_text())
+    document["notes"] = "edited by hand"
+    if change == "held":
+        document["summary"]["metrics"]["held"] = not short_run.metrics.held
+    elif change == "name":
+        document["summary"]["name"] = "something else"
+    else:
+        document["title"] = "something else"
+    path.write_text(json.dumps(document))
+
+    for found in (store.get(stored.id), *store.list()):
+        assert (found.summary, found.title) == (stored.summary, stored.title)
+        assert found.notes == "edited by hand"
+
+
+def test_a_recording_that_was_replaced_is_told_of_by_what_it_holds(store, short_run, lost_run):
+    stored = store.save(short_run)
+    write_recording(lost_run, stored.path, overwrite=True)
+
+    (found,) = store.list()
+
+    assert found.summary["outcome"] == lost_run.outcome.value
+    assert found.display_name == lost_run.name != short_run.name
+
+
+def test_a_sidecar_of_an_earlier_version_is_completed_from_the_recording(store, short_run):
+    stored = store.save(short_run)
+    path = stored.path.with_suffix(".json")
+    document = json.loads(path.read_text())
+    del document["digest"], document["summary"]["name"]
+    path.write_text(json.dumps(document))
+
+    assert store.get(stored.id).summary == stored.summary
+    assert store.annotate(stored.id, name="mine").summary == stored.summary
+    assert json.loads(path.read_text())["digest"]
+
+
+def test_a_run_is_called_by_what_differs_until_a_user_names_it(store, short_run):
+    stored = store.save(short_run)
+    assert stored.display_name == short_run.name == "paper-case-2 · duration 0.3 s"
+    assert stored.file_name("csv") == f"paper-case-2-duration-0.3-s-{stored.id}.csv"
+
+    named = store.annotate(stored.id, name="für Anna")
+    assert named.display_name == "für Anna"
+    assert named.file_name("mcap") == f"f-r-Anna-{stored.id}.mcap"
+    assert store.annotate(stored.id, name="").display_name == short_run.name
+
+
+def test_runs_are_found_by_what_they_are_called(store, short_run, lost_run):
+    store.save(short_run)
+    lost = store.save(lost_run)
+
+    assert "right friction 0.3" in lost.display_name
+    assert [run.id for run in store.find(RunQuery(text="Right Friction")).runs] == [lost.id]

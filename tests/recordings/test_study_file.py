@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from core.endings import describe_wall_limit
+from core.endings import describe_stop, describe_wall_limit
 from core.executors import Cancelled, make_executor
 from core.loading import load_scenario, scenario_from_mapping, with_values
+from core.simulation import Simulation
 from core.simulator import simulate
 from core.study.definition import Study
 from core.study.loading import study_from_mapping
@@ -29,7 +30,7 @@ from recordings.study.conductor import conduct
 from recordings.study.member import MemberResult
 from recordings.study.reader import open_study
 from recordings.study.rebuild import RebuildError, rebuild
-from recordings.study.rows import StudyRow
+from recordings.study.rows import StudyRow, row_of
 from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 NUM_RUNS = 50
@@ -237,3 +238,17 @@ def test_a_definition_made_by_hand_is_validated_again(tmp_path: Path) -> None:
     run_study(by_hand, tmp_path / "s.mcap")
     with open_study(tmp_path / "s.mcap") as reader:
         assert reader.study == by_hand
+
+
+def test_a_row_is_not_complete_before_its_duration() -> None:
+    long = {"simulation.duration": 600.0, "controller.control_period": 0.001}
+    simulation = Simulation(with_values(load_scenario("paper-case-1"), long))
+    simulation.advance()
+    simulation.end(Outcome.COMPLETED, describe_stop(simulation.time))
+
+    row = row_of(0, {}, simulation)
+
+    assert row.outcome is Outcome.FAILED and row.reason is not None
+    assert row.reason.code == "contradictory_end"
+    assert row.reason.message.endswith(f"ended at {simulation.summary().end_time:g} s of 600 s")
+    assert row.metrics["held"] is False

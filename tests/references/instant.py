@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from core.loading import with_values
 from core.result import RunResult
 from core.scenario import Scenario
-from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
 from tests.references.open_contacts import OPEN, REST_SPEED, Answer, consistent_answers
 from tests.references.world import World

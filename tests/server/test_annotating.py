@@ -29,6 +29,7 @@ def test_name_notes_and_tags_are_changed_one_by_one(client, run) -> None:
     recorded = Path(run["recording"]).read_bytes()
     for change in ({"name": "first ✓"}, {"notes": "a\nb"}, {"tags": ["x", "y"]}, {"name": ""}, {}):
         run = {**run, **change}
+        run["display_name"] = run["name"] or "paper-case-1 · duration 0.01 s"
         answer = client.patch(path, json=change)
         assert answer.status_code == 200 and answer.json() == run
         assert client.get(path).json() == run

@@ -39,6 +39,9 @@ def test_a_run_and_itself_have_no_difference(client, sample_run):
         "first_divergence": {},
         "signals": {},
         "metrics": {},
+        "cause": None,
+        "integration_error": None,
+        "contradictions": [],
     }
 
 

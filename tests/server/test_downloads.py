@@ -46,7 +46,7 @@ def test_a_download_tells_its_size_tag_and_name(whole, sample_run, kind) -> None
     assert whole.status_code == 200
     assert int(whole.headers["content-length"]) == len(whole.content) > 1000
     assert whole.headers["accept-ranges"] == "bytes" and whole.headers["etag"].startswith('"')
-    name = f'attachment; filename="{sample_run["id"]}.{suffix}"'
+    name = f'attachment; filename="paper-case-1-{sample_run["id"]}.{suffix}"'
     assert whole.headers["content-disposition"] == name
 
 

@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import httpx2
 import pytest
 from mcap.writer import Writer
 
+from recordings import read_recording, write_recording
 from server import upload_body
 from server.routes.recordings import MAX_UPLOADS
 from server.settings import Settings
@@ -279,3 +281,23 @@ def test_no_recording_is_received_beyond_the_quota(tmp_path, content, with_lengt
         assert answer.status_code == answer.json()["status"] == 507
         assert "delete some, or raise the quota" in answer.json()["detail"]
         assert files_of(tmp_path) == {"service.lock"}
+
+
+@pytest.mark.parametrize("what", ["held", "torque_effort"])
+def test_a_recording_that_contradicts_its_samples_is_refused(
+    client, folder, sample_run, tmp_path, what
+) -> None:
+    run = read_recording(sample_run["recording"])
+    lie = {"held": not run.metrics.held, "torque_effort": 1.25}[what]
+    write_recording(
+        replace(run, metrics=replace(run.metrics, **{what: lie})), tmp_path / "run.mcap"
+    )
+    before = files_of(folder)
+
+    answer = client.post("/recordings", content=(tmp_path / "run.mcap").read_bytes())
+
+    assert answer.status_code == 422 and answer.headers["content-type"] == PROBLEM
+    detail = answer.json()["detail"]
+    computed = str(getattr(run.metrics, what))[:10]
+    assert f"{what} is stated as {lie}, its samples give {computed}" in detail
+    assert files_of(folder) == before

@@ -1,6 +1,7 @@
 """``slipgrasp diff`` as its users meet it."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -40,6 +41,9 @@ def test_a_recording_and_itself_are_identical(slipgrasp, files):
         "first_divergence": {},
         "signals": {},
         "metrics": {},
+        "cause": None,
+        "integration_error": None,
+        "contradictions": [],
     }
 
     told = slipgrasp("diff", "base.mcap", "base.mcap")
@@ -64,7 +68,7 @@ def test_the_words_name_parameter_phase_change_first_column_and_metric(slipgrasp
     assert any(
         " ".join(words).startswith("contact 1 right: slip backward to stick") for words in lines
     )
-    assert any(words[:2] == ["0.005", "s"] and "x," in words for words in lines)
+    assert any(words[:2] == ["0.02", "s"] and "error_x" in words for words in lines)
     assert any(words[:1] == ["slip_path"] for words in lines)
     assert done.stdout.startswith("Different from 0 s on (object_acceleration_x first)")
 
@@ -73,7 +77,7 @@ def test_another_rate_is_equal_and_the_parameter_has_its_unit(slipgrasp, files):
     done = slipgrasp("diff", "base.mcap", "slower.mcap")
 
     assert done.returncode == 0
-    assert done.stdout.startswith("Equal within 1e-09")
+    assert done.stdout.startswith("Equal within the integration error")
     assert ["simulation.output_rate", "200", "50", "Hz"] in [
         line.split() for line in done.stdout.splitlines()
     ]
@@ -135,3 +139,31 @@ def test_the_figure_is_drawn_in_the_format_of_its_name(slipgrasp, files):
     assert again.returncode == 2 and "already exists" in again.stderr
     wrong = slipgrasp("diff", "base.mcap", "slipperier.mcap", "--figure", "both.bmp")
     assert wrong.returncode == 2 and ".svg, .pdf and .png" in wrong.stderr
+
+
+def test_a_recording_that_contradicts_itself_is_not_equal_and_told_of(slipgrasp, files, runs):
+    base = runs["base"]
+    forged = replace(base, metrics=replace(base.metrics, slip_path=(5.0, 0.0)))
+    write_recording(forged, files / "forged.mcap")
+
+    done = slipgrasp("diff", "base.mcap", "forged.mcap")
+    assert done.returncode == 1
+    assert "Run b contradicts itself: slip_path_0 is stated as 5.0" in done.stdout
+    alone = slipgrasp("diff", "forged.mcap", "forged.mcap", "--json")
+    assert alone.returncode == 1
+    assert {(c["run"], c["what"]) for c in json.loads(alone.stdout)["contradictions"]} == {
+        (run, f"slip_path_{contact}") for run in "ab" for contact in (0, 1)
+    }
+
+
+def test_what_differs_before_the_cause_is_called_integration_error(slipgrasp, files):
+    base = with_values(load_scenario("paper-case-2"), {"simulation.duration": 1.0})
+    push = {"pulses.0.time": 0.5}
+    for name, values in {"calm": {}, "pushed": push}.items():
+        write_recording(simulate(with_values(base, values)), files / f"{name}.mcap")
+
+    done = slipgrasp("diff", "calm.mcap", "pushed.mcap")
+    first, second, *_ = done.stdout.splitlines()
+    assert first.startswith("Different from 0.5 s on")
+    assert second.startswith("Differences before 0.5 s, the largest ")
+    assert second.endswith("are integration error.")

@@ -22,7 +22,7 @@ LOST_GRIP = (
 )
 KEYS = {
     *("outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"),
-    "warnings",
+    *("warnings", "name"),
 }
 METRICS = {
     *("held", "slipping_at_end", "last_slip_time", "slip_path", "peak_normal_force"),
@@ -38,6 +38,7 @@ def test_a_completed_run_prints_the_json_of_the_contract_and_its_recording_holds
 
     assert set(result) == KEYS
     assert set(result["metrics"]) == METRICS
+    assert result["name"] == "paper-case-2 · duration 0.3 s"
     assert result["outcome"] == "completed"
     assert result["reason"] is None
     assert result["end_time"] == 0.3

@@ -8,7 +8,9 @@ from dataclasses import replace
 from html import unescape
 from xml.etree import ElementTree
 
+from core.loading import load_scenario, with_values
 from core.result import RunResult
+from core.simulator import simulate
 from recordings.comparison import compare
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
@@ -169,3 +171,23 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     panel.update(replace(view, ghost=None, shelf=Shelf()))
     assert (panel.b.value, len(panel.a.options)) == (NONE, 2)
     panel.remove()
+
+
+def test_beliefs_are_called_by_what_they_are_about(case_1: RunResult) -> None:
+    other = replace(case_1, scenario=with_values(case_1.scenario, {"estimates.4.initial": 0.7}))
+    findings = compare(case_1, other)
+    unknowns = [estimate.parameter for estimate in case_1.scenario.estimates]
+
+    assert "object mass believed at first [kg]" in findings_html(findings, FINGERS, unknowns)
+    # Where the runs estimate other things, the number alone is common to both.
+    assert "estimate 5 initial" in findings_html(findings, FINGERS)
+
+
+def test_what_differs_before_the_cause_is_called_integration_error() -> None:
+    calm = with_values(load_scenario("paper-case-2"), {"simulation.duration": 1.0})
+    pushed = with_values(calm, {"pulses.0.time": 0.5})
+
+    html = findings_html(compare(simulate(calm), simulate(pushed)), FINGERS)
+
+    assert "are integration error." in html and "They part at" in html
+    assert "Put the play head at 500 ms" in html

@@ -39,6 +39,9 @@ from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 SVG = "{http://www.w3.org/2000/svg}"
 
 
+STEM = "slipgrasp-paper-case-1-duration-0.1-s"
+
+
 @pytest.fixture(scope="module")
 def short() -> RunResult:
     return simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.1}))
@@ -120,7 +123,7 @@ def test_the_charts_arrive_as_one_drawing(office: Office) -> None:
     assert office.take(ExportCharts()).busy_with == "Drawing the charts"
     office.finish()
     (file,) = office.delivered
-    assert file.name == "slipgrasp-paper-case-2-charts.svg"
+    assert file.name == f"{STEM}-charts.svg"
     assert ElementTree.fromstring(file.content).tag == f"{SVG}svg"
     exporting = office.view.exporting
     assert file.name in exporting.message
@@ -133,7 +136,7 @@ def test_a_replay_tells_how_far_it_is_and_arrives(office: Office) -> None:
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     (file,) = office.delivered
-    assert file.name == "slipgrasp-paper-case-2-replay.html"
+    assert file.name == f"{STEM}-replay.html"
     assert file.content.lstrip().lower().startswith(b"<!doctype html")
 
 
@@ -142,7 +145,7 @@ def test_only_one_file_is_made_at_a_time(office: Office) -> None:
     assert office.take(ExportCharts()).number == 1
     assert office.take(ExportPicture()).pictures == 0
     office.finish()
-    assert [file.name for file in office.delivered] == ["slipgrasp-paper-case-2-replay.html"]
+    assert [file.name for file in office.delivered] == [f"{STEM}-replay.html"]
 
 
 def test_a_cancelled_export_ends_and_the_next_one_works(office: Office) -> None:
@@ -164,7 +167,7 @@ def test_an_answer_to_an_older_export_is_void(office: Office) -> None:
 
 
 def test_the_page_is_asked_for_each_picture(office: Office) -> None:
-    assert office.take(ExportPicture()).picture_name == "slipgrasp-paper-case-2-50ms.png"
+    assert office.take(ExportPicture()).picture_name == f"{STEM}-50ms.png"
     assert office.take(ExportPicture()).pictures == 2
 
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from html import escape
 
 import pytest
 
 from core.result import RunResult
-from recordings.store import RecordingStore
+from recordings.store import RecordingStore, StoredRun
 from server.viewer_server import ViewerServer
 from web.intents.intent import Intent
 from web.library.shelf import Notice, Shelf, ShelfFilter
-from web.panels.recordings_html import chosen_html, row_words, rows_html
+from web.panels.recordings_html import chosen_html, distinct_names, row_words, rows_html
 from web.panels.recordings_panel import RecordingsPanel
 from web.scenario.draft import Draft
 from web.timeline.playback import WindowChoice
@@ -53,8 +54,8 @@ def test_the_list_marks_what_is_chosen_and_what_is_on_the_screen(
     assert html.count("on screen") == 1
     assert "1 to 2 of 2 stored runs" in html
     assert "list-recordings" not in html
-    middle = rows_html(Shelf(1, 17, runs, ShelfFilter("q")), "")
-    assert "9 to 10 of 17 runs like this" in middle
+    middle = rows_html(Shelf(1, 25, runs, ShelfFilter("q")), "")
+    assert "13 to 14 of 25 runs like this" in middle
     assert middle.count("list-recordings") == 2
 
 
@@ -111,3 +112,31 @@ def view_of(shelf: Shelf, shown: Shown | None = None) -> ViewState:
         shown=shown,
         shelf=shelf,
     )
+
+
+def test_runs_of_one_name_are_told_apart_by_when_they_were_saved(
+    store: RecordingStore, case_1: RunResult
+) -> None:
+    stored: StoredRun = store.save(case_1)
+    runs = [
+        replace(stored, id=f"{n:012}", created=f"2026-11-22T10:05:{second:02}.000+00:00", name=name)
+        for n, (second, name) in enumerate(
+            [(1, ""), (2, ""), (2, "mine"), (3, "mine"), (3, "mine")]
+        )
+    ]
+
+    names = list(distinct_names(runs).values())
+
+    assert names[:2] == [f"{stored.display_name} · 10:05:01", f"{stored.display_name} · 10:05:02"]
+    assert names[2:] == ["mine · 10:05:02", f"mine · {runs[3].id}", f"mine · {runs[4].id}"]
+    assert distinct_names(runs[:1]) == {runs[0].id: stored.display_name}
+
+
+def test_a_row_shows_the_display_name_and_not_the_title_of_its_preset(
+    store: RecordingStore, case_1: RunResult
+) -> None:
+    stored = store.save(case_1)
+    shown = rows_html(Shelf(runs=(stored,), count=1), "")
+
+    assert escape(stored.display_name) in shown
+    assert escape(stored.title) not in shown

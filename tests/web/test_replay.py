@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
+from core.display_name import name_run
 from core.kernel import entry
 from core.result import RunResult
 from core.types import ContactPhase
@@ -203,7 +204,7 @@ def test_a_part_that_has_become_a_recording_meanwhile_is_found(
 def test_a_stored_run_is_called_as_its_user_called_it(case_1: RunResult, tmp_path: Path) -> None:
     store = RecordingStore(tmp_path)
     stored = store.save(case_1)
-    assert open_replay(store, stored.id).name == stored.id
+    assert open_replay(store, stored.id).name == name_run(case_1.scenario)
     store.annotate(stored.id, name="the one that held")
     replay = open_replay(store, stored.id)
     assert (replay.name, replay.run_id) == ("the one that held", stored.id)

@@ -114,7 +114,8 @@ def test_the_run_before_a_gesture_stays_as_a_ghost_until_it_is_dismissed(room: R
     for mass in (1.2, 1.3, 1.4):
         view = room.do(SetParameter(MASS, mass))
     assert view.ghost is not None
-    assert (view.ghost.shown, view.ghost.label) == (first, "the run before")
+    assert view.ghost.shown is first
+    assert view.ghost.label == f"the run before: {first.name}"
     last = view.shown
     view = room.do(SetParameter(INERTIA, 0.02))
     assert view.ghost is not None

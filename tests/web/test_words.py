@@ -8,6 +8,7 @@ import pytest
 
 from core.exceptions import FieldError, ScenarioError
 from core.loading import load_scenario, with_values
+from core.parameter_words import key_words, unit_words
 from core.result import RunResult
 from core.simulator import simulate
 from core.types import Outcome, Reason, RunWarning
@@ -15,7 +16,7 @@ from core.verdict import describe_run
 from web.panels.outcome_panel import outcome_html
 from web.scenario.parameter_names import in_page_words
 from web.view import RunStage, RunStatus, Shown
-from web.words import error_words, key_words, unit_words
+from web.words import error_words
 
 DROPPED = Reason(
     code="contact_separation",

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.loading import parameter_definitions
+from core.parameter_words import key_words, unit_words
 from core.result import RunResult
 from core.trace import JOINTS_PER_FINGER
 from web.colours import FINGERS, MUTED, Rgb
 from web.sampling import Spot
-from web.words import key_words, unit_words
 
 __all__ = [
     "CHART_TABS",

@@ -80,4 +80,4 @@ def _recording_on_screen(view: ViewState) -> Replay | None:
     if stored is None:
         return None
     recorded = moment_words(stored.created)
-    return Replay(stored.name or stored.id, recorded, view.shown.result, stored.id)
+    return Replay(stored.display_name, recorded, view.shown.result, stored.id)

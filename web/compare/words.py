@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from core.parameter_words import key_words, unit_words
 from core.trace import OBJECT_COORDINATES, SIGNALS
 from recordings.differences import SignalDifference
 from recordings.study.result_columns import metric_unit
-from web.words import key_words, unit_words
 
 __all__ = [
     "MISSING",

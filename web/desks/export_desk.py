@@ -63,18 +63,18 @@ class ExportDesk(Desk):
         return replace(view, exporting=exporting)
 
     def _begin(self, intent: Intent, view: ViewState, shown: Shown) -> Exporting:
-        number, origin = view.exporting.number + 1, view.draft.origin
+        number, run = view.exporting.number + 1, shown.name
         begun = replace(view.exporting, number=number, share=0.0, message="", is_failure=False)
         if isinstance(intent, ExportPicture):
             # The page itself takes the picture of what it shows.
             time = milliseconds(view.playback.time) if view.playback else ""
-            name = file_name(origin, time.replace(" ", ""), "png")
+            name = file_name(run, time.replace(" ", ""), "png")
             return replace(begun, pictures=begun.pictures + 1, picture_name=name)
         if isinstance(intent, ExportCharts):
-            name = file_name(origin, "charts", "svg")
+            name = file_name(run, "charts", "svg")
             self._worker.start(number, lambda _: ExportFile(name, _charts_file(view, shown)))
             return replace(begun, busy_with="Drawing the charts")
-        name = file_name(origin, "replay", "html")
+        name = file_name(run, "replay", "html")
         self._worker.start(number, lambda tell: ExportFile(name, _replay_file(shown, tell)))
         return replace(begun, busy_with="Recording the replay")
 
@@ -102,7 +102,7 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None
     pages = drawn_charts(ChartedRun.of(shown.result), ghost, view.playback.window, view.charts)
     heading = ChartsHeading(
-        title=view.draft.origin,
+        title=shown.name,
         ghost=view.ghost.label if view.ghost else "",
         time=view.playback.time,
         changes=tuple(change.time for change in shown.result.scenario.changes),

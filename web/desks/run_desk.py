@@ -105,7 +105,7 @@ class RunDesk(Desk):
         self._base = view.draft.base
         ghost = None if afresh and not (view.ghost and view.ghost.is_chosen) else view.ghost
         if view.editing.ghost_due and not afresh and view.shown and not (ghost and ghost.is_chosen):
-            ghost = Ghost(view.shown, _GHOST_LABEL)
+            ghost = Ghost(view.shown, f"{_GHOST_LABEL}: {view.shown.name}")
         editing = replace(view.editing, ghost_due=False)
         view = replace(view, ghost=ghost, editing=editing)
         return show(view, shown, RunStage.PREVIEW, afresh=afresh)

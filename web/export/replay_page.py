@@ -12,7 +12,7 @@ import viser
 from numpy.typing import NDArray
 
 from core.result import RunResult
-from core.verdict import headline_of, title_of
+from core.verdict import headline_of
 from server.viewer_server import ViewerServer
 from web.camera import FIELD_OF_VIEW, Picture, frame_box
 from web.sampling import Sampler
@@ -107,7 +107,7 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
     middle = 0.5 * (layout.low[0] + layout.high[0])
     words = (
         ("outcome", headline_of(result), layout.high[1] + 1.1 * _ROOM_FOR_WORDS, 1.5),
-        ("title", title_of(result), layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
+        ("title", result.name, layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
         ("clock", "", layout.low[1] - 0.4 * _ROOM_FOR_WORDS, 1.2),
     )
     *_, clock = (
@@ -124,7 +124,7 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
 
 
 def _title(result: RunResult) -> str:
-    return f"{title_of(result) or 'slipgrasp'} – {headline_of(result)}"
+    return f"{result.name} – {headline_of(result)}"
 
 
 def _with_title(page: str, title: str) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
-__all__ = ["ExportFile", "Exporting", "file_name"]
+from core.display_name import file_stem
 
-_LONGEST_NAME = 60
+__all__ = ["ExportFile", "Exporting", "file_name"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +40,12 @@ class Exporting:
     picture_name: str = ""
 
 
-def file_name(origin: str, what: str, ending: str) -> str:
+def file_name(run: str, what: str, ending: str) -> str:
     """A name that every file system takes, such as ``slipgrasp-paper-case-2-charts.svg``.
 
     Args:
-        origin: Where the run comes from: a preset or a recording.
+        run: What the run is called.
         what: What the file shows; may be empty.
         ending: Its ending, without the dot.
     """
-    words = re.sub(r"[^A-Za-z0-9._]+", "-", origin).strip("-.")[:_LONGEST_NAME]
-    return "-".join(part for part in ("slipgrasp", words, what) if part) + f".{ending}"
+    return "-".join(part for part in ("slipgrasp", file_stem(run), what) if part) + f".{ending}"

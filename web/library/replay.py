@@ -23,7 +23,7 @@ class Replay:
     """A recording that was opened.
 
     Attributes:
-        name: What it is called.
+        name: What it is called: of a stored run its display name, of a file its own.
         recorded: When it was recorded, in words; of a file, when it was last written.
         result: The run.
         run_id: Its id in the store, empty for a file.
@@ -38,8 +38,8 @@ class Replay:
 
     @property
     def label(self) -> str:
-        """Its name among the scenarios to choose from; no preset is called so."""
-        return f"recording {self.name}"
+        """Its name among the scenarios to choose from; nothing else is called so."""
+        return " · ".join(filter(None, (f"recording {self.name}", self.run_id)))
 
 
 def open_replay(store: RecordingStore, source: Source) -> Replay:
@@ -57,7 +57,7 @@ def open_replay(store: RecordingStore, source: Source) -> Replay:
     if isinstance(source, str):
         stored = store.get(source)
         recorded = moment_words(stored.created)
-        return Replay(stored.name or stored.id, recorded, store.open(source), stored.id)
+        return Replay(stored.display_name, recorded, store.open(source), stored.id)
     if source.suffix == PART_SUFFIX:
         try:
             result = read_unfinished(source).result

@@ -10,7 +10,7 @@ from recordings.stored_run import StoredRun
 
 __all__ = ["OUTCOME_CHOICES", "ROWS_PER_PAGE", "Notice", "Shelf", "ShelfFilter"]
 
-ROWS_PER_PAGE = 8
+ROWS_PER_PAGE = 12
 MAX_TEXT = 100
 
 _ANY = "any outcome"

@@ -6,8 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
+from core.field_errors import template_key, template_keys
+from core.parameter_differences import ParameterDifference
+from core.parameter_words import belief_words, key_words, unit_words
 from recordings.comparison import Comparison
-from recordings.differences import ParameterDifference, PhaseDifference, SignalDifference
+from recordings.differences import PhaseDifference, SignalDifference
 from web.colours import PHASES, css
 from web.compare.words import (
     MISSING,
@@ -22,7 +25,7 @@ from web.compare.words import (
     value_words,
 )
 from web.page.markup import clickable
-from web.words import PHASE_HINTS, key_words, unit_words
+from web.words import PHASE_HINTS
 
 __all__ = ["findings_html", "first_divergence"]
 
@@ -37,18 +40,19 @@ def first_divergence(findings: Comparison) -> float | None:
     return next(iter(findings.first_divergence.values()), None)
 
 
-def findings_html(findings: Comparison, names: Sequence[str]) -> str:
+def findings_html(findings: Comparison, names: Sequence[str], unknowns: Sequence[str] = ()) -> str:
     """What tells two runs apart, the most important first.
 
     Args:
         findings: The comparison of the run on the screen, A, and the pale one, B.
         names: What the fingers are called.
+        unknowns: Dotted keys of what both runs estimate; empty if that is not the same.
     """
     if findings.identical:
         return "<p><b>Identical.</b> The same scenario, and not one number differs.</p>"
-    parameters = (_parameter_row(difference, names) for difference in findings.scenario)
+    parameters = (_parameter_row(difference, names, unknowns) for difference in findings.scenario)
     blocks = (
-        _verdict_html(findings),
+        _verdict_html(findings, names),
         _table_html("What was set", ("A", "B"), parameters),
         _table_html("How it went", ("A", "B", _DIFFERENCE), _metric_rows(findings, names)),
         _phases_html(findings, names),
@@ -58,9 +62,9 @@ def findings_html(findings: Comparison, names: Sequence[str]) -> str:
     return "".join(blocks)
 
 
-def _verdict_html(findings: Comparison) -> str:
+def _verdict_html(findings: Comparison, names: Sequence[str]) -> str:
     if findings.equal:
-        return f"<p><b>The same happened</b>, within {findings.tolerance:g}.</p>"
+        return f"<p><b>The same happened</b>, within {_limit(findings)}.</p>"
     first = first_divergence(findings)
     phase = min(map(_begin, findings.phase_changes), default=None)
     sentences = []
@@ -68,11 +72,21 @@ def _verdict_html(findings: Comparison) -> str:
         differing = len(findings.first_divergence)
         sentences.append(
             f"They part at {_moment(first)}; {differing} of {len(findings.signals)} "
-            f"signals differ by more than {findings.tolerance:g}."
+            f"signals differ by more than {_limit(findings)}."
+        )
+    if (error := findings.integration_error) is not None:
+        column = escape(column_words(findings.signals[error.column], names))
+        largest = f"the largest {amount(error.max, error.unit)} in {column}"
+        sentences.append(
+            f"Differences before {_moment(error.before)}, {largest}, are integration error."
         )
     if phase is not None:
         sentences.append(f"Stick and slip first differ at {_moment(phase)}.")
     return f"<p>{' '.join(sentences) or '<b>They end differently.</b>'}</p>"
+
+
+def _limit(findings: Comparison) -> str:
+    return "the integration error" if findings.tolerance is None else f"{findings.tolerance:g}"
 
 
 def _begin(change: PhaseDifference) -> float:
@@ -104,10 +118,24 @@ def _cells(*contents: str) -> Iterator[str]:
     return (f"<td>{content}</td>" for content in contents)
 
 
-def _parameter_row(difference: ParameterDifference, names: Sequence[str]) -> str:
-    words = key_words(difference.key, names) + unit_words(difference.unit)
+def _parameter_row(
+    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
+) -> str:
+    words = _parameter_words(difference, names, unknowns)
     values = (_shortened(value_words(value)) for value in (difference.a, difference.b))
     return _row_html(escape(words), (f"<td class='sg-text'>{escape(v)}</td>" for v in values))
+
+
+def _parameter_words(
+    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
+) -> str:
+    """What a parameter is called, with its unit; a belief as what it is about."""
+    head, *rest = difference.key.split(".")
+    if head != "estimates" or not unknowns:
+        return key_words(difference.key, names) + unit_words(difference.unit)
+    unknown = unknowns[int(rest[0])]
+    unit = template_keys()[template_key(unknown)].unit
+    return belief_words(rest[1], key_words(unknown, names)) + unit_words(unit)
 
 
 def _shortened(text: str) -> str:

@@ -23,7 +23,7 @@ __all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]
 ON_SCREEN: str = "the run on the screen"
 NONE: str = "none"
 
-_LONGEST_NAME = 32
+_LONGEST_NAME = 80
 _INVITATION = (
     "<p><b>See two runs over each other.</b> Choose a stored run B: it is drawn pale below the "
     "run on the screen, in the scene, on the strip and in the charts, and a table tells what "
@@ -99,8 +99,8 @@ def compare_html(view: ViewState) -> str:
     box = box_html("Not compared", [escape(f"{message}.")]) if message else ""
     if view.shown is None or view.ghost is None:
         return f"<div class='sg-compare'>{box}{_INVITATION}</div>"
-    name = view.shown.replay.name if view.shown.replay else f"live run of {view.draft.origin}"
-    heads = _run_html("A", name, view.shown)
+    live = "" if view.shown.replay else ", live"
+    heads = _run_html("A", view.shown.name + live, view.shown)
     heads += _run_html("B", view.ghost.label, view.ghost.shown)
     body = _body_html(view, view.shown)
     return f"<div class='sg-compare'>{heads}{_actions_html(view)}{box}{body}</div>"
@@ -149,8 +149,15 @@ def _body_html(view: ViewState, shown: Shown) -> str:
     names = shown.result.scenario.finger_names
     if len(names) != len(findings.metrics.get("slip_path", (names,))[0]):
         return "<p>Comparing …</p>"
-    body = findings_html(findings, names)
+    body = findings_html(findings, names, _common_unknowns(view))
     return body if is_current else f"<div class='sg-outdated'>{body}</div>"
+
+
+def _common_unknowns(view: ViewState) -> tuple[str, ...]:
+    """What both runs on the screen estimate; empty if that is not the same."""
+    runs = [shown for shown in (view.shown, view.ghost and view.ghost.shown) if shown]
+    lists = {tuple(e.parameter for e in each.result.scenario.estimates) for each in runs}
+    return lists.pop() if len(lists) == 1 else ()
 
 
 def _choice_label(run: StoredRun) -> str:

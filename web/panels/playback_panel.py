@@ -10,7 +10,6 @@ import viser
 from core.scenario import Scenario
 from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, PUSH, WATER, Rgb, css, sign
 from web.intents.intent import Send
-from web.library.replay import Replay
 from web.page.intents_schema import PageGestures
 from web.page.keys import KEYS, keys_of
 from web.timeline.strip import clock_words, strip_html
@@ -43,11 +42,11 @@ class PlaybackPanel:
         if view.shown is None or view.playback is None:
             return
         playback = view.playback
-        drawn = (view.shown, view.ghost, playback.window, view.draft.origin)
+        drawn = (view.shown, view.ghost, playback.window)
         if drawn != self._drawn:
             self._drawn = drawn
             strip = strip_html(view.shown.result, playback, view.ghost)
-            caption = caption_html(view.shown, view.ghost, playback.time, view.draft.origin)
+            caption = caption_html(view.shown, view.ghost, playback.time)
             self.strip.content = caption + strip
         controls = (playback.playing, playback.speed, view.choice)
         if controls != self._controls:
@@ -72,14 +71,13 @@ def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHan
     return command
 
 
-def caption_html(shown: Shown, ghost: Ghost | None, time: float, origin: str) -> str:
-    """Where the run comes from, what the colours mean, and the time.
+def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
+    """Which run it is, what the colours mean, and the time.
 
     Args:
         shown: The run.
         ghost: The run that is drawn pale.
         time: Where the play head stands at first [s].
-        origin: What a live run started from.
     """
     legend = "".join(
         f'<span><i style="color:{colour}">{sign}</i> {word}</span>'
@@ -97,7 +95,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float, origin: str) ->
     )
     pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
     return (
-        f'<div class="sg-caption">{_origin_html(shown.replay, origin)}'
+        f'<div class="sg-caption">{_origin_html(shown)}'
         f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b>'
         f'<span class="sg-legend">{phases}{legend}{pale}</span></div>'
     )
@@ -116,10 +114,11 @@ def _legible(colour: Rgb) -> str:
     return f"color-mix(in srgb, {css(colour)} 80%, currentColor)"
 
 
-def _origin_html(replay: Replay | None, origin: str) -> str:
+def _origin_html(shown: Shown) -> str:
     """Whether this was computed just now, or what recording it is read from."""
+    replay = shown.replay
     if replay is None:
-        return f'<span class="sg-origin"><b>Live run</b> of {escape(origin)}</span>'
+        return f'<span class="sg-origin"><b>Live run</b> {escape(shown.name)}</span>'
     return (
         f'<span class="sg-origin"><b class="sg-badge" style="background:{css(GHOST)}">Replay</b> '
         f"<b>{escape(replay.name)}</b>, recorded {escape(replay.recorded)}</span>"

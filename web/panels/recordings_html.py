@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -15,7 +17,7 @@ from web.library.shelf import ROWS_PER_PAGE, Shelf
 from web.page.markup import clickable
 from web.panels.outcome_panel import box_html
 
-__all__ = ["RowWords", "chosen_html", "row_words", "rows_html", "run_label", "upload_html"]
+__all__ = ["RowWords", "chosen_html", "distinct_names", "row_words", "rows_html", "upload_html"]
 
 _LINKS = (("recording", "MCAP"), ("signals.csv", "CSV"), ("signals.parquet", "Parquet"))
 
@@ -29,9 +31,19 @@ class RowWords(NamedTuple):
     details: str
 
 
-def run_label(run: StoredRun) -> str:
-    """What a run is called: its name, else what it was made from."""
-    return run.name or run.preset or run.title or run.id
+def distinct_names(runs: Sequence[StoredRun]) -> dict[str, str]:
+    """What each run is called in a list, by id: those of one name with when they were saved."""
+    told = [(run.display_name, _timed_name(run), f"{run.display_name} · {run.id}") for run in runs]
+    counts = Counter(name for names in told for name in set(names))
+    return {
+        run.id: next((name for name in names if counts[name] == 1), names[-1])
+        for run, names in zip(runs, told, strict=True)
+    }
+
+
+def _timed_name(run: StoredRun) -> str:
+    """Its name, and when it was saved to the second."""
+    return f"{run.display_name} · {run.created[11:19]}"
 
 
 def row_words(run: StoredRun) -> RowWords:
@@ -39,12 +51,12 @@ def row_words(run: StoredRun) -> RowWords:
     try:
         outcome, tone_name = _outcome_words(run.summary)
         slip = 1e3 * max(run.summary["metrics"]["slip_path"])
-        end = f"{run.summary['end_time']:g} s"
+        end = f"{run.summary['end_time']:.4g} s"
     except (KeyError, TypeError, ValueError):
         # What lies beside a recording may have been written by anyone.
-        return RowWords(run.name or run.id, "unreadable", "bad", run.title)
+        return RowWords(run.display_name, "unreadable", "bad", run.title)
     details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created).removesuffix(' UTC')}"
-    return RowWords(run_label(run), outcome, tone_name, details)
+    return RowWords(run.display_name, outcome, tone_name, details)
 
 
 def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
@@ -63,8 +75,10 @@ def rows_html(shelf: Shelf, open_id: str) -> str:
     """
     notice = shelf.notice
     box = box_html(escape(notice.title), [escape(_sentence(notice.message))]) if notice else ""
+    names = distinct_names(shelf.runs)
     rows = "".join(
-        _row_html(run, run.id == shelf.chosen_id, run.id == open_id) for run in shelf.runs
+        _row_html(run, names[run.id], run.id == shelf.chosen_id, run.id == open_id)
+        for run in shelf.runs
     )
     return (
         f"<div class='sg-shelf'>{box}<div class='sg-rows'>{rows or _empty_html(shelf)}</div>"
@@ -72,17 +86,17 @@ def rows_html(shelf: Shelf, open_id: str) -> str:
     )
 
 
-def _row_html(run: StoredRun, is_chosen: bool, is_open: bool) -> str:
+def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
     words = row_words(run)
     kinds = ["sg-row", *["sg-chosen"] * is_chosen, *["sg-open"] * is_open]
     badge = "<span class='sg-small'>on screen</span>" if is_open else ""
     tags = "".join(f" <span class='sg-tag'>{escape(tag)}</span>" for tag in run.tags)
-    choosing = clickable(f"Choose {run.id}: {run.title}", "choose-recording", run_id=run.id)
+    choosing = clickable(f"Choose {name} ({run.id})", "choose-recording", run_id=run.id)
     opening = clickable(f"Open {run.id} for replay", "open-recording", run_id=run.id)
     return (
         f"<div class='{' '.join(kinds)}'>"
         f"<div {choosing} aria-pressed='{str(is_chosen).lower()}'>"
-        f"<div class='sg-row-head'><b>{escape(words.label)}</b>{badge}"
+        f"<div class='sg-row-head'><b title='{escape(name)}'>{escape(name)}</b>{badge}"
         f"<b style='color:{tone(words.tone)}'>{escape(words.outcome)}</b></div>"
         f"<div class='sg-small sg-clipped'>{escape(words.details)}{tags}</div></div>"
         f"<div {opening} aria-label='Open {escape(run.id)}'>▶</div></div>"
@@ -123,7 +137,7 @@ def chosen_html(run: StoredRun) -> str:
     links = ", ".join(f"<a href='{address}/{file}' download>{word}</a>" for file, word in _LINKS)
     notes = f"<div class='sg-notes'>{escape(run.notes)}</div>" if run.notes else ""
     return (
-        f"<div class='sg-facts'><b>{escape(run.title or run.id)}</b>"
+        f"<div class='sg-facts'><b>{escape(run.display_name)}</b>"
         f"<div class='sg-small'>{escape(run.id)} · saved {escape(moment_words(run.created))} · "
         f"{run.size / 1e6:.1f} MB</div><div>Download: {links}</div>{notes}</div>"
     )

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from core.field_errors import template_key, template_keys
+from core.parameter_words import key_words, unit_after, unit_words
 from core.parameters import Parameter
 from core.scenario import Scenario
 from web.scenario.incidents import Incident, incident_parameters
 from web.scenario.rows import is_of_rows, row_parameters
-from web.words import key_words, unit_after, unit_words
 
 __all__ = [
     "Entry",

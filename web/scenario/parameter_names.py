@@ -5,17 +5,12 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
+from core.parameter_words import belief_words, key_words, unit_words
 from core.parameters import Parameter, describe
 from core.scenario import Scenario
-from web.words import key_words, unit_words
 
 __all__ = ["ParameterNames", "in_page_words", "names_of"]
 
-_BELIEFS = {
-    "initial": "believed at first",
-    "minimum": "believed at least",
-    "maximum": "believed at most",
-}
 _QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
 _PARTS = "object|fingers|trajectory|controller|estimates|sensing|actuation|simulation"
 _KEYS = re.compile(rf"\b(?:{_PARTS})(?:\.(?:\w+|\*))+")
@@ -46,8 +41,7 @@ class ParameterNames:
         if key.startswith("fingers.*."):
             return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
         if (target := self._estimated(key)) is not None:
-            belief = key.rpartition(".")[2]
-            return f"{key_words(target.key, names)} {_BELIEFS.get(belief, belief)}"
+            return belief_words(key.rpartition(".")[2], key_words(target.key, names))
         if key not in self.definitions and f"{key}.0" not in self.definitions:
             return key
         head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")

@@ -11,13 +11,13 @@ from typing import Any
 from core.exceptions import FieldError, ScenarioError
 from core.field_errors import template_key, template_keys
 from core.loading import load_scenario, preset_names, with_values
+from core.parameter_words import key_words
 from core.parameters import Parameter
 from core.scenario import Scenario
 from core.study.definition import Study, expand_key
 from core.study.loading import study_from_mapping
 from web.panels.slider_range import slider_range
 from web.scenario.parameter_names import ParameterNames, names_of
-from web.words import key_words
 
 __all__ = [
     "COMPARISONS",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from core.parameter_words import unit_after
 from server.live_study import StudyState, StudyStatus
 from web.library.replay import moment_words
-from web.words import unit_words
 
 __all__ = [
     "list_label",
@@ -24,11 +24,7 @@ def value_words(value: Any, unit: str = "") -> str:
     """A value as a person writes it, with its unit."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
-    return f"{value:.4g}{_unit_behind(unit)}"
-
-
-def _unit_behind(unit: str) -> str:
-    return unit_words(unit).replace("[", "").replace("]", "")
+    return f"{value:.4g}{unit_after(unit)}"
 
 
 def number_words(count: int, noun: str) -> str:

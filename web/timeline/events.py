@@ -11,12 +11,12 @@ import numpy as np
 
 from core.geometry import contact_frame
 from core.law_choice import LAW
+from core.parameter_words import key_words
 from core.result import RunResult
 from core.types import ContactPhase, Outcome, PhaseChange
 from web.scenario.draft import Draft
 from web.scenario.incidents import incident_words, incidents_of
 from web.scenario.laws import law_change_words, main_changes
-from web.words import key_words
 
 __all__ = ["EventKind", "RunEvent", "events_of", "neighbouring_event_time"]
 

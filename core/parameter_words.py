@@ -1,0 +1,87 @@
+"""Parameters, their units and their values in words, the same wherever they are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+__all__ = ["belief_words", "key_words", "unit_after", "unit_words", "value_words"]
+
+_WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
+_COORDINATES = ("x", "y", "theta")
+_BELIEFS = {
+    "initial": "believed at first",
+    "minimum": "believed at least",
+    "maximum": "believed at most",
+}
+# Names and symbols that a key cannot spell.
+_SPELLED = {
+    "lyapunov_weight": "Lyapunov weight Q",
+    "adaptation_gain": "adaptation gain Γ",
+    "position_gain": "position gain Kₚ",
+    "velocity_gain": "velocity gain Kᵥ",
+}
+
+
+def key_words(key: str, names: Sequence[str]) -> str:
+    """A dotted key in words: ``fingers.0.link_masses.1`` as ``left link mass 2``.
+
+    Args:
+        key: The key.
+        names: What the fingers are called.
+    """
+    parts = key.split(".")
+    words: list[str] = []
+    for i, part in enumerate(parts):
+        following_is_index = i + 1 < len(parts) and parts[i + 1].isdigit()
+        if not part.isdigit():
+            word = _singular(part) if following_is_index else part
+            words += [] if part == "fingers" else [_SPELLED.get(part, word)]
+        elif parts[i - 1] == "fingers":
+            words.append(names[int(part)])
+        elif parts[i - 1] in _WITH_COORDINATES:
+            words.append(_COORDINATES[int(part)])
+        else:
+            words.append(str(int(part) + 1))
+    return " ".join(words).replace("_", " ").replace("controller kind", "control law")
+
+
+def belief_words(field: str, unknown: str) -> str:
+    """What the controller believes of an unknown, such as ``mass believed at first``.
+
+    Args:
+        field: Field of its estimate.
+        unknown: What the unknown is called.
+    """
+    return f"{unknown} {_BELIEFS.get(field, field)}"
+
+
+def unit_words(unit: str) -> str:
+    """A unit for a label, such as `` [kg m²]``; nothing for pure numbers."""
+    return f" [{unit}]" if _is_unit(unit) else ""
+
+
+def unit_after(unit: str) -> str:
+    """A unit to stand after a number, such as `` kg m²``; nothing for pure numbers."""
+    return f" {unit}" if _is_unit(unit) else ""
+
+
+def value_words(value: Any, unit: str = "") -> str:
+    """A value as a person writes it, with its unit: ``1.4 kg``, ``(0, -5) N``, ``none``."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (list, tuple)):
+        return f"({', '.join(map(value_words, value))}){unit_after(unit)}"
+    if isinstance(value, (int, float)):
+        return f"{value:g}{unit_after(unit)}"
+    return f"{value}{unit_after(unit)}"
+
+
+def _is_unit(unit: str) -> bool:
+    return unit not in ("", "1")
+
+
+def _singular(word: str) -> str:
+    return word.removesuffix("es") if word.endswith(("sses", "ches")) else word.removesuffix("s")

@@ -1,0 +1,118 @@
+"""What a run states of itself is held against its samples."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.claims import contradictions_of, describe_false_end
+from core.loading import load_scenario, preset_names, with_values
+from core.simulator import simulate
+from core.trace import Trace
+from core.types import Outcome
+from tests.core.drawn_scenarios import KINDS, draw_scenario
+
+NUM_SEEDS = 3
+
+
+@pytest.fixture(scope="module")
+def run():
+    return simulate(with_values(load_scenario("paper-case-2"), {"simulation.duration": 1.0}))
+
+
+def claims_against(run):
+    return [found.what for found in contradictions_of(run)]
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_no_preset_contradicts_itself(name):
+    assert contradictions_of(simulate(load_scenario(name))) == ()
+
+
+@pytest.mark.parametrize("seed", range(NUM_SEEDS))
+def test_no_random_run_contradicts_itself_however_it_ends(seed):
+    runs = [simulate(draw_scenario(kind, seed)) for kind in KINDS]
+
+    assert {run.outcome for run in runs} >= {Outcome.COMPLETED, Outcome.SEPARATED}
+    assert any(len(run.trace) == 1 for run in runs) or seed != 1
+    for run in runs:
+        assert contradictions_of(run) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("held", False),
+        ("slipping_at_end", True),
+        ("last_slip_time", None),
+        ("torque_effort", 1.0),
+        ("phase_change_count", 5),
+    ],
+)
+def test_a_metric_that_the_samples_do_not_give_is_named_with_both_values(run, name, value):
+    (found,) = contradictions_of(replace(run, metrics=replace(run.metrics, **{name: value})))
+
+    assert (found.what, found.stated) == (name, value)
+    assert found.computed == pytest.approx(getattr(run.metrics, name), rel=1e-12)
+    assert str(found) == f"{name} is stated as {value}, its samples give {found.computed}"
+
+
+def test_one_entry_of_a_list_is_named_by_its_contact_or_coordinate(run):
+    left, right = run.metrics.slip_path
+    x, y, theta = run.metrics.final_tracking_error
+    metrics = replace(
+        run.metrics,
+        slip_path=(left, right + 1e-6),
+        minimum_friction_margin=(None, run.metrics.minimum_friction_margin[1]),
+        final_tracking_error=(x, y, theta + 1.0),
+    )
+
+    assert claims_against(replace(run, metrics=metrics)) == [
+        "slip_path_1",
+        "minimum_friction_margin_0",
+        "final_tracking_error_theta",
+    ]
+
+
+def test_sums_in_another_order_are_the_same_metric(run):
+    rounded = replace(run.metrics, torque_effort=run.metrics.torque_effort * (1.0 + 1e-12))
+
+    assert contradictions_of(replace(run, metrics=rounded)) == ()
+
+
+def test_a_completed_run_must_have_reached_its_duration(run):
+    longer = with_values(run.scenario, {"simulation.duration": 2.0})
+    (found,) = contradictions_of(replace(run, scenario=longer))
+
+    assert (found.what, found.stated) == ("outcome", "completed")
+    assert found.computed == "ended at 1 s of 2 s"
+    assert contradictions_of(replace(run, scenario=longer, outcome=Outcome.STOPPED)) != ()
+    assert "outcome" not in claims_against(replace(run, scenario=longer, outcome=Outcome.STOPPED))
+
+
+def test_a_completed_run_must_be_finite_at_its_end(run):
+    rows = run.trace.to_rows().copy()
+    rows[-1, -1] = np.nan
+    broken = replace(run, trace=Trace.from_rows(run.trace.shape, rows))
+
+    (found,) = (each for each in contradictions_of(broken) if each.what == "outcome")
+    assert found.computed == "not finite at 1 s"
+
+
+@pytest.mark.parametrize("end", [0.0, 6.9999, np.nan, np.inf])
+def test_only_the_whole_duration_is_complete(end):
+    assert describe_false_end(Outcome.COMPLETED, end, 7.0) == f"ended at {end:g} s of 7 s"
+    assert describe_false_end(Outcome.SEPARATED, end, 7.0) == ""
+    assert describe_false_end(Outcome.COMPLETED, 7.0, 7.0) == ""
+
+
+def test_phase_changes_must_be_those_of_the_samples(run):
+    first = min(change.time for change in run.phase_changes)
+    fewer = replace(run, phase_changes=run.phase_changes[:-1])
+    (found, *_) = contradictions_of(fewer)
+
+    assert found.what == "phase_changes"
+    assert "slip" in found.stated and found.computed.startswith("stick")
+    late = tuple(replace(c, time=c.time + 0.02) for c in run.phase_changes)
+    assert "phase_changes" in claims_against(replace(run, phase_changes=late))
+    assert first < 0.05
