@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from viser import uplot
 
 from tests.ensure_programs import find_chromium
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.browser
 
@@ -64,14 +65,6 @@ def watched(browser) -> Iterator[Watched]:
     page.close()
 
 
-def wait_for(page: Page, condition, seconds: float = 20.0) -> None:
-    for _ in range(int(seconds * 20)):
-        if condition():
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError("it did not happen in time")
-
-
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
 def test_the_viewer_works_on_the_one_port_in_both_directions(viewing, watched, name) -> None:
     gui, page = viewing.viewer.gui, watched.page
@@ -86,7 +79,7 @@ def test_the_viewer_works_on_the_one_port_in_both_directions(viewing, watched, n
     page.locator("canvas").first.wait_for()
     page.get_by_role("slider").last.focus()
     page.keyboard.press("ArrowRight")
-    wait_for(page, lambda: slider.value == pytest.approx(1.1))
+    wait_until(lambda: slider.value == pytest.approx(1.1))
     text.content = "**after** all"
     page.get_by_text("after").wait_for()
     page.wait_for_timeout(1000)

@@ -23,10 +23,9 @@ from core.result import RunResult
 from core.simulator import simulate
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
-from server.settings import Settings
 from server.viewer_server import ViewerServer
 from tests.ensure_programs import HOW_TO_FIX, find_chromium
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
 from tests.web.driving import pause
 from web.app import create_dashboard_app
 
@@ -85,7 +84,7 @@ def viewer_server() -> Iterator[ViewerServer]:
 
 @pytest.fixture(scope="session")
 def dashboard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = Settings(data_directory=tmp_path_factory.mktemp("dashboard"))
+    settings = patient_settings(tmp_path_factory.mktemp("dashboard"))
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
 

@@ -11,7 +11,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Page
 
-from tests.web.driving import SLIP_CHART, pause_at, wait_until
+from tests.waiting import wait_until
+from tests.web.driving import SLIP_CHART, pause_at
 
 pytestmark = pytest.mark.browser
 

@@ -11,16 +11,9 @@ from playwright.sync_api import Page, expect
 from core.types import ContactPhase
 from recordings.store import RecordingStore
 from tests.server.serving import RunningServer
+from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import (
-    knob,
-    number_field,
-    pause_at,
-    picture,
-    set_number,
-    slip_at_end,
-    wait_until,
-)
+from tests.web.driving import knob, number_field, pause_at, picture, set_number, slip_at_end
 from web.charts.charts import CHART_TABS
 from web.colours import PHASES
 

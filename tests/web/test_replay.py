@@ -19,10 +19,10 @@ from recordings.exceptions import ForeignRecordingError, RecordingNotFoundError
 from recordings.reader import read_recording
 from recordings.store import RecordingStore
 from recordings.writer import write_recording
-from server.settings import Settings
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
+from tests.waiting import wait_until
 from tests.web.conftest import visitors_of
-from tests.web.driving import number_field, pause, pause_at, picture, set_number, wait_until
+from tests.web.driving import number_field, pause, pause_at, picture, set_number
 from web.app import create_dashboard_app
 from web.colours import PHASES
 from web.library.replay import moment_words, open_replay
@@ -60,7 +60,7 @@ def opened(case_1: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def replaying(opened: Path) -> Iterator[RunningServer]:
     """A dashboard that opens on a recording."""
-    settings = Settings(data_directory=opened.parent / "data")
+    settings = patient_settings(opened.parent / "data")
     with serve(settings, create_dashboard_app(settings, opened)) as running:
         yield running
 
@@ -68,7 +68,7 @@ def replaying(opened: Path) -> Iterator[RunningServer]:
 @pytest.fixture
 def live_page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
     """A page that shows a run of its own, the only one in its store."""
-    settings = Settings(data_directory=tmp_path / "data")
+    settings = patient_settings(tmp_path / "data")
     with (
         serve(settings, create_dashboard_app(settings)) as running,
         visitors_of(browser, running) as visitors,
