@@ -3,9 +3,29 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 
+import pytest
+
 from core.simulator import prepare_kernel
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Lets a run take the tests in another order, which must not matter."""
+    parser.addoption("--order-seed", type=int, help="shuffle the tests, the same for a seed")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Shuffles files, and the tests in each: what a file shares is set up once all the same."""
+    seed = config.getoption("--order-seed")
+    if seed is None:
+        return
+    source = random.Random(seed)
+    source.shuffle(items)
+    places = {path: source.random() for path in sorted({item.path for item in items})}
+    items.sort(key=lambda item: places[item.path])
 
 
 def pytest_sessionstart() -> None:

@@ -287,6 +287,6 @@ def test_results_can_be_read_while_the_study_runs(tmp_path):
 
     assert still["state"] == "running" and summary["finished"] >= page["count"] > 0
     assert [answer.status_code for answer in answers] == [200] * 4
-    assert len(json.loads(answers[1].text)["rows"]) % 20 == 0
+    assert page["count"] <= len(json.loads(answers[1].text)["rows"]) <= still["finished"]
     assert recorded.status_code == 201
     assert np.isfinite(page["data"][0]["torque_effort"])
