@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from viser import uplot
 
 from tests.ensure_programs import find_chromium
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.browser
 
@@ -60,7 +60,7 @@ class Watched:
 @pytest.fixture
 def watched(browser) -> Iterator[Watched]:
     page = browser.new_page(viewport={"width": 900, "height": 600})
-    page.set_default_timeout(60_000)
+    page.set_default_timeout(1000 * PATIENCE)
     yield Watched(page)
     page.close()
 

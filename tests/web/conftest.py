@@ -16,7 +16,6 @@ from playwright.sync_api import (
     expect,
     sync_playwright,
 )
-from playwright.sync_api import TimeoutError as PlaywrightTimeoutError
 
 from core.loading import load_scenario, with_values
 from core.result import RunResult
@@ -24,6 +23,7 @@ from core.simulator import simulate
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
 from server.viewer_server import ViewerServer
+from tests import waiting
 from tests.ensure_programs import HOW_TO_FIX, find_chromium
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.web.driving import pause
@@ -38,7 +38,7 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--hide-scrollbars",
 )
-PATIENCE = 60_000
+PATIENCE = 1000 * waiting.PATIENCE  # [ms]
 SMALL = ViewportSize(width=1000, height=700)
 LARGE = ViewportSize(width=1280, height=800)
 
@@ -126,7 +126,7 @@ class Visitors:
     def open_to_look(self) -> Page:
         """A page whose picture is looked at, at rest."""
         page = self._open(LARGE, "fixedDpr=0.5")
-        dismiss_warning(page)
+        hide_warning(page)
         return page
 
     def close(self) -> None:
@@ -163,13 +163,10 @@ def visitors_of(browser: Browser, server: RunningServer) -> Iterator[Visitors]:
     assert visitors.complaints == []
 
 
-def dismiss_warning(page: Page) -> None:
-    """Takes away viser's warning of software rendering, which covers a part of the scene."""
-    try:
-        page.locator(".mantine-Notification-closeButton").first.click(timeout=5000)
-    except PlaywrightTimeoutError:
-        return
-    page.locator(".mantine-Notification-root").wait_for(state="detached")
+def hide_warning(page: Page) -> None:
+    """Hides viser's warning of software rendering, which covers a part of the scene."""
+    # It comes when the page finds the time, or never.
+    page.add_style_tag(content=".mantine-Notification-root { display: none !important }")
 
 
 @pytest.fixture

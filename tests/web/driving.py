@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 
 import numpy as np
 from PIL import Image
@@ -12,6 +13,7 @@ from tests.waiting import wait_until
 from web.timeline.strip import clock_words
 
 __all__ = [
+    "FRAMES",
     "SLIP_CHART",
     "fill",
     "knob",
@@ -20,6 +22,7 @@ __all__ = [
     "pause",
     "pause_at",
     "picture",
+    "picture_at_rest",
     "set_number",
     "slip_at_end",
 ]
@@ -93,11 +96,16 @@ def pause_at(page: Page, seconds: float) -> None:
 
 def picture(page: Page, height: int = 520) -> np.ndarray:
     """The scene between the panels, once it no longer changes."""
-    seen = [shoot(page, height)]
+    return picture_at_rest(page, lambda: shoot(page, height))
+
+
+def picture_at_rest(page: Page, shoot: Callable[[], np.ndarray]) -> np.ndarray:
+    """A picture of a page, once it no longer changes."""
+    seen = [shoot()]
 
     def rests() -> bool:
         page.evaluate(FRAMES)
-        seen.append(shoot(page, height))
+        seen.append(shoot())
         return np.array_equal(*seen[-2:])
 
     wait_until(rests, "the picture does not come to rest")

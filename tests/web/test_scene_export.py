@@ -16,11 +16,10 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from core.types import ContactPhase
-from tests.web.conftest import PATIENCE, dismiss_warning
+from tests.web.conftest import PATIENCE, hide_warning
+from tests.web.driving import FRAMES, picture_at_rest
 from web.colours import PHASES
 from web.export.replay_page import MAX_FRAMES, frame_times, write_html
-
-TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
 def write(result: RunResult, path: Path) -> Path:
@@ -44,15 +43,8 @@ class Opened:
         field.fill(f"{seconds:g}")
         field.press("Enter")
         # A slow page else stands still because it has not begun.
-        self.page.evaluate(TWO_FRAMES)
-        before = self.shoot()
-        for _ in range(40):
-            self.page.wait_for_timeout(250)
-            after = self.shoot()
-            if np.array_equal(before, after):
-                return after
-            before = after
-        pytest.fail("the picture does not come to rest")
+        self.page.evaluate(FRAMES)
+        return picture_at_rest(self.page, self.shoot)
 
     def shoot(self) -> np.ndarray:
         picture = Image.open(io.BytesIO(self.page.screenshot()))
@@ -69,7 +61,7 @@ def opened(browser: Browser, case_2: RunResult, tmp_path: Path) -> Iterator[Open
     page.goto(f"{path.as_uri()}?fixedDpr=0.5")
     page.locator("canvas").first.wait_for()
     page.locator("input:visible").first.wait_for()
-    dismiss_warning(page)
+    hide_warning(page)
     yield Opened(page, requests)
     context.close()
 
