@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import random
 import signal
+from collections.abc import Iterator
+from datetime import datetime, timedelta, tzinfo
 
 import pytest
 
@@ -36,3 +38,26 @@ def pytest_sessionstart() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # So that neither a test nor two processes at once do it.
     prepare_kernel()
+
+
+class ForwardClock(datetime):
+    """The wall clock, save that it never goes back, as clocks do that are set right."""
+
+    _last = datetime.min
+
+    @classmethod
+    def now(cls, tz: tzinfo | None = None) -> datetime:
+        """Now, or a moment after the last answer."""
+        now = datetime.now(tz)
+        last = ForwardClock._last.replace(tzinfo=tz)
+        ForwardClock._last = max(now, last + timedelta(milliseconds=1))
+        return ForwardClock._last
+
+
+@pytest.fixture(scope="session", autouse=True)
+def clock() -> Iterator[None]:
+    """What is made later is listed as newer: lists go by the moments written in recordings."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("recordings.store.datetime", ForwardClock)
+        patch.setattr("recordings.study.study_store.datetime", ForwardClock)
+        yield

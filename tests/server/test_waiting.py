@@ -55,7 +55,8 @@ def long_run(client) -> Iterator[dict[str, Any]]:
     assert answer.status_code == 202
     run: dict[str, Any] = answer.json()
     yield run
-    assert client.post(f"/runs/{run['id']}/stop").status_code in (200, 404)
+    stopped = client.post(f"/runs/{run['id']}/stop", headers={"Prefer": "wait=60"})
+    assert stopped.status_code in (200, 404)
 
 
 def test_a_run_that_takes_long_is_answered_before_it_has_ended(client) -> None:
