@@ -7,10 +7,16 @@ import random
 import signal
 from collections.abc import Iterator
 from datetime import datetime, timedelta, tzinfo
+from typing import TYPE_CHECKING
 
 import pytest
 
 from core.simulator import prepare_kernel
+from tests.ensure_programs import FLAGS, HOW_TO_FIX, find_chromium
+from tests.waiting import PATIENCE
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -61,3 +67,18 @@ def clock() -> Iterator[None]:
         patch.setattr("recordings.store.datetime", ForwardClock)
         patch.setattr("recordings.study.study_store.datetime", ForwardClock)
         yield
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A real Chromium; one, as Playwright allows no second at a time."""
+    from playwright.sync_api import expect, sync_playwright
+
+    chromium = find_chromium()
+    if chromium is None:
+        pytest.fail(HOW_TO_FIX)
+    expect.set_options(timeout=1000 * PATIENCE)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+        yield browser
+        browser.close()

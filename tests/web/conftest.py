@@ -13,8 +13,6 @@ from playwright.sync_api import (
     ConsoleMessage,
     Page,
     ViewportSize,
-    expect,
-    sync_playwright,
 )
 
 from core.loading import load_scenario, with_values
@@ -24,20 +22,10 @@ from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
 from server.viewer_server import ViewerServer
 from tests import waiting
-from tests.ensure_programs import HOW_TO_FIX, find_chromium
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.web.driving import pause
 from web.app import create_dashboard_app
 
-# Software rendering, as on a machine without a screen.
-FLAGS = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--disable-dev-shm-usage",
-    "--hide-scrollbars",
-)
 PATIENCE = 1000 * waiting.PATIENCE  # [ms]
 SMALL = ViewportSize(width=1000, height=700)
 LARGE = ViewportSize(width=1280, height=800)
@@ -87,18 +75,6 @@ def dashboard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServe
     settings = patient_settings(tmp_path_factory.mktemp("dashboard"))
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    chromium = find_chromium()
-    if chromium is None:
-        pytest.fail(HOW_TO_FIX)
-    expect.set_options(timeout=PATIENCE)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
-        yield browser
-        browser.close()
 
 
 @dataclass

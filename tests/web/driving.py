@@ -13,7 +13,6 @@ from tests.waiting import wait_until
 from web.timeline.strip import clock_words
 
 __all__ = [
-    "FRAMES",
     "SLIP_CHART",
     "fill",
     "knob",

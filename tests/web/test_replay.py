@@ -127,6 +127,7 @@ def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
 ) -> None:
     page, store = replay_page, replaying.app.state.run_service.store
     num_runs = store.count()
+    page.get_by_role("tab", name="Run").click()
     page.get_by_text("2.59 mm left").wait_for()
     pause_at(page, 0.02)
     early = picture(page)
@@ -159,6 +160,7 @@ def test_a_knob_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explained(
     replay_page: Page, replaying: RunningServer, case_2: RunResult
 ) -> None:
     page, store = replay_page, replaying.app.state.run_service.store
+    page.get_by_role("tab", name="Run").click()
     assert number_field(page, "mass [kg]").input_value() == "1"
     set_number(page, "mass [kg]", "1.4")
     page.get_by_text("Live run").wait_for()
