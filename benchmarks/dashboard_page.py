@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from playwright.sync_api import Page, sync_playwright
 
-from tests.ensure_programs import find_chromium
-from tests.web.conftest import FLAGS
+from tests.ensure_programs import FLAGS, find_chromium
 
 __all__ = ["Edit", "measure_edits"]
 

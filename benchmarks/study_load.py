@@ -129,7 +129,7 @@ def run_over_rest(client: Client, study: Mapping[str, Any], watch: MemoryWatch) 
     while True:
         status = json.loads(_timed(client, load, "status", f"{API}/{load.study}"))
         now = time.perf_counter()
-        assert status["state"] in ("waiting", "running", "completed"), status
+        assert status["state"] in ("queued", "running", "completed"), status
         assert now - asked < PATIENCE, status
         done = watch.progress = status["finished"]
         if done and not first_done:

@@ -3,9 +3,37 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
+from collections.abc import Iterator
+from datetime import datetime, timedelta, tzinfo
+from typing import TYPE_CHECKING
+
+import pytest
 
 from core.simulator import prepare_kernel
+from tests.ensure_programs import FLAGS, HOW_TO_FIX, find_chromium
+from tests.waiting import PATIENCE
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Lets a run take the tests in another order, which must not matter."""
+    parser.addoption("--order-seed", type=int, help="shuffle the tests, the same for a seed")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Shuffles files, and the tests in each: what a file shares is set up once all the same."""
+    seed = config.getoption("--order-seed")
+    if seed is None:
+        return
+    source = random.Random(seed)
+    source.shuffle(items)
+    places = {path: source.random() for path in sorted({item.path for item in items})}
+    items.sort(key=lambda item: places[item.path])
 
 
 def pytest_sessionstart() -> None:
@@ -16,3 +44,41 @@ def pytest_sessionstart() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # So that neither a test nor two processes at once do it.
     prepare_kernel()
+
+
+class ForwardClock(datetime):
+    """The wall clock, save that it never goes back, as clocks do that are set right."""
+
+    _last = datetime.min
+
+    @classmethod
+    def now(cls, tz: tzinfo | None = None) -> datetime:
+        """Now, or a moment after the last answer."""
+        now = datetime.now(tz)
+        last = ForwardClock._last.replace(tzinfo=tz)
+        ForwardClock._last = max(now, last + timedelta(milliseconds=1))
+        return ForwardClock._last
+
+
+@pytest.fixture(scope="session", autouse=True)
+def clock() -> Iterator[None]:
+    """What is made later is listed as newer: lists go by the moments written in recordings."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("recordings.store.datetime", ForwardClock)
+        patch.setattr("recordings.study.study_store.datetime", ForwardClock)
+        yield
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A real Chromium; one, as Playwright allows no second at a time."""
+    from playwright.sync_api import expect, sync_playwright
+
+    chromium = find_chromium()
+    if chromium is None:
+        pytest.fail(HOW_TO_FIX)
+    expect.set_options(timeout=1000 * PATIENCE)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+        yield browser
+        browser.close()

@@ -23,6 +23,15 @@ from playwright.sync_api import sync_playwright
 with sync_playwright() as playwright:
     print(playwright.chromium.executable_path)
 """
+# Software rendering, as on a machine without a screen.
+FLAGS = (
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--disable-dev-shm-usage",
+    "--hide-scrollbars",
+)
 HOW_TO_FIX = (
     "slipgrasp: the tests need Chromium and curl: install them with the system's package manager "
     "(Debian: apt-get install chromium curl), then repeat the command"

@@ -11,7 +11,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 from benchmarks.faults.damage import assert_prefix
@@ -35,6 +37,8 @@ __all__ = [
     "fail_every_write",
     "growing_files",
 ]
+
+Clock = Callable[[], float]
 
 KINDS = ("full", "broken", "torn")
 
@@ -142,31 +146,49 @@ def _left_of(path: Path, whole: RunResult) -> int:
 
 
 class SyncedFile(io.FileIO):
-    """A file that remembers when it had which size."""
+    """A file that remembers when it had which size.
 
-    def __init__(self, descriptor: int) -> None:
+    Args:
+        descriptor: Of the file.
+        clock: Tells when [s].
+    """
+
+    def __init__(self, descriptor: int, clock: Clock) -> None:
         super().__init__(descriptor, "wb")
+        self._clock = clock
         self.sizes: list[tuple[float, int]] = []
 
     def write(self, data: Any) -> int:
         """Writes and remembers."""
         written = super().write(data)
-        self.sizes.append((time.monotonic(), self.tell()))
+        self.sizes.append((self._clock(), self.tell()))
         return written
 
 
-def cut_the_power(seed: int, moments: int = 200, duration: float = 300.0) -> PowerCuts:
+def cut_the_power(
+    seed: int,
+    moments: int = 200,
+    duration: float = 300.0,
+    clock: Clock = time.monotonic,
+) -> PowerCuts:
     """Drops what was not synced at random moments of a run.
 
     Args:
         seed: Of the moments.
         moments: How many.
         duration: Simulated time of the run [s].
+        clock: By which the recorder writes and syncs [s].
 
     Raises:
         AssertionError: If more is lost than the time between two syncs allows.
     """
-    written, synced = _watch_a_slow_run(_slow_scenario(duration))
+    looks: list[float] = []
+
+    def look() -> float:
+        looks.append(clock())
+        return looks[-1]
+
+    written, synced = _watch_a_slow_run(_slow_scenario(duration), look)
     source = random.Random(seed)
     losses = []
     for _ in range(moments):
@@ -174,7 +196,9 @@ def cut_the_power(seed: int, moments: int = 200, duration: float = 300.0) -> Pow
         safe = max((size for at, size in synced if at <= cut), default=0)
         lost = [at for at, size in written if at <= cut and size > safe]
         losses.append(cut - lost[0] if lost else 0.0)
-    assert max(losses) <= recorder.SYNC_INTERVAL + recorder.FLUSH_INTERVAL
+    # Between two looks at the clock, while it simulates or the disk works, it cannot act.
+    longest = max(later - earlier for earlier, later in pairwise(looks))
+    assert max(losses) <= recorder.SYNC_INTERVAL + recorder.FLUSH_INTERVAL + 2 * longest
     return PowerCuts(moments, max(losses))
 
 
@@ -189,6 +213,7 @@ def _slow_scenario(duration: float) -> Scenario:
 
 def _watch_a_slow_run(
     scenario: Scenario,
+    clock: Clock,
 ) -> tuple[list[tuple[float, int]], list[tuple[float, int]]]:
     """When the file of a run had which size, and which of them were synced when."""
     opened: list[SyncedFile] = []
@@ -196,18 +221,19 @@ def _watch_a_slow_run(
     real_sync = os.fsync
 
     def remember(descriptor: int) -> SyncedFile:
-        opened.append(SyncedFile(descriptor))
+        opened.append(SyncedFile(descriptor, clock))
         return opened[-1]
 
     def sync(descriptor: int) -> None:
         size = opened[0].sizes[-1][1]
         real_sync(descriptor)
-        synced.append((time.monotonic(), size))
+        synced.append((clock(), size))
 
     with (
         tempfile.TemporaryDirectory() as folder,
         growing_files(remember),
         _replaced(os, "fsync", sync),
+        _replaced(recorder, "time", SimpleNamespace(monotonic=clock)),
     ):
         record(scenario, Path(folder) / "run.mcap")
     return opened[0].sizes, synced

@@ -31,7 +31,8 @@ def wait_until_asked(task, should_stop):
 
 
 def never_listen(task, should_stop):
-    time.sleep(60.0)
+    while True:
+        time.sleep(60.0)
 
 
 def refuse_odd(task, should_stop):

@@ -5,10 +5,10 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from contextlib import ExitStack, contextmanager
 
 import pytest
+from distributed import Client
 
 from core.exceptions import ScenarioError
 from core.executors import AHEAD, ExecutorError, make_executor
@@ -18,8 +18,7 @@ from recordings.study.conductor import conduct
 from recordings.study.writer import StudyWriter
 from tests.core import executor_tasks as work
 from tests.core.test_executors import go_on, outcome_of
-
-PATIENCE = 60.0
+from tests.waiting import PATIENCE, wait_until
 
 CLIENT = """
 import sys
@@ -71,18 +70,27 @@ def start_scheduler(stack, folder):
     port = free_port()
     command = "scheduler", "--host", "127.0.0.1", "--port", str(port), "--dashboard-address", ":0"
     scheduler = stack.enter_context(started(folder, *command))
-    deadline = time.monotonic() + PATIENCE
-    while True:
+
+    def listens():
+        assert scheduler.poll() is None
         with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return scheduler, port
-        assert time.monotonic() < deadline and scheduler.poll() is None
-        time.sleep(0.05)
+            return probe.connect_ex(("127.0.0.1", port)) == 0
+
+    wait_until(listens)
+    return scheduler, port
 
 
 def start_workers(stack, folder, port, *arguments):
     command = "worker", f"tcp://127.0.0.1:{port}", "--nthreads", "1", *arguments
     stack.enter_context(started(folder, *command))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def patience():
+    """Lets a busy machine take its time to start workers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("core.executors.dask_connection._PATIENCE", PATIENCE)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -162,9 +170,8 @@ def test_the_work_of_a_killed_client_is_given_up(cluster, dask, tmp_path):
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, str(script), cluster, *map(str, signs)]
     with subprocess.Popen(command, env=environment) as client:
-        while not all(sign.exists() for sign in signs):
-            assert client.poll() is None
-            time.sleep(0.01)
+        wait_until(lambda: all(sign.exists() for sign in signs) or client.poll() is not None)
+        assert client.poll() is None
         client.kill()
     assert outcome_of(dask, work.square, [7])[7].result == 49
 
@@ -189,18 +196,25 @@ def test_a_worker_of_another_version_is_refused_by_name(cluster, monkeypatch):
 
 
 def test_a_scheduler_that_is_missing_idle_or_lost_is_said_so(tmp_path, monkeypatch):
-    monkeypatch.setattr("core.executors.dask_connection._PATIENCE", 0.3)
     with (
+        monkeypatch.context() as hasty,
         make_executor(f"dask://127.0.0.1:{free_port()}") as executor,
-        pytest.raises(ExecutorError, match="no Dask scheduler answers at tcp://127"),
     ):
-        list(executor.map(work.square, [1], should_stop=go_on))
+        hasty.setattr("core.executors.dask_connection._PATIENCE", 0.3)
+        with pytest.raises(ExecutorError, match="no Dask scheduler answers at tcp://127"):
+            list(executor.map(work.square, [1], should_stop=go_on))
     with ExitStack() as stack:
         scheduler, port = start_scheduler(stack, tmp_path)
         executor = stack.enter_context(make_executor(f"dask://127.0.0.1:{port}"))
-        with pytest.raises(ExecutorError, match="has no workers; start some with 'dask worker"):
-            executor.prepare()
-        monkeypatch.setattr("core.executors.dask_connection._PATIENCE", PATIENCE)
+        wait = Client.wait_for_workers
+
+        def not_long(client, count, timeout):
+            return wait(client, count, 0.3)
+
+        with monkeypatch.context() as hasty:
+            hasty.setattr(Client, "wait_for_workers", not_long)
+            with pytest.raises(ExecutorError, match="has no workers; start some with 'dask worker"):
+                executor.prepare()
         start_workers(stack, tmp_path, port, "--no-nanny")
         endless = executor.map(work.square, itertools.count(), should_stop=go_on)
         next(endless)

@@ -17,8 +17,7 @@ from core.exceptions import ScenarioError
 from core.executors import AHEAD, ExecutorError, make_executor
 from core.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
-
-PATIENCE = 30.0
+from tests.waiting import wait_until
 
 SCRIPT = """
 import sys
@@ -179,10 +178,8 @@ def test_a_worker_killed_in_the_middle_of_a_result_costs_only_time(pool, tmp_pat
 )
 def test_a_stop_ends_the_work_whether_tasks_listen_or_not(pool, tmp_path, function, count):
     signs = [str(tmp_path / str(number)) for number in range(count)]
-    started = time.monotonic()
     asked = itertools.count()
     assert outcome_of(pool, function, signs, lambda: next(asked) > 10) == {}
-    assert time.monotonic() - started < PATIENCE
     assert outcome_of(pool, work.square, [7])[7].result == 49
 
 
@@ -196,18 +193,14 @@ def test_leaving_the_iteration_frees_the_workers(pool):
 def test_tasks_are_taken_only_as_the_oldest_unfinished_one_allows(pool, tmp_path):
     taken, silence = [], itertools.count()
     tasks = (taken.append(k) or (k, str(tmp_path / "sign") if k == 0 else None) for k in range(999))
-    finished = 0
 
-    def stop_after_a_silence():
-        nonlocal silence, finished
-        if len(done) > finished:
-            finished, silence = len(done), itertools.count()
-        return next(silence) > 20
+    def nothing_more_is_done():
+        return len(done) >= AHEAD - 2 and next(silence) > 20
 
     done = []
-    for result in pool.map(work.wait_for_the_first, tasks, should_stop=stop_after_a_silence):
+    for result in pool.map(work.wait_for_the_first, tasks, should_stop=nothing_more_is_done):
         done.append(result.task[0])
-    assert 0 not in done and len(done) >= AHEAD - 2
+    assert 0 not in done
     assert len(taken) == AHEAD
 
 
@@ -248,16 +241,9 @@ def test_a_killed_script_leaves_no_workers_behind_and_needs_no_main_guard(tmp_pa
     command = [sys.executable, str(script), str(sign)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
         worker = int(process.stdout.readline())
-        await_condition(sign.exists)
+        wait_until(sign.exists)
         process.kill()
-    await_condition(lambda: not is_alive(worker))
-
-
-def await_condition(holds):
-    deadline = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: not is_alive(worker))
 
 
 def is_alive(process):

@@ -70,7 +70,7 @@ def test_unequal_friction_with_physical_bounds_drops_the_object():
 @pytest.mark.parametrize("period", [0.0, 0.001])
 def test_unequal_friction_always_ends_in_a_typed_outcome(period, bounds):
     values = {**UNEQUAL, **bounds, "controller.control_period": period}
-    result = simulate(with_values(CASE_2, values), wall_limit=20.0)
+    result = simulate(with_values(CASE_2, values))
     assert result.outcome in {*Outcome} - {Outcome.LIMIT, Outcome.STOPPED, Outcome.FAILED}
     if result.outcome is Outcome.COMPLETED:
         assert result.reason is None
@@ -213,7 +213,7 @@ def test_frictionless_contacts_slip_and_end_in_a_typed_outcome(period):
         "fingers.1.friction": 0.0,
         "controller.control_period": period,
     }
-    result = simulate(with_values(CASE_2, values), wall_limit=20.0)
+    result = simulate(with_values(CASE_2, values))
     assert result.outcome is not Outcome.LIMIT
     slipping = result.trace.phase[1:] != ContactPhase.STICK
     assert slipping.any()
@@ -231,7 +231,7 @@ def three_fingers(period):
 
 @pytest.mark.parametrize("period", [0.0, 0.001])
 def test_three_fingers_run_to_a_typed_outcome(period):
-    result = simulate(three_fingers(period), wall_limit=20.0)
+    result = simulate(three_fingers(period))
     assert result.outcome is not Outcome.LIMIT
     assert result.trace.shape.num_contacts == 3
     assert np.all(np.isfinite(result.trace.to_rows()))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import pickle
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -319,7 +321,12 @@ def test_what_is_no_study_at_all_is_refused(document: object) -> None:
         study_from_mapping(document, load_scenario)
 
 
-def test_the_cost_grows_with_runs_and_recordings_and_shrinks_with_workers() -> None:
+def test_the_cost_grows_with_runs_and_recordings_and_shrinks_with_workers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # On this clock every run of the base takes equally long.
+    clock = SimpleNamespace(perf_counter=itertools.count(step=0.001).__next__)
+    monkeypatch.setattr("core.study.cost.time", clock)
     axis = {"min": 0.5, "max": 2.0, "count": 500}
     short = {"simulation.duration": 0.2}
     study = make_study(set=short, vary={"object.mass": axis}, recordings="none")

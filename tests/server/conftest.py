@@ -13,10 +13,9 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import prepare_kernel, simulate
 from server.app import create_app
-from server.settings import Settings
 from server.viewer_relay import add_viewer_routes
 from server.viewer_server import ViewerServer
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
 from tests.server.studying import QUICK, create, finished
 
 
@@ -28,7 +27,7 @@ def kernel() -> None:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    with serve(Settings(data_directory=tmp_path_factory.mktemp("data"))) as running:
+    with serve(patient_settings(tmp_path_factory.mktemp("data"))) as running:
         yield running
 
 
@@ -50,7 +49,7 @@ def sample_run(server: RunningServer) -> dict[str, Any]:
 @pytest.fixture(scope="session")
 def studying(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
     folder = tmp_path_factory.mktemp("studied")
-    with serve(Settings(data_directory=folder, study_executor="inline")) as running:
+    with serve(patient_settings(folder, study_executor="inline")) as running:
         yield running
 
 
@@ -79,7 +78,7 @@ class Viewing:
 
 @pytest.fixture(scope="session")
 def viewing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewing]:
-    settings = Settings(data_directory=tmp_path_factory.mktemp("viewed"))
+    settings = patient_settings(tmp_path_factory.mktemp("viewed"))
     viewer = ViewerServer(label="test")
     viewer.scene.configure_default_lights(enabled=True, cast_shadow=False)
     app = create_app(settings)

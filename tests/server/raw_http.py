@@ -6,6 +6,8 @@ import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tests.waiting import PATIENCE
+
 __all__ = ["Answer", "exchange", "get", "post", "upgrade"]
 
 KEY = "dGhlIHNhbXBsZSBub25jZQ=="
@@ -19,7 +21,7 @@ class Answer:
 
 
 def exchange(port: int, *pieces: bytes) -> Answer:
-    with socket.create_connection(("127.0.0.1", port), timeout=30) as connection:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as connection:
         try:
             for piece in pieces:
                 connection.sendall(piece)

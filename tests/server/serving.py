@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import httpx2
 from fastapi import FastAPI
@@ -15,8 +15,20 @@ from fastapi import FastAPI
 from server.app import create_app, server_config
 from server.settings import Settings
 from server.stopping import StoppableServer
+from tests.waiting import PATIENCE, wait_until
 
-__all__ = ["RunningServer", "serve"]
+__all__ = ["RunningServer", "patient_settings", "serve"]
+
+
+def patient_settings(data_directory: Path, **others: Any) -> Settings:
+    """Settings under which no answer depends on how fast the machine is.
+
+    Args:
+        data_directory: Folder of the recordings.
+        others: What the test is about.
+    """
+    patient = {"answer_within": PATIENCE, "wall_limit": PATIENCE}
+    return Settings(data_directory=data_directory, **{**patient, **others})
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +45,7 @@ class RunningServer:
     def data_directory(self) -> Path:
         return self.settings.data_directory
 
-    def client(self, timeout: float = 60.0) -> httpx2.Client:
+    def client(self, timeout: float = PATIENCE) -> httpx2.Client:
         # Nothing here is encrypted, and loading certificates takes longer than most tests.
         return httpx2.Client(
             base_url=f"{self.url}/api/v1", timeout=timeout, trust_env=False, verify=False
@@ -47,9 +59,8 @@ def serve(settings: Settings, app: FastAPI | None = None) -> Iterator[RunningSer
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        while not server.started:
-            assert thread.is_alive(), "the server did not start"
-            time.sleep(0.01)
+        wait_until(lambda: server.started or not thread.is_alive())
+        assert server.started, "the server did not start"
         yield RunningServer(app, server.servers[0].sockets[0].getsockname()[1], settings)
     finally:
         server.should_exit = True

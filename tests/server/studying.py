@@ -1,12 +1,13 @@
-"""Studies that are over in a moment, and one that is not."""
+"""Studies that are over in a moment, and one that outlasts every test."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
 import httpx2
+
+from tests.waiting import wait_until
 
 __all__ = ["LONG", "QUICK", "create", "finished", "until"]
 
@@ -24,7 +25,7 @@ QUICK: dict[str, Any] = {
 }
 LONG: dict[str, Any] = {
     **QUICK,
-    "set": {"simulation.duration": 30.0},
+    "set": {"simulation.duration": 30.0, "simulation.max_step": 0.001},
     "sampling": {"method": "latin-hypercube", "runs": 1000, "seed": 3},
 }
 
@@ -46,8 +47,11 @@ def until(
     client: httpx2.Client, study: dict[str, Any], holds: Callable[[dict[str, Any]], bool]
 ) -> dict[str, Any]:
     """The study as soon as something is true of it."""
-    patience = time.monotonic() + 60.0
-    while not holds(now := client.get(f"/studies/{study['id']}").json()):
-        assert time.monotonic() < patience, now
-        time.sleep(0.02)
+    now: dict[str, Any] = {}
+
+    def is_so() -> bool:
+        now.update(client.get(f"/studies/{study['id']}").json())
+        return holds(now)
+
+    wait_until(is_so, lambda: now)
     return now

@@ -10,8 +10,7 @@ from typing import Any
 import httpx2
 import pytest
 
-from server.settings import Settings
-from tests.server.serving import serve
+from tests.server.serving import patient_settings, serve
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
 PROBLEM = "application/problem+json"
@@ -37,7 +36,7 @@ def test_name_notes_and_tags_are_changed_one_by_one(client, run) -> None:
 
 
 def test_what_was_written_survives_a_restart(tmp_path) -> None:
-    settings = Settings(data_directory=tmp_path)
+    settings = patient_settings(tmp_path)
     with serve(settings) as running, running.client() as client:
         run = client.post("/runs", json=SHORT).json()
         changed = client.patch(f"/runs/{run['id']}", json={"name": "n", "tags": ["t"]}).json()
@@ -166,7 +165,7 @@ def test_a_foreign_page_can_neither_change_nor_delete_nor_send(client, run) -> N
 def test_a_damaged_recording_is_listed_with_its_reason_and_can_be_deleted(tmp_path) -> None:
     damaged = tmp_path / "abcdefghijkl.mcap"
     damaged.write_bytes(b"\x89MCAP0\r\n" + bytes(100))
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         (run,) = client.get("/runs", params={"outcome": "failed"}).json()["data"]
         assert run["reason"]["code"] == "damaged_recording" and "damaged" in run["title"]
         assert client.patch("/runs/abcdefghijkl", json={"name": "x"}).json()["name"] == "x"
@@ -181,7 +180,7 @@ def test_a_link_in_the_data_folder_is_neither_changed_nor_deleted(tmp_path) -> N
     folder.mkdir()
     link = folder / "abcdefghijkl.mcap"
     link.symlink_to(secret)
-    with serve(Settings(data_directory=folder)) as running, running.client() as client:
+    with serve(patient_settings(folder)) as running, running.client() as client:
         assert client.delete("/runs/abcdefghijkl").status_code == 404
         assert client.patch("/runs/abcdefghijkl", json={"name": "x"}).status_code == 404
     assert link.is_symlink() and secret.read_text() == "secret"

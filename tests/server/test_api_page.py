@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 import pytest
 
-from server.settings import Settings
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
 
 PAGE = Path(__file__).parents[2] / "docs" / "api.md"
 ADDRESS = "localhost:8020"
@@ -44,7 +43,7 @@ def examples(language: str) -> list[Example]:
 @pytest.fixture(scope="module")
 def served(tmp_path_factory) -> Iterator[RunningServer]:
     folder = tmp_path_factory.mktemp("api_page")
-    with serve(Settings(data_directory=folder, study_executor="inline")) as running:
+    with serve(patient_settings(folder, study_executor="inline")) as running:
         yield running
 
 

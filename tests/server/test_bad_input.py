@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from server.errors import InvalidRequestError, UnreadableBodyError
 from server.json_body import MAX_DEPTH, MAX_NAME_LENGTH, MAX_NAMES, MAX_VALUES, read_json
 from tests.server.raw_http import exchange, post
+from tests.waiting import PATIENCE
 
 PROBLEM = "application/problem+json"
 
@@ -431,7 +432,7 @@ def test_an_id_that_is_none_is_not_found(server, run_id, method, part) -> None:
 
 
 def raw_status(port: int, request: bytes) -> int:
-    with socket.create_connection(("127.0.0.1", port), timeout=30) as connection:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as connection:
         connection.sendall(request)
         return int(connection.recv(65536).split()[1])
 

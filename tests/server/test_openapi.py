@@ -14,6 +14,7 @@ import httpx2
 import pytest
 
 from tests.server.studying import finished
+from tests.waiting import PATIENCE
 
 METHODS = ("get", "post", "put", "patch", "delete", "head", "options")
 PROBLEM = "application/problem+json"
@@ -78,7 +79,7 @@ def part_of_generated(name: str) -> ModuleType:
 
 @pytest.fixture
 def connection(api, studying) -> Iterator[Any]:
-    options = {"base_url": studying.url, "timeout": 60.0, "httpx_args": {"trust_env": False}}
+    options = {"base_url": studying.url, "timeout": PATIENCE, "httpx_args": {"trust_env": False}}
     with api("client").Client(**options) as client:
         yield client
 

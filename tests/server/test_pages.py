@@ -7,28 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Page
 from viser import uplot
 
-from tests.ensure_programs import find_chromium
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.browser
-
-FLAGS = [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--disable-dev-shm-usage",
-]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=find_chromium(), args=FLAGS)
-        yield launched
-        launched.close()
 
 
 class Watched:
@@ -59,17 +43,9 @@ class Watched:
 @pytest.fixture
 def watched(browser) -> Iterator[Watched]:
     page = browser.new_page(viewport={"width": 900, "height": 600})
-    page.set_default_timeout(60_000)
+    page.set_default_timeout(1000 * PATIENCE)
     yield Watched(page)
     page.close()
-
-
-def wait_for(page: Page, condition, seconds: float = 20.0) -> None:
-    for _ in range(int(seconds * 20)):
-        if condition():
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError("it did not happen in time")
 
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
@@ -86,7 +62,7 @@ def test_the_viewer_works_on_the_one_port_in_both_directions(viewing, watched, n
     page.locator("canvas").first.wait_for()
     page.get_by_role("slider").last.focus()
     page.keyboard.press("ArrowRight")
-    wait_for(page, lambda: slider.value == pytest.approx(1.1))
+    wait_until(lambda: slider.value == pytest.approx(1.1))
     text.content = "**after** all"
     page.get_by_text("after").wait_for()
     page.wait_for_timeout(1000)

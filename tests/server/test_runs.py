@@ -6,7 +6,6 @@ import json
 import math
 import shutil
 import threading
-import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,10 @@ from core.simulator import simulate
 from core.types import Outcome
 from recordings.export import csv_columns, write_csv
 from recordings.reader import read_recording
-from server.settings import Settings
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
+from tests.waiting import wait_until
 
+SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
 SEPARATES = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
 LONG = {
     "scenario": "paper-case-1",
@@ -29,9 +29,11 @@ LONG = {
         "simulation.duration": 600.0,
         "simulation.output_rate": 1.0,
         "controller.control_period": 0.0001,
+        "simulation.max_step": 0.00001,
         "simulation.max_steps": 100_000_000,
     },
 }
+AT_ONCE = {"Prefer": "respond-async"}
 
 
 def plain(value: Any) -> Any:
@@ -108,7 +110,7 @@ def test_a_run_that_physics_ends_early_is_created_too(client) -> None:
 
 
 def test_a_run_beyond_the_time_limit_ends_as_limit_and_is_created(tmp_path) -> None:
-    settings = Settings(data_directory=tmp_path, wall_limit=0.3)
+    settings = patient_settings(tmp_path, wall_limit=0.3)
     with serve(settings) as running, running.client() as client:
         answer = client.post("/runs", json=LONG)
     assert answer.status_code == 201
@@ -118,7 +120,7 @@ def test_a_run_beyond_the_time_limit_ends_as_limit_and_is_created(tmp_path) -> N
 
 def test_a_run_that_cannot_be_written_is_still_answered(tmp_path) -> None:
     blocked = tmp_path / "data"
-    with serve(Settings(data_directory=blocked)) as running, running.client() as client:
+    with serve(patient_settings(blocked)) as running, running.client() as client:
         shutil.rmtree(blocked)
         blocked.write_text("not a folder")
         answer = client.post("/runs", json={"scenario": "paper-case-1"})
@@ -136,7 +138,7 @@ def test_a_run_is_read_again_as_it_was_answered(client, sample_run) -> None:
 
 def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
     short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         listed = client.get("/runs").json()
         none = {"data": [], "count": 0, "unread": 0, "links": {}}
         assert listed == none
@@ -151,7 +153,7 @@ def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
 
 def test_the_links_of_a_page_lead_through_all_pages_and_back(tmp_path) -> None:
     short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         made = [client.post("/runs", json=short).json()["id"] for _ in range(5)]
         page = client.get("/runs", params={"limit": 2, "text": "CASE I", "sort": "created"}).json()
         pages = [page]
@@ -269,7 +271,7 @@ def test_a_run_whose_file_vanished_is_not_found(server, client) -> None:
 @pytest.mark.parametrize("content", [b"", b"\x89", b"\x89MCAP0\r\n", b"\0" * 5000])
 def test_a_damaged_recording_is_said_to_be_damaged(tmp_path, content) -> None:
     (tmp_path / "abcdefghijkl.mcap").write_bytes(content)
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         listed = client.get("/runs").json()
         assert listed["count"] == 1 and listed["data"][0]["outcome"] == "failed"
         assert listed["data"][0]["reason"]["code"] == "damaged_recording"
@@ -285,78 +287,50 @@ def test_a_link_in_the_data_folder_is_not_followed(tmp_path) -> None:
     folder = tmp_path / "data"
     folder.mkdir()
     (folder / "abcdefghijkl.mcap").symlink_to(secret)
-    with serve(Settings(data_directory=folder)) as running, running.client() as client:
+    with serve(patient_settings(folder)) as running, running.client() as client:
         listed = client.get("/runs").json()
         assert listed == {"data": [], "count": 0, "unread": 0, "links": {}}
         assert client.get("/runs/abcdefghijkl/recording").status_code == 404
 
 
-def test_the_service_answers_at_once_while_it_simulates(tmp_path) -> None:
-    settings = Settings(data_directory=tmp_path, wall_limit=2.0)
-    with serve(settings) as running, running.client() as client:
-        wait_for_kernel(client)
-        outcomes: list[str] = []
-        runners = [threading.Thread(target=post_long, args=(running, outcomes)) for _ in range(2)]
-        for runner in runners:
-            runner.start()
-        latencies = []
-        while any(runner.is_alive() for runner in runners):
-            started = time.perf_counter()
-            health = client.get("/health").json()
-            latencies.append(time.perf_counter() - started)
-            assert health["running"] <= 2
-            time.sleep(0.02)
-    assert outcomes == ["limit", "limit"]
-    assert len(latencies) > 20 and sorted(latencies)[len(latencies) // 2] < 0.05
-    assert max(latencies) < 0.5
+def test_the_service_answers_while_it_simulates(tmp_path) -> None:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        for _ in range(2):
+            assert client.post("/runs", json=LONG, headers=AT_ONCE).status_code == 202
+        wait_for_health(client, running=2)
+        for path in ("/presets", "/presets/paper-case-1", "/runs", "/parameters"):
+            assert client.get(path).status_code == 200
+        assert client.get("/health").json()["running"] == 2
 
 
-def wait_for_health(client: httpx2.Client, wanted: dict[str, Any], seconds: float = 10.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not wanted.items() <= (health := client.get("/health").json()).items():
-        assert time.monotonic() < deadline, health
-        time.sleep(0.01)
-
-
-def wait_for_kernel(client: httpx2.Client) -> None:
-    wait_for_health(client, {"kernel": "ready"}, seconds=250.0)
-
-
-def post_long(running: RunningServer, outcomes: list[str]) -> None:
-    with running.client() as client:
-        answer = client.post("/runs", json=LONG, headers={"Prefer": "wait=30"})
-        outcomes.append(answer.json()["outcome"])
+def wait_for_health(client: httpx2.Client, **wanted: Any) -> None:
+    wait_until(lambda: wanted.items() <= client.get("/health").json().items(), repr(wanted))
 
 
 def test_a_full_queue_is_answered_with_when_to_come_back(tmp_path) -> None:
-    settings = Settings(
-        data_directory=tmp_path, wall_limit=1.0, max_running=1, max_waiting=1, retry_after=7
-    )
+    settings = patient_settings(tmp_path, max_running=1, max_waiting=1, retry_after=7)
     with serve(settings) as running, running.client() as client:
-        wait_for_kernel(client)
-        outcomes: list[str] = []
-        runners = [threading.Thread(target=post_long, args=(running, outcomes)) for _ in range(2)]
-        for runner in runners:
-            runner.start()
-        wait_for_health(client, {"running": 1, "waiting": 1})
+        begun = [client.post("/runs", json=LONG, headers=AT_ONCE).json()]
+        wait_for_health(client, running=1, waiting=0)
+        begun.append(client.post("/runs", json=LONG, headers=AT_ONCE).json())
         answer = client.post("/runs", json=LONG)
-        for runner in runners:
-            runner.join()
         assert answer.status_code == 503 and answer.headers["retry-after"] == "7"
         assert answer.json()["status"] == 503
-        assert outcomes == ["limit", "limit"]
-        wait_for_health(client, {"running": 0, "waiting": 0})
+        for run in begun:
+            client.post(f"/runs/{run['id']}/stop")
+        wait_for_health(client, running=0, waiting=0)
+        assert client.post("/runs", json=SHORT).status_code == 201
 
 
 def test_a_server_that_is_stopped_does_not_wait_for_long_runs(tmp_path) -> None:
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
-        wait_for_kernel(client)
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         runner = threading.Thread(target=post_and_forget, args=(running,))
         runner.start()
-        wait_for_health(client, {"running": 1})
-        started = time.monotonic()
-    assert time.monotonic() - started < 8.0
+        wait_for_health(client, running=1)
     runner.join()
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        (run,) = client.get("/runs").json()["data"]
+    assert run["outcome"] == "stopped"
 
 
 def post_and_forget(running: RunningServer) -> None:

@@ -8,15 +8,14 @@ from typing import Any
 import httpx2
 import pytest
 
-from server.settings import Settings
-from tests.server.serving import serve
+from tests.server.serving import patient_settings, serve
 
 LOST = {"controller.position_gain": 1e6}
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx2.Client]:
-    settings = Settings(data_directory=tmp_path_factory.mktemp("library"))
+    settings = patient_settings(tmp_path_factory.mktemp("library"))
     with serve(settings) as running, running.client() as client:
         yield client
 

@@ -12,17 +12,16 @@ import pytest
 from recordings.exceptions import FolderInUseError, RecordingWriteError
 from recordings.store import RecordingStore
 from server.service_lock import LOCK_NAME, check_not_served, service_lock
-from server.settings import Settings
-from tests.server.serving import serve
+from tests.server.serving import patient_settings, serve
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
 
 
 def test_beyond_the_quota_no_run_is_begun_until_another_is_deleted(tmp_path) -> None:
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         run = client.post("/runs", json=SHORT).json()
     taken = sum(path.stat().st_size for path in tmp_path.iterdir())
-    settings = Settings(data_directory=tmp_path, quota_bytes=taken)
+    settings = patient_settings(tmp_path, quota_bytes=taken)
     with serve(settings) as running, running.client() as client:
         answer = client.post("/runs", json=SHORT)
         assert answer.status_code == answer.json()["status"] == 507
@@ -35,7 +34,7 @@ def test_beyond_the_quota_no_run_is_begun_until_another_is_deleted(tmp_path) -> 
 
 
 def test_no_run_is_begun_where_the_disk_would_fill_up(tmp_path) -> None:
-    settings = Settings(data_directory=tmp_path, min_free_bytes=1 << 50)
+    settings = patient_settings(tmp_path, min_free_bytes=1 << 50)
     with serve(settings) as running, running.client() as client:
         answer = client.post("/runs", json=SHORT)
         assert answer.status_code == 507 and "1126 TB must stay free" in answer.json()["detail"]
@@ -43,7 +42,7 @@ def test_no_run_is_begun_where_the_disk_would_fill_up(tmp_path) -> None:
 
 
 def test_a_folder_that_is_served_is_refused_to_a_second_service(tmp_path) -> None:
-    with serve(Settings(data_directory=tmp_path)):
+    with serve(patient_settings(tmp_path)):
         with pytest.raises(FolderInUseError) as refusal:
             check_not_served(tmp_path)
         assert str(tmp_path) in str(refusal.value) and f"process {os.getpid()}" in str(
@@ -55,7 +54,7 @@ def test_a_folder_that_is_served_is_refused_to_a_second_service(tmp_path) -> Non
 
 
 def test_runs_can_be_saved_into_a_folder_that_is_served(tmp_path, short_result) -> None:
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         stored = RecordingStore(tmp_path).save(short_result)
         assert [run["id"] for run in client.get("/runs").json()["data"]] == [stored.id]
 

@@ -15,10 +15,10 @@ from core.loading import load_scenario
 from recordings.study.documents import StudyEnd
 from recordings.study.results import read_results
 from recordings.study.writer import StudyWriter
-from server.settings import Settings
 from server.study_request import read_study
-from tests.server.serving import serve
+from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
+from tests.waiting import PATIENCE
 
 GRID = {"base": "paper-case-1", "sampling": {"method": "grid"}}
 HUGE = {
@@ -33,7 +33,7 @@ HUGE = {
 @pytest.fixture
 def occupied(tmp_path):
     """A service that is at a long study, with a client and that study."""
-    settings = Settings(data_directory=tmp_path, study_executor="inline", max_studies_waiting=1)
+    settings = patient_settings(tmp_path, study_executor="inline", max_studies_waiting=1)
     with serve(settings) as running, running.client() as client:
         study = create(client, LONG)
         yield client, study
@@ -62,7 +62,7 @@ def test_a_study_ends_completed_with_an_outcome_for_every_run(studies, finished_
 
 
 def test_every_link_of_a_finished_study_leads_somewhere(studying, finished_study):
-    with httpx2.Client(base_url=studying.url, trust_env=False, timeout=60.0) as client:
+    with httpx2.Client(base_url=studying.url, trust_env=False, timeout=PATIENCE) as client:
         for link in finished_study["links"].values():
             assert client.get(link).status_code == 200, link
 
@@ -216,7 +216,7 @@ def test_a_key_that_cannot_be_kept_is_refused(studies, key):
 
 
 def test_a_key_outlives_the_service(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
         study = finished(client, create(client, QUICK, key="kept"))
     with serve(settings) as running, running.client() as client:
@@ -274,21 +274,21 @@ def test_cancelling_ends_a_study_in_the_middle_and_can_be_repeated(occupied):
     ended = finished(client, study)
 
     assert [answer.status_code for answer in answers] == [202, 202]
-    assert ended["state"] == "cancelled" and ended["finished"] < 2000
+    assert ended["state"] == "cancelled" and ended["finished"] < study["num_runs"]
     assert client.post(f"/studies/{study['id']}/cancel").json() == ended
 
 
 def test_what_is_done_of_a_cancelled_study_stays(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
-        study = create(client, {**QUICK, "sampling": {"method": "random", "runs": 400}})
+        study = create(client, LONG)
         until(client, study, lambda now: now["finished"] > 0)
         client.post(f"/studies/{study['id']}/cancel")
         ended = finished(client, study)
         page = client.get(f"/studies/{study['id']}/results").json()
         client.get(f"/studies/{study['id']}/recording").raise_for_status()
 
-    assert 0 < ended["finished"] < 800
+    assert 0 < ended["finished"] < study["num_runs"]
     assert page["count"] == ended["finished"] == sum(ended["outcomes"].values())
 
 
@@ -341,7 +341,7 @@ def test_a_study_without_results_says_that_there_are_none_yet(occupied):
 
 
 def test_a_damaged_study_has_failed_with_what_is_wrong_and_can_be_deleted(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
         file = tmp_path / "studies" / "aaaaaaaaaaa1.mcap"
         file.parent.mkdir(exist_ok=True)
@@ -359,7 +359,7 @@ def test_a_damaged_study_has_failed_with_what_is_wrong_and_can_be_deleted(tmp_pa
 
 
 def test_a_study_that_may_not_find_room_is_told_how_much_it_may_take(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline", quota_bytes=3_000_000)
+    settings = patient_settings(tmp_path, study_executor="inline", quota_bytes=3_000_000)
     body = {**QUICK, "recordings": "all", "sampling": {"method": "random", "runs": 1000}}
     with serve(settings) as running, running.client() as client:
         (warning,) = client.post("/studies/estimate", json=body).json()["warnings"]
@@ -409,7 +409,7 @@ def test_recordings_are_kept_of_the_runs_that_were_asked_for(studies):
 
 
 def test_a_study_whose_rows_cannot_be_written_has_failed_with_the_reason(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
         long = create(client, LONG)
         waiting = create(client, QUICK)

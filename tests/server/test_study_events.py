@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from server.settings import Settings
-from tests.server.serving import serve
+from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, until
+from tests.waiting import wait_until
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ def all_events(client, study, last_id=None, **params):
 @pytest.fixture(scope="module")
 def busy(tmp_path_factory):
     """A service that is at a long study, which says soon that it is still there."""
-    settings = Settings(
-        data_directory=tmp_path_factory.mktemp("busy"),
+    settings = patient_settings(
+        tmp_path_factory.mktemp("busy"),
         study_executor="inline",
         max_event_streams=2,
         event_heartbeat=0.1,
@@ -170,10 +170,7 @@ def test_streams_are_bounded_and_a_gone_client_frees_its_place(busy):
 
     assert refused.status_code == 503 and refused.headers["retry-after"] == "5"
     assert "2 streams of events are open already" in refused.json()["detail"]
-    patience = time.monotonic() + 10.0
-    while running.app.state.event_slots.num_open:
-        assert time.monotonic() < patience
-        time.sleep(0.02)
+    wait_until(lambda: running.app.state.event_slots.num_open == 0)
     with listening(client, study) as again:
         assert next(again).kind == "progress"
 
@@ -189,7 +186,7 @@ def test_an_id_that_was_never_told_is_refused(studies, finished_study, last_id):
 
 
 def test_a_cancelled_study_ends_its_streams(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
         study = create(client, LONG)
         with listening(client, study) as events:
@@ -201,7 +198,7 @@ def test_a_cancelled_study_ends_its_streams(tmp_path):
 
 
 def test_streams_end_without_an_end_when_the_server_is_to_stop(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with ExitStack() as server:
         running = server.enter_context(serve(settings))
         client = server.enter_context(running.client())

@@ -17,10 +17,10 @@ from core.executors import make_executor
 from recordings.study.conductor import conduct
 from recordings.study.reader import open_study
 from recordings.study.writer import StudyWriter
-from server.settings import Settings
 from server.study_request import read_study
-from tests.server.serving import serve
+from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
+from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 BODY = {
@@ -63,11 +63,12 @@ def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client
         try:
             url = process.stdout.readline().strip()
             assert url, process.stderr.read()
-            with httpx2.Client(base_url=f"{url}api/v1", timeout=60.0, trust_env=False) as client:
+            address = f"{url}api/v1"
+            with httpx2.Client(base_url=address, timeout=PATIENCE, trust_env=False) as client:
                 yield process, client
         finally:
             process.terminate()
-            said = process.communicate(timeout=30)[1]
+            said = process.communicate(timeout=PATIENCE)[1]
     assert "Traceback" not in said
 
 
@@ -101,7 +102,7 @@ def test_no_run_is_lost_or_done_twice_whoever_is_killed(tmp_path, undisturbed):
 
 
 def test_a_service_that_is_told_to_end_leaves_its_study_to_the_next(tmp_path, undisturbed):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
         study = create(client, BODY)
         waiting = create(client, QUICK)
@@ -115,7 +116,7 @@ def test_a_service_that_is_told_to_end_leaves_its_study_to_the_next(tmp_path, un
 
 
 def test_a_study_that_cannot_be_read_any_more_has_failed_and_harms_no_other(tmp_path):
-    settings = Settings(data_directory=tmp_path, study_executor="inline")
+    settings = patient_settings(tmp_path, study_executor="inline")
     with serve(settings) as running, running.client() as client:
         damaged, waiting = create(client, LONG), create(client, QUICK)
     part = tmp_path / "studies" / f"{damaged['id']}.mcap.part"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import socket
 import threading
-import time
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -18,9 +17,9 @@ from mcap.writer import Writer
 from recordings import read_recording, write_recording
 from server import upload_body
 from server.routes.recordings import MAX_UPLOADS
-from server.settings import Settings
 from tests.server.raw_http import exchange
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
+from tests.waiting import wait_until
 
 PROBLEM = "application/problem+json"
 BINARY = {"Content-Type": "application/octet-stream"}
@@ -175,7 +174,7 @@ def test_a_name_beyond_its_bounds_is_refused(client, folder, content) -> None:
 def narrow(tmp_path_factory: pytest.TempPathFactory):
     """A server that takes recordings of at most 100 kB."""
     folder = tmp_path_factory.mktemp("narrow")
-    with serve(Settings(data_directory=folder, max_upload_bytes=100_000)) as running:
+    with serve(patient_settings(folder, max_upload_bytes=100_000)) as running:
         yield running
 
 
@@ -213,13 +212,6 @@ def test_a_client_that_goes_away_leaves_nothing(server, client, folder, content)
             wait_until(lambda: files_of(folder) != before)
         wait_until(lambda: files_of(folder) == before)
     assert client.get("/health").status_code == 200
-
-
-def wait_until(holds, seconds: float = 10.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_a_client_that_hardly_sends_is_cut_off(server, folder, content, monkeypatch) -> None:
@@ -268,13 +260,13 @@ def test_recordings_can_be_sent_at_the_same_time(server, content) -> None:
 def test_what_a_killed_service_left_of_an_upload_is_deleted_at_start(tmp_path, content) -> None:
     left = tmp_path / "abcdefghijkl.mcap.upload.part"
     left.write_bytes(content[:1000])
-    with serve(Settings(data_directory=tmp_path)) as running, running.client() as client:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
         assert not left.exists() and client.get("/runs").json()["count"] == 0
 
 
 @pytest.mark.parametrize("with_length", [True, False])
 def test_no_recording_is_received_beyond_the_quota(tmp_path, content, with_length) -> None:
-    settings = Settings(data_directory=tmp_path, quota_bytes=len(content) - 1)
+    settings = patient_settings(tmp_path, quota_bytes=len(content) - 1)
     sent = content if with_length else iter([content])
     with serve(settings) as running, running.client() as client:
         answer: httpx2.Response = client.post("/recordings", content=sent, headers=BINARY)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import time
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import pytest
@@ -11,6 +13,34 @@ from core.executors import ExecutorError, make_executor
 from server.warm_executor import WarmExecutor
 
 INLINE = partial(make_executor, "inline")
+
+
+@dataclass
+class HandTimer:
+    """A timer that goes off when the test wants it to."""
+
+    seconds: float
+    function: Callable[[], None]
+    is_running: bool = False
+
+    def start(self):
+        self.is_running = True
+
+    def cancel(self):
+        self.is_running = False
+
+
+@pytest.fixture
+def timers(monkeypatch):
+    """All timers that were made."""
+    made = []
+
+    def make(seconds, function):
+        made.append(HandTimer(seconds, function))
+        return made[-1]
+
+    monkeypatch.setattr(threading, "Timer", make)
+    return made
 
 
 def used(warm):
@@ -25,26 +55,26 @@ def test_the_next_study_has_the_workers_of_the_last():
     warm.close()
 
 
-def test_idle_workers_are_ended_and_made_again():
-    warm = WarmExecutor(INLINE, idle_seconds=0.05)
+def test_idle_workers_are_ended_and_made_again(timers):
+    warm = WarmExecutor(INLINE, idle_seconds=7.0)
     first = used(warm)
-    patience = time.monotonic() + 10.0
 
-    time.sleep(0.2)
-    while used(warm) is first:
-        assert time.monotonic() < patience
-        time.sleep(0.2)
+    assert [timer.seconds for timer in timers if timer.is_running] == [7.0]
+    timers[-1].function()
+    assert used(warm) is not first
     warm.close()
+    assert not any(timer.is_running for timer in timers)
 
 
-def test_workers_in_use_are_never_idle():
-    warm = WarmExecutor(INLINE, idle_seconds=0.02)
+def test_workers_in_use_are_never_idle(timers):
+    warm = WarmExecutor(INLINE)
     used(warm)
 
     with warm.use() as executor:
-        time.sleep(0.1)
-        with_workers = executor
-    assert used(warm) is with_workers
+        assert not timers[-1].is_running
+        # It was over in the moment in which it was to be cancelled.
+        timers[-1].function()
+    assert used(warm) is executor
     warm.close()
 
 

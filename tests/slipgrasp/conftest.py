@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.cli.main import main
+from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 240
 
 
 def without_waiting(stderr: str) -> str:
@@ -53,9 +53,11 @@ class CommandLine:
             **options,
         )
 
-    def start(self, *arguments) -> subprocess.Popen[str]:
+    def start(self, *arguments, script: str | None = None) -> subprocess.Popen[str]:
+        """Starts a command; or a script that is given its arguments instead."""
+        program = ["-m", "slipgrasp"] if script is None else ["-c", script]
         return subprocess.Popen(
-            self.command(*arguments),
+            [sys.executable, *program, *map(str, arguments)],
             cwd=self.folder,
             env=self.environment,
             stdout=subprocess.PIPE,

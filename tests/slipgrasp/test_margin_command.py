@@ -7,6 +7,7 @@ import pytest
 
 from recordings import read_recording
 from recordings.store import RecordingStore
+from tests.waiting import PATIENCE
 
 CASE = ("paper-case-1", "--set", "simulation.duration=1", "--over", "object.mass")
 MARGIN = (*CASE, "--from", "1", "--to", "5")
@@ -178,7 +179,7 @@ def test_an_interrupted_search_ends_soon_and_saves_nothing(slipgrasp):
         while "searching" not in process.stderr.readline():
             assert process.poll() is None
         process.send_signal(signal.SIGINT)
-        process.wait(timeout=20)
+        process.wait(timeout=PATIENCE)
         assert "interrupted; nothing is saved" in process.stderr.read()
 
     assert process.returncode == 4

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.waiting import PATIENCE
+
 
 @contextmanager
 def replaying(slipgrasp, *arguments):
@@ -18,7 +20,7 @@ def replaying(slipgrasp, *arguments):
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-            assert process.wait(timeout=30) == 0
+            assert process.wait(timeout=PATIENCE) == 0
 
 
 @pytest.fixture
@@ -47,7 +49,7 @@ def test_a_replay_shares_the_folder_with_a_service_that_runs(slipgrasp, recordin
                 assert page.status == 200
         finally:
             service.send_signal(signal.SIGINT)
-            service.wait(timeout=30)
+            service.wait(timeout=PATIENCE)
 
 
 def refused(slipgrasp, argument):

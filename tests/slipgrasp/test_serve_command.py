@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.waiting import PATIENCE
+
 
 @contextmanager
 def serving(slipgrasp, *arguments):
@@ -21,7 +23,7 @@ def serving(slipgrasp, *arguments):
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-            process.wait(timeout=30)
+            process.wait(timeout=PATIENCE)
 
 
 def test_the_first_line_is_the_url_of_a_server_that_answers(slipgrasp):
@@ -51,7 +53,7 @@ def test_runs_go_to_the_chosen_data_directory(slipgrasp, tmp_path):
 def test_a_signal_ends_the_server_cleanly(slipgrasp, number):
     with serving(slipgrasp, "--port", "0") as (process, _):
         process.send_signal(number)
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=PATIENCE) == 0
         assert "Traceback" not in process.stderr.read()
 
 

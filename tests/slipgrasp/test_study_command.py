@@ -3,7 +3,6 @@
 import csv
 import json
 import signal
-import time
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from recordings.state_hash import state_hash
 from recordings.study.results import read_results
 from slipgrasp.cli.main import main
 from tests.recordings.studying import make_study, run_study
+from tests.waiting import wait_until
 
 STUDY = """
 title = "a grid"
@@ -196,37 +196,54 @@ def test_a_study_that_was_begun_is_not_mixed_with_another(study, command):
     assert read_results("done/study.mcap").study == load_study(study)
 
 
-def long_study(path):
-    """Some seconds of work, so that a signal meets it half way."""
+# Writes rows at once, and after the twentieth says so and waits until it is told to end.
+HELD = """
+import sys, time
+from pathlib import Path
+from recordings.study import conductor
+from slipgrasp.cli.main import main
+
+conduct = conductor.conduct
+conductor.WRITE_INTERVAL = 0.0
+
+def conduct_and_wait(*arguments, watch, should_stop, **others):
+    def watch_and_wait(row):
+        watch(row)
+        if row.index == 19:
+            Path("waits").touch()
+            while not should_stop():
+                time.sleep(0.01)
+    return conduct(*arguments, watch=watch_and_wait, should_stop=should_stop, **others)
+
+conductor.conduct = conduct_and_wait
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def study_of_sixty(path):
     path.write_text(
         'base = "paper-case-1"\nrecordings = "none"\n[sampling]\nmethod = "random"\nruns = 60\n'
-        '[set]\n"controller.control_period" = 0.0002\n"simulation.duration" = 2.0\n'
+        '[set]\n"simulation.duration" = 0.2\n'
         '[vary]\n"object.mass" = {min = 0.5, max = 1.5}\n'
         '"fingers.*.friction" = {min = 0.2, max = 0.4}\n'
     )
     return path
 
 
-def wait_for_rows(process, part):
-    while not part.exists() or part.stat().st_size < 12_000:
-        assert process.poll() is None
-        time.sleep(0.05)
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_an_interrupted_study_keeps_what_is_done_and_the_same_command_goes_on(
     slipgrasp, tmp_path, number
 ):
-    study = long_study(tmp_path / "long.toml")
+    study = study_of_sixty(tmp_path / "sixty.toml")
     arguments = ("study", study, "--output", tmp_path / "done", "--json", "--executor", "inline")
-    process = slipgrasp.start(*arguments)
+    process = slipgrasp.start(*arguments, script=HELD)
     with process:
-        wait_for_rows(process, tmp_path / "done" / "study.mcap.part")
+        wait_until(lambda: (slipgrasp.folder / "waits").exists() or process.poll() is not None)
         process.send_signal(number)
         said = process.stdout.read()
 
     before = read_results(tmp_path / "done" / "study.mcap.part").num_rows
-    assert 0 < before < 60
+    assert 20 <= before < 60
     if number == signal.SIGINT:
         assert process.returncode == 4
         told = json.loads(said)

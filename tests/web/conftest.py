@@ -13,33 +13,20 @@ from playwright.sync_api import (
     ConsoleMessage,
     Page,
     ViewportSize,
-    expect,
-    sync_playwright,
 )
-from playwright.sync_api import TimeoutError as PlaywrightTimeoutError
 
 from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
-from server.settings import Settings
 from server.viewer_server import ViewerServer
-from tests.ensure_programs import HOW_TO_FIX, find_chromium
-from tests.server.serving import RunningServer, serve
+from tests import waiting
+from tests.server.serving import RunningServer, patient_settings, serve
 from tests.web.driving import pause
 from web.app import create_dashboard_app
 
-# Software rendering, as on a machine without a screen.
-FLAGS = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--disable-dev-shm-usage",
-    "--hide-scrollbars",
-)
-PATIENCE = 60_000
+PATIENCE = 1000 * waiting.PATIENCE  # [ms]
 SMALL = ViewportSize(width=1000, height=700)
 LARGE = ViewportSize(width=1280, height=800)
 
@@ -85,21 +72,9 @@ def viewer_server() -> Iterator[ViewerServer]:
 
 @pytest.fixture(scope="session")
 def dashboard(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = Settings(data_directory=tmp_path_factory.mktemp("dashboard"))
+    settings = patient_settings(tmp_path_factory.mktemp("dashboard"))
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    chromium = find_chromium()
-    if chromium is None:
-        pytest.fail(HOW_TO_FIX)
-    expect.set_options(timeout=PATIENCE)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
-        yield browser
-        browser.close()
 
 
 @dataclass
@@ -127,7 +102,7 @@ class Visitors:
     def open_to_look(self) -> Page:
         """A page whose picture is looked at, at rest."""
         page = self._open(LARGE, "fixedDpr=0.5")
-        dismiss_warning(page)
+        hide_warning(page)
         return page
 
     def close(self) -> None:
@@ -164,13 +139,10 @@ def visitors_of(browser: Browser, server: RunningServer) -> Iterator[Visitors]:
     assert visitors.complaints == []
 
 
-def dismiss_warning(page: Page) -> None:
-    """Takes away viser's warning of software rendering, which covers a part of the scene."""
-    try:
-        page.locator(".mantine-Notification-closeButton").first.click(timeout=5000)
-    except PlaywrightTimeoutError:
-        return
-    page.locator(".mantine-Notification-root").wait_for(state="detached")
+def hide_warning(page: Page) -> None:
+    """Hides viser's warning of software rendering, which covers a part of the scene."""
+    # It comes when the page finds the time, or never.
+    page.add_style_tag(content=".mantine-Notification-root { display: none !important }")
 
 
 @pytest.fixture

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import io
-import time
 from collections.abc import Callable
 
 import numpy as np
-import pytest
 from PIL import Image
 from playwright.sync_api import Locator, Page
 
+from tests.waiting import wait_until
 from web.timeline.strip import clock_words
 
 __all__ = [
@@ -22,11 +21,16 @@ __all__ = [
     "pause",
     "pause_at",
     "picture",
+    "picture_at_rest",
     "set_number",
     "slip_at_end",
-    "wait_until",
 ]
 
+# A quarter of a second, and longer where a machine draws few pictures in that time.
+FRAMES = """async () => {
+    await new Promise(passed => setTimeout(passed, 250));
+    for (let i = 0; i < 3; i += 1) await new Promise(requestAnimationFrame);
+}"""
 SLIP_CHART = "Object.values(window.__viserTestpoints.uplots)[0].chart"
 
 
@@ -91,14 +95,20 @@ def pause_at(page: Page, seconds: float) -> None:
 
 def picture(page: Page, height: int = 520) -> np.ndarray:
     """The scene between the panels, once it no longer changes."""
-    before = shoot(page, height)
-    for _ in range(40):
-        page.wait_for_timeout(250)
-        after = shoot(page, height)
-        if np.array_equal(before, after):
-            return after
-        before = after
-    pytest.fail("the picture does not come to rest")
+    return picture_at_rest(page, lambda: shoot(page, height))
+
+
+def picture_at_rest(page: Page, shoot: Callable[[], np.ndarray]) -> np.ndarray:
+    """A picture of a page, once it no longer changes."""
+    seen = [shoot()]
+
+    def rests() -> bool:
+        page.evaluate(FRAMES)
+        seen.append(shoot())
+        return np.array_equal(*seen[-2:])
+
+    wait_until(rests, "the picture does not come to rest")
+    return seen[-1]
 
 
 def shoot(page: Page, height: int) -> np.ndarray:
@@ -109,10 +119,3 @@ def shoot(page: Page, height: int) -> np.ndarray:
 def slip_at_end(page: Page) -> float:
     """Last value of the left finger's line in the slip chart [mm]."""
     return float(page.evaluate(f"{SLIP_CHART}.data[2].at(-1)"))
-
-
-def wait_until(condition: Callable[[], bool], what: str) -> None:
-    deadline = time.monotonic() + 30.0
-    while not condition():
-        assert time.monotonic() < deadline, what
-        time.sleep(0.1)

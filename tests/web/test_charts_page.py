@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Page
+from playwright.sync_api import Page, Position
 
-from tests.web.driving import SLIP_CHART, pause_at, wait_until
+from tests.waiting import wait_until
+from tests.web.driving import SLIP_CHART, pause_at
 
 pytestmark = pytest.mark.browser
 
@@ -25,19 +27,25 @@ def shown_times(page: Page) -> tuple[float, float]:
     return start, end
 
 
+def window(page: Page) -> tuple[float, float]:
+    """Which stretch of time the session says that it shows [s]."""
+    told = json.loads(page.locator("#sg-beacon").get_attribute("data-sg-state") or "{}")
+    return told["start"], told["end"]
+
+
 def legend(page: Page, chart: str) -> list[str]:
     """What the legend of a chart reads at the play head."""
     return page.locator(f"[data-sg-chart={chart}] [data-sg-value]").all_inner_texts()
 
 
 def drag_over(page: Page, chart: int, start: float, end: float) -> None:
-    """Drags over a chart, from one share of its width to another."""
-    box = page.locator(".u-over").nth(chart).bounding_box()
+    """Drags over a chart, from one share of its width to another, once it stands still."""
+    area = page.locator(".u-over").nth(chart)
+    area.hover()
+    box = area.bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + start * box["width"], box["y"] + 0.5 * box["height"])
-    page.mouse.down()
-    page.mouse.move(box["x"] + end * box["width"], box["y"] + 0.5 * box["height"], steps=5)
-    page.mouse.up()
+    places = [Position(x=share * box["width"], y=0.5 * box["height"]) for share in (start, end)]
+    area.drag_to(area, source_position=places[0], target_position=places[1])
 
 
 def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> None:
@@ -45,7 +53,8 @@ def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> N
     wait_until(lambda: legend(page, "slip") != ["", ""], "the legend stays empty")
     slip = float(legend(page, "slip")[0])
     assert 10.0 < slip < 20.0
-    start, end = shown_times(page)
+    wait_until(lambda: shown_times(page) == window(page), "the charts show another window")
+    start, end = window(page)
 
     drag_over(page, 1, 0.25, 0.75)
     wait_until(lambda: shown_times(page) != (start, end), "a drag does not zoom")

@@ -12,6 +12,7 @@ import pytest
 from core.result import RunResult
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
+from tests.waiting import PATIENCE
 from web.compare.pairing import can_swap, pair_of, with_pale_run
 from web.desks.compare_desk import CompareDesk
 from web.intents.compare import (
@@ -54,7 +55,7 @@ class Comparison:
         self.view = self.desk.take(intent, self.view)
 
     def hear(self, kind: type[Intent]) -> None:
-        answer = self.answers.get(timeout=30.0)
+        answer = self.answers.get(timeout=PATIENCE)
         assert isinstance(answer, kind)
         self.ask(answer)
 

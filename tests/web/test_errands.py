@@ -7,6 +7,7 @@ import threading
 
 import pytest
 
+from tests.waiting import PATIENCE
 from web.errands import Errands
 
 
@@ -22,7 +23,7 @@ def test_an_errand_that_fails_does_not_end_those_that_follow(
     with caplog.at_level(logging.ERROR):
         errands.ask(lambda: {}["no such key"])
         errands.ask(done.set)
-        assert done.wait(10.0)
+        assert done.wait(PATIENCE)
     assert "an errand of the thread errands of a test failed" in caplog.text
     errands.close()
     errands.join(10.0)
@@ -33,10 +34,10 @@ def test_what_must_be_done_is_done_before_the_thread_ends(errands: Errands) -> N
 
     def first() -> None:
         going_on.set()
-        assert go_on.wait(10.0)
+        assert go_on.wait(PATIENCE)
 
     errands.ask(first)
-    assert going_on.wait(10.0)
+    assert going_on.wait(PATIENCE)
     errands.ask(lambda: told.append("looked up"))
     errands.ask(lambda: told.append("written"), must=True)
     errands.close()

@@ -14,6 +14,7 @@ from core.loading import load_scenario, with_values
 from core.result import RunResult
 from core.simulator import simulate
 from server.viewer_server import ViewerServer
+from tests.waiting import PATIENCE
 from tests.web.listening_gui import ListeningClient
 from tests.web.test_charts_panel import view_of
 from web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
@@ -64,7 +65,7 @@ class Office:
         """Takes answers until nothing is made any more; gives the shares that were told."""
         shares: list[float] = []
         while self.view.exporting.busy_with:
-            answer = self.answers.get(timeout=60.0)
+            answer = self.answers.get(timeout=PATIENCE)
             shares += [answer.share] if isinstance(answer, ExportMoved) else []
             self.take(answer)
         return shares
@@ -182,7 +183,7 @@ def test_what_goes_wrong_is_told_in_words() -> None:
     answers: SimpleQueue[Intent] = SimpleQueue()
     worker = ExportWorker(answers.put)
     worker.start(7, fail(OSError(24, "Too many open files")))
-    answer = answers.get(timeout=30.0)
+    answer = answers.get(timeout=PATIENCE)
     assert answer == ExportFailed(7, "The file could not be made: Too many open files.")
     worker.join(30.0)
 
@@ -192,7 +193,7 @@ def test_an_error_of_ours_does_not_leave_the_user_waiting() -> None:
     answers: SimpleQueue[Intent] = SimpleQueue()
     worker = ExportWorker(answers.put)
     worker.start(8, fail(ZeroDivisionError("ours")))
-    answer = answers.get(timeout=30.0)
+    answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed)
     assert "internal error" in answer.message
     worker.join(30.0)

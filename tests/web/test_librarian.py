@@ -11,6 +11,7 @@ import pytest
 from core.result import RunResult
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
+from tests.waiting import PATIENCE
 from web.errands import Errands
 from web.intents.intent import Intent
 from web.intents.recordings import (
@@ -41,7 +42,7 @@ class Library:
         self.librarian = Librarian(store, self.answers.put)
 
     def answer(self) -> Intent:
-        return self.answers.get(timeout=30.0)
+        return self.answers.get(timeout=PATIENCE)
 
     def listed(
         self, page: int = 0, wanted: ShelfFilter = ALL, chosen: str = ""
@@ -67,17 +68,17 @@ def test_of_errands_that_wait_only_the_latest_of_a_subject_is_run() -> None:
 
     def wait() -> None:
         begun.set()
-        go_on.wait(30.0)
+        go_on.wait(PATIENCE)
 
     errands.ask(wait)
-    assert begun.wait(30.0)
+    assert begun.wait(PATIENCE)
     for number in range(3):
         errands.ask(lambda number=number: done.append(("list", number)), "list")
         errands.ask(lambda number=number: done.append(("delete", number)))
     finished = threading.Event()
     errands.ask(finished.set)
     go_on.set()
-    assert finished.wait(30.0)
+    assert finished.wait(PATIENCE)
     errands.close()
     errands.join(30.0)
     assert done == [("delete", 0), ("delete", 1), ("list", 2), ("delete", 2)]

@@ -12,6 +12,7 @@ import pytest
 
 from tests.server.raw_http import get, post
 from tests.server.serving import RunningServer
+from tests.waiting import PATIENCE
 from web.intents.intent import Intent
 from web.intents.playback import Seek, TogglePlay
 from web.page.head import head_html
@@ -82,7 +83,7 @@ def test_nothing_else_is_served(dashboard: RunningServer, name: str) -> None:
 def test_what_a_page_posts_reaches_its_session_in_order(entered: Entered) -> None:
     answer = entered.post([{"kind": "toggle-play"}, {"kind": "seek", "time": 2}])
     assert answer.status_code == 202
-    assert [entered.taken.get(timeout=5) for _ in range(2)] == [TogglePlay(), Seek(2.0)]
+    assert [entered.taken.get(timeout=PATIENCE) for _ in range(2)] == [TogglePlay(), Seek(2.0)]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import pytest
 from playwright.sync_api import Locator, Page
 
 from core.types import ContactPhase
-from tests.web.driving import pause_at, picture, set_number, wait_until
+from tests.waiting import wait_until
+from tests.web.driving import pause_at, picture, set_number
 from web.colours import PHASES
 
 pytestmark = [

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,17 +12,20 @@ import pytest
 
 from core.exceptions import ScenarioError
 from core.loading import load_scenario, with_values
+from core.result import RunResult
+from core.scenario import Scenario
 from recordings.store import RecordingStore
 from server.run_service import RunService
-from server.settings import Settings
+from tests.server.serving import patient_settings
+from tests.waiting import PATIENCE
 from web.intents.intent import Intent
 from web.intents.runs import RunFinished, RunSaved, SaveFailed
 from web.scenario.preview_worker import PreviewWorker
 from web.scenario.saved_runs import SavedRuns
 
 CASE = load_scenario("paper-case-1")
-# Sampled at 10 kHz for ten minutes: long enough to be given up.
-LONG = with_values(CASE, {"simulation.duration": 600.0, "controller.control_period": 1e-4})
+# Ten minutes in steps of 10 µs: long enough to be given up.
+LONG = with_values(CASE, {"simulation.duration": 600.0, "simulation.max_step": 1e-5})
 
 
 @dataclass
@@ -31,21 +33,39 @@ class Bench:
     worker: PreviewWorker
     answers: queue.SimpleQueue[Intent]
     store: RecordingStore
+    thread: threading.Thread
+    is_at_it: threading.Event
+
+    def begin(self, ticket: int, scenario: Scenario) -> None:
+        """Asks for a run, and waits until it is simulated."""
+        self.is_at_it.clear()
+        self.worker.simulate(ticket, scenario)
+        assert self.is_at_it.wait(PATIENCE)
 
     def answer(self) -> Intent:
-        return self.answers.get(timeout=60.0)
+        return self.answers.get(timeout=PATIENCE)
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Bench]:
-    settings = Settings(data_directory=tmp_path / "data")
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    settings = patient_settings(tmp_path / "data")
     store = RecordingStore(settings.data_directory)
     service = RunService(store, settings)
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
+    others = threading.enumerate()
     worker = PreviewWorker(service, SavedRuns(service), answers.put)
-    yield Bench(worker, answers, store)
+    (thread,) = (each for each in threading.enumerate() if each not in others)
+    bench = Bench(worker, answers, store, thread, threading.Event())
+    preview = service.preview
+
+    def watched(scenario: Scenario, should_stop: Callable[[], bool]) -> RunResult:
+        bench.is_at_it.set()
+        return preview(scenario, should_stop)
+
+    monkeypatch.setattr(service, "preview", watched)
+    yield bench
     worker.close()
-    worker.join(10.0)
+    worker.join(PATIENCE)
     service.close()
 
 
@@ -60,14 +80,11 @@ def test_a_preview_is_answered_and_not_saved(bench: Bench) -> None:
 def test_the_latest_request_wins_over_a_long_run(bench: Bench) -> None:
     bench.worker.simulate(1, CASE)
     bench.answer()
-    started = time.monotonic()
-    bench.worker.simulate(2, LONG)
-    time.sleep(0.05)
+    bench.begin(2, LONG)
     bench.worker.simulate(3, CASE)
     answer = bench.answer()
     assert isinstance(answer, RunFinished)
     assert answer.ticket == 3
-    assert time.monotonic() - started < 5.0
 
 
 def test_a_burst_of_requests_ends_with_the_last_one(bench: Bench) -> None:
@@ -111,11 +128,11 @@ def test_a_disk_that_refuses_is_told(bench: Bench, tmp_path: Path) -> None:
 
 
 def test_closing_gives_up_what_goes_on_and_ends_the_thread(bench: Bench) -> None:
-    bench.worker.simulate(1, LONG)
-    time.sleep(0.1)
+    bench.begin(1, LONG)
     bench.worker.close()
-    bench.worker.join(10.0)
-    assert not [t for t in threading.enumerate() if t.name == "preview"]
+    bench.worker.join(PATIENCE)
+    assert not bench.thread.is_alive()
+    assert bench.answers.empty()
 
 
 def test_a_scenario_is_checked_before_it_gets_here() -> None:

@@ -10,6 +10,7 @@ import pytest
 from core.result import RunResult
 from recordings.store import RecordingStore
 from recordings.stored_run import StoredRun
+from tests.waiting import PATIENCE
 from web.desks.recordings_desk import RecordingsDesk, relist_interval
 from web.intents.intent import Intent
 from web.intents.recordings import (
@@ -62,7 +63,7 @@ class Sitting:
     def hear(self, until: type[Intent]) -> None:
         answer: Intent | None = None
         while not isinstance(answer, until):
-            answer = self.answers.get(timeout=30.0)
+            answer = self.answers.get(timeout=PATIENCE)
             self.view = self.desk.take(answer, self.view)
 
     @property

@@ -11,10 +11,10 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from core.result import RunResult
 from recordings.store import RecordingStore
 from recordings.writer import write_recording
-from server.settings import Settings
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
+from tests.waiting import wait_until
 from tests.web.conftest import visitors_of
-from tests.web.driving import fill, number_field, wait_until
+from tests.web.driving import fill, number_field
 from web.app import create_dashboard_app
 
 pytestmark = [
@@ -25,7 +25,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = Settings(data_directory=tmp_path_factory.mktemp("recordings"))
+    settings = patient_settings(tmp_path_factory.mktemp("recordings"))
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
 

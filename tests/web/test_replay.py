@@ -20,10 +20,10 @@ from recordings.exceptions import ForeignRecordingError, RecordingNotFoundError
 from recordings.reader import read_recording
 from recordings.store import RecordingStore
 from recordings.writer import write_recording
-from server.settings import Settings
-from tests.server.serving import RunningServer, serve
+from tests.server.serving import RunningServer, patient_settings, serve
+from tests.waiting import wait_until
 from tests.web.conftest import visitors_of
-from tests.web.driving import number_field, pause, pause_at, picture, set_number, wait_until
+from tests.web.driving import number_field, pause, pause_at, picture, set_number
 from web.app import create_dashboard_app
 from web.colours import PHASES
 from web.library.replay import moment_words, open_replay
@@ -61,7 +61,7 @@ def opened(case_1: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def replaying(opened: Path) -> Iterator[RunningServer]:
     """A dashboard that opens on a recording."""
-    settings = Settings(data_directory=opened.parent / "data")
+    settings = patient_settings(opened.parent / "data")
     with serve(settings, create_dashboard_app(settings, opened)) as running:
         yield running
 
@@ -69,7 +69,7 @@ def replaying(opened: Path) -> Iterator[RunningServer]:
 @pytest.fixture
 def live_page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
     """A page that shows a run of its own, the only one in its store."""
-    settings = Settings(data_directory=tmp_path / "data")
+    settings = patient_settings(tmp_path / "data")
     with (
         serve(settings, create_dashboard_app(settings)) as running,
         visitors_of(browser, running) as visitors,
@@ -128,6 +128,7 @@ def test_a_dashboard_that_opens_on_a_recording_plays_and_charts_the_file(
 ) -> None:
     page, store = replay_page, replaying.app.state.run_service.store
     num_runs = store.count()
+    page.get_by_role("tab", name="Run").click()
     page.get_by_text("2.59 mm left").wait_for()
     pause_at(page, 0.02)
     early = picture(page)
@@ -160,6 +161,7 @@ def test_a_knob_makes_a_live_run_of_a_recording_and_a_damaged_one_is_explained(
     replay_page: Page, replaying: RunningServer, case_2: RunResult
 ) -> None:
     page, store = replay_page, replaying.app.state.run_service.store
+    page.get_by_role("tab", name="Run").click()
     assert number_field(page, "mass [kg]").input_value() == "1"
     set_number(page, "mass [kg]", "1.4")
     page.get_by_text("Live run").wait_for()

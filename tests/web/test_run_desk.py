@@ -13,8 +13,9 @@ from core.exceptions import ScenarioError
 from recordings.store import RecordingStore
 from recordings.study.study_store import StudyStore
 from server.run_service import RunService
-from server.settings import Settings
 from server.study_service import StudyService
+from tests.server.serving import patient_settings
+from tests.waiting import PATIENCE
 from web.desks.run_desk import RunDesk
 from web.desks.scenario_desk import ScenarioDesk
 from web.intents.compare import EndComparison
@@ -60,7 +61,7 @@ class Room:
         return self.view
 
     def hear(self) -> None:
-        answer = self.answers.get(timeout=60.0)
+        answer = self.answers.get(timeout=PATIENCE)
         self.view = self.runs.take(answer, self.view)
 
     def wait(self, seconds: float) -> ViewState:
@@ -87,7 +88,7 @@ def is_allowed(draft: Draft) -> bool:
 
 @pytest.fixture
 def room(tmp_path: Path) -> Iterator[Room]:
-    settings = Settings(data_directory=tmp_path / "data")
+    settings = patient_settings(tmp_path / "data")
     store = RecordingStore(settings.data_directory)
     service = RunService(store, settings)
     studies = StudyService(StudyStore(settings.data_directory, store), settings)

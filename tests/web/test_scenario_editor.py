@@ -12,7 +12,8 @@ from core.loading import load_scenario, scenario_from_toml, scenario_to_toml
 from core.scenario import Change, ObjectParameters, Pulse, Scenario
 from recordings.store import RecordingStore
 from tests.server.serving import RunningServer
-from tests.web.driving import number_field, pause_at, set_number, slip_at_end, wait_until
+from tests.waiting import wait_until
+from tests.web.driving import number_field, pause_at, set_number, slip_at_end
 
 pytestmark = [
     pytest.mark.browser,

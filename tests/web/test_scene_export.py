@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,11 +17,11 @@ from core.result import RunResult
 from core.simulator import simulate
 from core.types import ContactPhase
 from core.verdict import headline_of
-from tests.web.conftest import PATIENCE, dismiss_warning
+from tests.waiting import wait_until
+from tests.web.conftest import PATIENCE, hide_warning
+from tests.web.driving import picture_at_rest
 from web.colours import PHASES
 from web.export.replay_page import MAX_FRAMES, frame_times, write_html
-
-TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
 def write(result: RunResult, path: Path) -> Path:
@@ -39,21 +39,19 @@ class Opened:
     def time(self) -> float:
         return float(self.page.locator("input:visible").first.input_value())
 
-    def seek(self, seconds: float) -> np.ndarray:
-        """The picture at a time, once it no longer changes."""
+    def seek(self, seconds: float, shows: Callable[[np.ndarray], bool]) -> np.ndarray:
+        """The picture at a time; a slow page may rest for a while before it gets there."""
         field = self.page.locator("input:visible").first
         field.fill(f"{seconds:g}")
         field.press("Enter")
-        # A slow page else stands still because it has not begun.
-        self.page.evaluate(TWO_FRAMES)
-        before = self.shoot()
-        for _ in range(40):
-            self.page.wait_for_timeout(250)
-            after = self.shoot()
-            if np.array_equal(before, after):
-                return after
-            before = after
-        pytest.fail("the picture does not come to rest")
+        seen = [picture_at_rest(self.page, self.shoot)]
+
+        def is_there() -> bool:
+            seen.append(picture_at_rest(self.page, self.shoot))
+            return shows(seen[-1])
+
+        wait_until(is_there, f"it does not show {seconds} s")
+        return seen[-1]
 
     def shoot(self) -> np.ndarray:
         picture = Image.open(io.BytesIO(self.page.screenshot()))
@@ -70,7 +68,7 @@ def opened(browser: Browser, case_2: RunResult, tmp_path: Path) -> Iterator[Open
     page.goto(f"{path.as_uri()}?fixedDpr=0.5")
     page.locator("canvas").first.wait_for()
     page.locator("input:visible").first.wait_for()
-    dismiss_warning(page)
+    hide_warning(page)
     yield Opened(page, requests)
     context.close()
 
@@ -79,17 +77,20 @@ def pixels_of(picture: np.ndarray, phase: ContactPhase) -> int:
     return int((np.abs(picture - PHASES[phase]).max(axis=2) < 30).sum())
 
 
+def shows_slip(seen: np.ndarray) -> bool:
+    slips = pixels_of(seen, ContactPhase.SLIP_FORWARD) > 300
+    return slips and pixels_of(seen, ContactPhase.STICK) < 20
+
+
 @pytest.mark.browser
 def test_the_page_plays_the_run_offline(opened: Opened, case_2: RunResult) -> None:
-    assert opened.page.title() == f"{case_2.scenario.title} – {headline_of(case_2)}"
+    assert opened.page.title() == f"{case_2.name} – {headline_of(case_2)}"
     opened.page.wait_for_function(
         "() => Number(document.querySelector('input').value) > 0.3", timeout=PATIENCE
     )
-    slipping, resting = opened.seek(0.08), opened.seek(6.5)
-    assert pixels_of(slipping, ContactPhase.SLIP_FORWARD) > 300
-    assert pixels_of(slipping, ContactPhase.STICK) < 20
-    assert pixels_of(resting, ContactPhase.STICK) > 300
-    assert opened.seek(0.08).tolist() == slipping.tolist()
+    slipping = opened.seek(0.08, shows_slip)
+    opened.seek(6.5, lambda seen: pixels_of(seen, ContactPhase.STICK) > 300)
+    opened.seek(0.08, lambda seen: np.array_equal(seen, slipping))
     assert [url for url in opened.requests if not url.startswith(("file:", "data:", "blob:"))] == []
 
 

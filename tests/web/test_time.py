@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, WebSocket, expect
 
 from recordings.store import RecordingStore
 from tests.server.serving import RunningServer
+from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, SMALL, Visitors
-from tests.web.driving import pause_at, wait_until
+from tests.web.driving import pause_at
 from tests.web.serving_process import ServerProcess
 from web.timeline.events import neighbouring_event_time
 from web.timeline.playback import slip_window
@@ -23,6 +24,22 @@ pytestmark = [
     # A viewer may leave in the middle of a frame.
     pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
 ]
+
+# Many attempts that came to nothing: each new one is delayed by a second or more from then on,
+# as it was by those of an outage of half a minute.
+FAIL_TO_CONNECT = """() => {
+    const url = location.origin.replace("http", "ws");
+    for (let i = 0; i < 150; i += 1) new WebSocket(url).close();
+}"""
+ASKS_AT_ONCE = """() => {
+    const { fetch } = window;
+    let asked = false;
+    window.fetch = (...request) => (asked = true) && fetch(...request);
+    document.querySelector("#sg-alarm button").click();
+    window.fetch = fetch;
+    return asked;
+}"""
+BACK_WITHOUT_SESSION = {"alive": False, "server": "another", "full": False}
 
 
 def state(page: Page) -> dict:
@@ -191,10 +208,15 @@ def test_a_page_survives_its_server_and_shows_the_same_again(
     pause_at(page, 0.08)
     before = state(page)
     page.evaluate("window.sameDocument = true")
+    page.evaluate(FAIL_TO_CONNECT)
     process.kill()
+    attempts: list[WebSocket] = []
+    page.on("websocket", lambda attempt: attempts.append(attempt))
     alarm = page.locator("#sg-alarm")
-    alarm.wait_for(timeout=4000)
     expect(alarm).to_contain_text(re.compile("Connection lost.*frozen since [0-9]"))
+    # Without effect while it is asking anyway.
+    page.wait_for_function(ASKS_AT_ONCE)
+    assert attempts == []
     process.start()
     wait_until(lambda: state(page)["session"] != before["session"], "it did not come back")
     wait_until(lambda: state(page)["run"] == before["run"], "it shows another run")
@@ -203,4 +225,12 @@ def test_a_page_survives_its_server_and_shows_the_same_again(
     assert page.evaluate("window.sameDocument")
     page.get_by_role("button", name="Next event").click()
     wait_until(lambda: state(page)["time"] > 0.08, "the page is dead")
+
+    # What the page is told between the return of the server and its new session.
+    page.route("**/dashboard/sessions/*", lambda route: route.fulfill(json=BACK_WITHOUT_SESSION))
+    expect(alarm).to_contain_text("The server is back.")
+    page.wait_for_url(f"**run={before['run']}*")
+    with page.expect_navigation(wait_until="commit"):
+        page.get_by_role("button", name="Reload now").click()
+    assert page.evaluate("window.sameDocument") is None
     page.close()

@@ -1,19 +1,26 @@
-// Tells honestly whether the server is there, and shows what the session has to say. viser opens
-// its connection again by itself and is then given a new session; this script brings back what
-// was shown (link.js), without a reload of the page.
+// Tells honestly whether the server is there, and shows what the session has to say. Once the
+// server is back, viser opens its connection again (reconnect.js) and is given a new session;
+// link.js then brings back what was shown, without a reload of the page.
 import { onChange, state } from "./beacon.js";
+import { noteConnected, startReconnect, tryInTurn, tryNow } from "./reconnect.js";
 
 const ASK_MS = 1500;
+const AWAY_ASK_MS = 1000;
 const PATIENCE_MS = 2500;
-const NEW_SESSION_MS = 5000;
-const FOCUS_MS = 4000;
+const NEW_SESSION_MS = 7000; // longer than an attempt of viser to connect
 
-let answeredAt = Date.now();
+let answeredAt = new Date();
+let isAway = false;
 let lonelySince = null;
 let server = "";
+let asking = false;
+let nextAsk;
 
 /** Begins to ask after the server. */
 export function startBanner() {
+  startReconnect();
+  // The timers of a page that nobody sees hardly run.
+  document.addEventListener("visibilitychange", () => document.hidden || ask());
   onChange((now, before) => {
     if (now.notice !== before.notice) now.notice === "" ? clear("notice") : say(now.notice);
     if (now.session !== before.session) {
@@ -30,6 +37,9 @@ export function say(sentence) {
 }
 
 async function ask() {
+  if (asking) return;
+  asking = true;
+  clearTimeout(nextAsk);
   const key = state.session || "none";
   try {
     const answer = await fetch(`/dashboard/sessions/${key}`, {
@@ -38,37 +48,48 @@ async function ask() {
     });
     if (!answer.ok) throw new Error(answer.statusText);
     const found = await answer.json();
-    answeredAt = Date.now();
+    answeredAt = new Date();
     if (key === (state.session || "none")) judge(found);
   } catch {
-    const since = new Date(answeredAt).toLocaleTimeString();
+    isAway = true;
+    lonelySince = null;
     alarm(
       "Connection lost.",
-      `The server does not answer; what you see is frozen since ${since}. ` +
+      `The server does not answer; what you see is frozen since ${answeredAt.toLocaleTimeString()}. ` +
         "This page goes on by itself as soon as the server is back.",
+      "Try again",
+      ask,
     );
   }
-  setTimeout(ask, ASK_MS);
+  asking = false;
+  nextAsk = setTimeout(ask, isAway ? AWAY_ASK_MS : ASK_MS);
 }
 
 function judge(found) {
-  const isSameServer = server === "" || server === found.server;
   if (found.alive) {
     server = found.server;
+    isAway = false;
     lonelySince = null;
+    noteConnected();
     clear("alarm");
     return;
   }
-  lonelySince ??= Date.now();
-  letViserConnect();
-  const alone = Date.now() - lonelySince;
+  lonelySince ??= performance.now();
+  // Who is turned away is answered at once: no attempt is under way.
+  found.full ? tryNow() : tryInTurn();
+  const wasAway = isAway || (server !== "" && server !== found.server);
+  const alone = performance.now() - lonelySince;
   if (found.full) {
-    alarm("Too many viewers.", "The server has no room for another page at the moment; this one waits.");
-  } else if (state.session !== "" && !isSameServer) {
-    alarm("The server is back.", "Opening what you saw …");
+    alarm(
+      "Too many viewers.",
+      "The server has no room for another page at the moment; this one waits.",
+      "Try again",
+      ask,
+    );
+  } else if (state.session !== "" && wasAway) {
+    alarm("The server is back.", "Opening what you saw …", "Reload now", () => location.reload());
   } else if (state.session !== "" && alone > NEW_SESSION_MS) {
-    show(
-      "alarm",
+    alarm(
       "This session ended by an internal error.",
       "Runs that were saved are safe.",
       "Start again",
@@ -77,16 +98,8 @@ function judge(found) {
   }
 }
 
-/** viser only tries again in a window that has the focus; one beside it should come back, too. */
-function letViserConnect() {
-  if (document.hasFocus()) return;
-  document.hasFocus = () => true;
-  window.dispatchEvent(new Event("focus"));
-  setTimeout(() => delete document.hasFocus, FOCUS_MS);
-}
-
-function alarm(title, text) {
-  show("alarm", title, text);
+function alarm(title, text, action, act) {
+  show("alarm", title, text, action, act);
 }
 
 function show(kind, title, text, action, act) {
@@ -103,13 +116,10 @@ function show(kind, title, text, action, act) {
   strong.textContent = title;
   const words = document.createElement("span");
   words.textContent = text;
-  box.append(strong, words);
-  if (action !== undefined) {
-    const button = document.createElement("button");
-    button.textContent = action;
-    button.addEventListener("click", act);
-    box.append(button);
-  }
+  const button = document.createElement("button");
+  button.textContent = action;
+  button.addEventListener("click", act);
+  box.append(strong, words, button);
   document.body.append(box);
 }
 

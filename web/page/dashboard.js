@@ -13,6 +13,7 @@
 //   uploads.js   recordings that the user sends
 //   link.js      the address of the page: a run and a time
 //   banner.js    whether the server is there, and what the page has to say
+//   reconnect.js when viser opens its connection again
 import { watchBeacon } from "./beacon.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";

@@ -1,0 +1,26 @@
+"""Waiting for what must happen, however long the machine takes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+__all__ = ["PATIENCE", "wait_until"]
+
+PATIENCE = 240.0
+"""When a test gives up on what will not happen any more [s]; no assertion about speed."""
+
+
+def wait_until(
+    holds: Callable[[], object], what: str | Callable[[], object] = "it did not happen"
+) -> None:
+    """Waits until something is true.
+
+    Args:
+        holds: Whether it is.
+        what: What did not happen, should it never become true; may be found out then.
+    """
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < deadline, what() if callable(what) else what
+        time.sleep(0.05)
