@@ -1,4 +1,4 @@
-"""`python -m benchmarks [PART ...] [--docs DIR] [--seed N]`: measures, prints, updates the pages."""
+"""`python -m benchmarks [PART ...] [--docs DIR] [--seed N]`: measures, prints, updates pages."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:16}{words}" for name, words in PARTS.items())
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
-        description=f"Speed, cost, memory, accuracy and truth, beside a peer in the same run.\n\n{listed}",
+        description=f"Speed, cost, memory, accuracy and truth, beside a peer.\n\n{listed}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(

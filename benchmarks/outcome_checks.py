@@ -1,10 +1,14 @@
-"""What must be true of every run, judged by its trace, by the same run looked at more finely,
-and, where phases are said to contradict each other, by an independent search for an answer."""
+"""What must be true of every run.
+
+Judged by its trace, by the same run with a finer output, and, where phases are said to contradict
+each other or a contact to open, by an independent search for an answer.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,7 +20,10 @@ from core.simulator import run_to_end
 from core.trace import Trace
 from core.types import ContactPhase, Outcome, PhaseChange
 
-__all__ = ["CHECKS", "Check", "Judgement", "judge_run"]
+if TYPE_CHECKING:
+    from tests.references.open_contacts import Answer
+
+__all__ = ["CHECKS", "Check", "Judgement", "find_missed", "judge_run"]
 
 FINE_RATE = 10_000.0  # [Hz]
 SAME_INSTANT = 1e-9  # [s]
@@ -25,6 +32,7 @@ ROUNDING = 1e-15  # of the energy that friction took
 OUTSIDE_CONE = 1e-9  # of 1 N and the forces
 LEDGER = 1e-6  # [J]
 LEDGER_SHARE = 1e-9  # of the greatest energy of the run
+STATED = re.compile(r"(?P<changes>\d+) phase changes within (?P<seconds>[-+.e\d]+) s")
 
 
 class Check(NamedTuple):
@@ -46,6 +54,7 @@ CHECKS = {
     "cone": Check("a force outside its cone by more than 1e-9", "relative"),
     "ledger": Check("energy ledger off by more than 1e-6 J and 1e-9 of the greatest energy", "J"),
     "inconsistent": Check("`inconsistent` though some phases, or open contacts, agree"),
+    "separated": Check("`separated` by a jump though the contact need not open, or cannot"),
     "completed": Check("`completed` that does not reach its end, or a number not finite"),
 }
 
@@ -70,6 +79,17 @@ def judge_run(scenario: Scenario) -> Judgement:
     """
     plain, held = _simulate(scenario)
     fine, _ = _simulate(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
+    return Judgement(plain.outcome.value, find_missed(plain, fine, held))
+
+
+def find_missed(plain: RunResult, fine: RunResult, held: np.ndarray) -> dict[str, float]:
+    """By how much each check that fails is missed, by its name.
+
+    Args:
+        plain: The run.
+        fine: The same run with an output of 10 kHz.
+        held: The torques that act at its end, ``(n, 2)`` [N m].
+    """
     runs = (plain, fine)
     missed = {
         "stall": max(map(_stalled, runs)),
@@ -78,9 +98,10 @@ def judge_run(scenario: Scenario) -> Judgement:
         "cone": max(map(_outside_cone, runs)),
         "ledger": max(_ledger_error(run.trace) for run in runs),
         "inconsistent": _has_answer(plain, held),
+        "separated": _need_not_open(plain, held),
         "completed": max(map(_ends_wrongly, runs)),
     }
-    return Judgement(plain.outcome.value, {name: by for name, by in missed.items() if by > 0.0})
+    return {name: by for name, by in missed.items() if by > 0.0}
 
 
 def _simulate(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
@@ -95,16 +116,18 @@ def _simulate(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
 
 
 def _stalled(run: RunResult) -> float:
-    """1 if a run ends as chattering without its phase changes; each contact counts once an instant.
+    """1 if a run ends as chattering without the phase changes in the time that its reason states.
 
-    The number stated is in the reason, the window in the scenario.
+    Each contact counts once at an instant.
     """
     if run.outcome is not Outcome.CHATTERING or run.reason is None:
         return 0.0
-    stated = max(run.reason.value or 0.0, run.scenario.simulation.chatter_changes)
-    start = run.end_time - run.scenario.simulation.chatter_window
+    stated = STATED.search(run.reason.message)
+    if stated is None:
+        return 1.0
+    start = run.end_time - float(stated["seconds"]) - SAME_INSTANT
     late = [change for change in run.phase_changes if change.time >= start]
-    return 0.0 if _count_distinct(late) >= stated else 1.0
+    return 0.0 if _count_distinct(late) >= int(stated["changes"]) else 1.0
 
 
 def _count_distinct(changes: Sequence[PhaseChange]) -> int:
@@ -183,7 +206,27 @@ def _has_answer(run: RunResult, held: np.ndarray) -> float:
     return 1.0 if any(True for _ in _answers(run, held)) else 0.0
 
 
-def _answers(run: RunResult, held: np.ndarray) -> Iterator[object]:
+def _need_not_open(run: RunResult, held: np.ndarray) -> float:
+    """1 if a jump ends a run as separated though that contact need not open, or cannot.
+
+    Where a belief is held, continuous control may know of answers that it has to forgo.
+    """
+    if run.outcome is not Outcome.SEPARATED or run.reason is None or run.reason.value is not None:
+        return 0.0
+    from tests.references.instant import is_sampled_at_end
+    from tests.references.open_contacts import OPEN
+
+    contact, sampled, opens = run.reason.contact, is_sampled_at_end(run), False
+    for answer in _answers(run, held):
+        opens = opens or (contact is not None and answer.phases[contact] == OPEN)
+        if sampled and OPEN not in answer.phases:
+            return 1.0
+        if opens and not sampled:
+            break
+    return 0.0 if opens else 1.0
+
+
+def _answers(run: RunResult, held: np.ndarray) -> Iterator[Answer]:
     """Combinations that agree at the end of a run, by code that shares nothing with the kernel."""
     from tests.references.instant import answers_at_end
 

@@ -1,10 +1,12 @@
-"""Whether every outcome is true: random runs judged by `benchmarks.outcome_checks`, and others
-against their truth at tight tolerances (`benchmarks.outcome_truth`).
+"""Whether every outcome is true.
 
-Half of the judged runs are any scenario at all, drawn at the ends of its ranges; half are objects
-held by theorem 4 with physical bounds and continuous control, whose estimates run into those
-bounds. `python -m benchmarks.outcomes POPULATION INDEX [--seed N]` prints a single one as a
-scenario file, and what is wrong with it.
+Random runs are judged by `benchmarks.outcome_checks`. Half of them are any scenario at all, drawn
+at the ends of its ranges; half are objects held by theorem 4 with physical bounds and continuous
+control, whose estimates run into those bounds. Others are held beside their truth at tight
+tolerances (`benchmarks.outcome_truth`).
+
+`python -m benchmarks.outcomes POPULATION INDEX [--seed N]` prints a single run as a scenario file,
+and what is wrong with it.
 """
 
 from __future__ import annotations

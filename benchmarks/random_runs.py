@@ -1,5 +1,4 @@
-"""Populations of random runs, each of which follows from a seed and its index, and processes
-that work through them."""
+"""Populations of random runs, each run of a seed and its index, and processes to run them."""
 
 from __future__ import annotations
 
@@ -43,9 +42,7 @@ def draw(population: str, seed: int, index: int) -> Scenario:
     return POPULATIONS[population](f"{seed} {index}")
 
 
-def in_processes(
-    work: Callable[[int], T], count: int, processes: int = PROCESSES
-) -> Iterator[T]:
+def in_processes(work: Callable[[int], T], count: int, processes: int = PROCESSES) -> Iterator[T]:
     """What a function gives for 0, 1, 2 …, in this order, from processes at low priority.
 
     Args:

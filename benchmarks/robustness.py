@@ -45,6 +45,7 @@ MAP_SIDE = 31
 WORLDS = {"ideal": "composite-case-2", "noisy": "composite-case-2-noisy"}
 ORACLE = "oracle: composite, told the truth"
 PRINTED = "theorem-4, as printed"
+HELD = "held (95 % interval)"
 LAWS = (
     "theorem-3",
     "theorem-4",
@@ -142,7 +143,11 @@ def measure_verdicts(count: int) -> Table:
             held = verdicts
         changed = format_share(int(np.sum(verdicts != held)), count) if values else "–"
         rows.append((words, format_share(int(verdicts.sum()), count), changed))
-    heads = (f"{PRINTED}, {count} objects, ideal world", "held (95 % interval)", "another verdict than as it is")
+    heads = (
+        f"{PRINTED}, {count} objects, ideal world",
+        HELD,
+        "another verdict than as it is",
+    )
     return Table("robustness-verdicts", heads, tuple(rows), page="robustness.md")
 
 
@@ -187,7 +192,13 @@ def _success_map(law: str, sides: np.ndarray) -> np.ndarray:
 
 
 def _table(world: World) -> Table:
-    heads = ("law", "held (95 % interval)", "slip path: median [mm]", "worst [mm]", "how the others ended")
+    heads = (
+        "law",
+        HELD,
+        "slip path: median [mm]",
+        "worst [mm]",
+        "how the others ended",
+    )
     rows = tuple(_row(law, runs) for law, runs in world.runs.items())
     oracle, own = share_held(world.runs[ORACLE]), share_held(world.runs["composite"])
     target = 0.99 if world.name == "ideal" else 0.95

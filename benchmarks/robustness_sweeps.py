@@ -86,7 +86,10 @@ def tabulate_sweep(measured: MeasuredSweep) -> Table:
         for k, value in enumerate(sweep.values)
     )
     failures = "; ".join(_failure(measured, name) for name in measured.held)
-    note = f"{count} objects at every point. The composite law first holds less than half: {failures}."
+    note = (
+        f"{count} objects at every point, with 95 % intervals. The composite law first holds less "
+        f"than half: {failures}."
+    )
     return Table(f"robustness-{sweep.name}", tuple(heads), rows, (note,), "robustness.md")
 
 

@@ -274,7 +274,8 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
 
 
 def test_pages_have_a_place_for_the_tables_of_every_part():
-    pages = (PAGE, PAGE.with_name("scaling.md"), PAGE.with_name("robustness.md"))
+    others = ("scaling.md", "robustness.md", "verification.md")
+    pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
     names = {*PARTS, "setting", "profile", "bombs"} - {
         "scaling",
@@ -285,7 +286,8 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
     names |= {"scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
     names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
-    names |= {"robustness-ideal", "robustness-noisy"}
+    names |= {"robustness-ideal", "robustness-noisy", "robustness-verdicts"}
+    names |= {"robustness-noise", "robustness-latency", "outcomes-endings", "outcomes-truth"}
     for name in names:
         assert text.index(f"<!-- {name} -->") < text.index(f"<!-- end {name} -->")
 

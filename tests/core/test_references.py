@@ -9,6 +9,7 @@ from tests.references.controller import lyapunov_matrices, regressor
 from tests.references.grasp import squeeze
 from tests.references.hand import Parameters, State
 from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
+from tests.references.open_contacts import OPEN, Instant
 
 SIZES = (2, 3, 4)
 STEP = 1e-6
@@ -101,6 +102,34 @@ def test_reduced_form_agrees_with_all_equations_solved_at_once(n, unknown):
         believed = loop.hand.reduced_form(kin, loop.unknowns.fill(estimates), phase)
         left = believed.M @ motion.acceleration + believed.h
         np.testing.assert_allclose(U @ estimates + known, left, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_an_open_contact_carries_nothing_and_its_finger_moves_by_itself(n):
+    rng = np.random.default_rng(n)
+    for _ in range(10):
+        scenario = random_scenario(rng, n, "nothing")
+        loop = ClosedLoop.from_scenario(scenario)
+        phase = _random_phase(rng, n)
+        state = random_state(rng, scenario, phase)
+        kin, instant = loop.hand.kinematics(state), Instant(loop, state)
+        torques = rng.uniform(-20, 20, 2 * n)
+        touching = instant.solve(tuple(phase), torques)
+        motion = loop.hand.solve_all_unknowns(kin, loop.truth, phase, torques)
+        np.testing.assert_allclose(touching.forces, motion.forces, rtol=1e-8, atol=1e-8)
+        np.testing.assert_array_equal(np.abs(touching.gap_accelerations) < 1e-9, True)
+        answer = instant.solve((OPEN,) * n, torques)
+        np.testing.assert_allclose(answer.forces, 0.0, atol=1e-9)
+        # The object falls; each fingertip goes where its own torques send it.
+        M, h = loop.hand.finger_dynamics(kin, loop.truth)
+        falls = np.array([0.0, -loop.hand.gravity, 0.0])
+        for i in range(n):
+            rows = slice(2 * i, 2 * i + 2)
+            alone = np.linalg.solve(M[rows, rows], torques[rows] - h[rows])
+            apart = kin.A_q[rows, rows] @ alone + kin.A_o[rows] @ falls - kin.b[rows]
+            tangent, inward = -kin.frames[i][:, 0], kin.frames[i][:, 1]
+            assert answer.slip_accelerations[i] == pytest.approx(tangent @ apart, abs=1e-7)
+            assert answer.gap_accelerations[i] == pytest.approx(-inward @ apart, abs=1e-7)
 
 
 def test_lyapunov_equation_holds_where_it_can_be_solved():

@@ -85,6 +85,7 @@ class ClosedLoop(NamedTuple):
         *,
         belief: Phase | None = None,
         torques: Array | None = None,
+        stopping: Array | None = None,
     ) -> Evaluation:
         """Torques, accelerations and contact forces at one instant.
 
@@ -95,12 +96,14 @@ class ClosedLoop(NamedTuple):
             desired: Desired pose, velocity, acceleration.
             belief: Phase the controller acts on; the plant's if left out.
             torques: Torques that act; those of the law if left out.
+            stopping: What is added to the commanded slip accelerations, ``(n,)``.
         """
         kin = self.hand.kinematics(state)
         violation = 0.0
         if torques is None:
             believed = phase if belief is None else belief
             v = self.law.commanded_acceleration(state, believed, desired)
+            v[3:] += 0.0 if stopping is None else stopping
             torques, violation = self.law.command(
                 self.hand, kin, self.unknowns.fill(estimates), believed, v
             )

@@ -14,9 +14,10 @@ from tests.references.hybrid import (
     Flow,
     Guard,
     Run,
+    Stage,
     at_rest,
     guards,
-    initial_vector,
+    initial_stage,
     select_phases,
     unpack,
 )
@@ -36,20 +37,25 @@ class Mode(NamedTuple):
 
 
 def run_continuous(
-    world: World, t_final: float, times: list[float], recognition_time: float = 1e-3
+    world: World,
+    t_final: float,
+    times: list[float],
+    recognition_time: float = 1e-3,
+    stage: Stage | None = None,
+    t_start: float = 0.0,
 ) -> Run:
     """The law acts inside the right-hand side and knows the phase.
 
     Where no phase is consistent under its own torque, the controller keeps the phase it
-    believes in for the recognition time and the plant selects under that torque.
+    believes in for the recognition time and the plant selects under that torque. A run may go on
+    from the stage at which another way of control has left it.
     """
     plain = world.plain
-    z, t, path = initial_vector(plain), 0.0, np.zeros(len(plain.hand.fingers))
+    z, phase, path, changes = initial_stage(plain) if stage is None else stage
     record: dict[float, Array] = {}
-    mode = Mode((0,) * len(path), None, np.inf)
-    changes = [(0.0, mode.phase)]
+    t, mode = t_start, Mode(phase, None, np.inf)
     instants = {*plain.trajectory.breaks, *world.instants()}
-    for stop in [*sorted(b for b in instants if 0.0 < b < t_final), t_final]:
+    for stop in [*sorted(b for b in instants if t_start < b < t_final), t_final]:
         middle = 0.5 * (t + stop)
         begin = t
         while t < stop:
@@ -64,8 +70,9 @@ def run_continuous(
             before = unpack(loop, z)[0].slip
             events = [*guards(flow), *world.edge_guards(sides)]
             t, z = _flow_to_event(flow, t, z, min(stop, mode.until), events, times, record)
-            path += np.abs(unpack(loop, z)[0].slip - before)
-    return Run(changes, path, times, [record[time] for time in times])
+            path = path + np.abs(unpack(loop, z)[0].slip - before)
+    end = Stage(z, mode.phase, path, changes)
+    return Run(changes, path, times, [record[time] for time in times], end)
 
 
 def _select(

@@ -144,12 +144,18 @@ class Law(NamedTuple):
         estimates: Array,
     ) -> Array:
         """The update of Eq. 24 and 28, before any projection."""
+        r = self.weighted_errors(reduced_estimate, state, desired)
+        return self.adaptation_gain * (U.T @ r) - self.leakage(estimates) * estimates
+
+    def weighted_errors(
+        self, reduced_estimate: Reduced, state: State, desired: tuple[Array, Array, Array]
+    ) -> Array:
+        """R of Eq. 46, ``(3 + n,)``."""
         error, rate = tracking_errors(state, desired)
         _, P12, P22 = lyapunov_matrices(
             self.position_gain, self.velocity_gain, self.lyapunov_weight
         )
-        r = np.linalg.solve(reduced_estimate.M.T, P12 * error + P22 * rate)
-        return self.adaptation_gain * (U.T @ r) - self.leakage(estimates) * estimates
+        return np.linalg.solve(reduced_estimate.M.T, P12 * error + P22 * rate)
 
     def leakage(self, estimates: Array) -> float:
         """sigma_s of Eq. 29."""

@@ -17,9 +17,10 @@ __all__ = [
     "Flow",
     "Guard",
     "Run",
+    "Stage",
     "at_rest",
     "guards",
-    "initial_vector",
+    "initial_stage",
     "select_phases",
     "unpack",
 ]
@@ -119,6 +120,15 @@ class Flow:
         return bool(margin > 0.0)
 
 
+class Stage(NamedTuple):
+    """Where a run is: its state, phase, slip path so far and phases over time so far."""
+
+    z: Array
+    phase: tuple[int, ...]
+    slip_path: Array  # (n,) [m]
+    changes: list[tuple[float, tuple[int, ...]]]  # time, phase from then on
+
+
 class Run(NamedTuple):
     """What a reference run gives: phases over time and states at asked times."""
 
@@ -126,6 +136,7 @@ class Run(NamedTuple):
     slip_path: Array  # (n,) [m]
     times: list[float]
     states: list[Array]  # rows z at `times`
+    end: Stage
 
     def slip_end(self, contact: int) -> float:
         """When a contact stopped slipping for the last time [s]."""
@@ -134,10 +145,12 @@ class Run(NamedTuple):
         return ends[-1]
 
 
-def initial_vector(loop: ClosedLoop) -> Array:
-    """z at t = 0: everything at rest at the start pose."""
+def initial_stage(loop: ClosedLoop) -> Stage:
+    """Everything at rest at the start pose, in stick, nothing learnt."""
     n = len(loop.hand.fingers)
-    return np.concatenate((loop.trajectory.start, np.zeros(3 + 2 * n), loop.initial_estimates))
+    z = np.concatenate((loop.trajectory.start, np.zeros(3 + 2 * n), loop.initial_estimates))
+    phase = (0,) * n
+    return Stage(z, phase, np.zeros(n), [(0.0, phase)])
 
 
 def unpack(loop: ClosedLoop, z: Array) -> tuple[State, Array]:

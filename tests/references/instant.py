@@ -12,10 +12,10 @@ from core.loading import with_values
 from core.result import RunResult
 from core.scenario import Scenario
 from tests.references.hand import State
-from tests.references.open_contacts import OPEN, REST_SPEED, Answer, consistent_answers
+from tests.references.open_contacts import OPEN, REST_SPEED, Answer, Instant
 from tests.references.world import World
 
-__all__ = ["answers_at_end"]
+__all__ = ["answers_at_end", "is_sampled_at_end"]
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,8 @@ def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
 
     Under sampled control the torque is held. With continuous control every combination is tried
     under the torque that the law gives for it (a contact that opens is believed to do what a
-    closed one may), and under the belief that the controller may hold.
+    closed one may), under the belief before, and under that in the phases before: one of the two
+    the controller may hold.
 
     Args:
         run: The run.
@@ -40,16 +41,22 @@ def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
     world = World.from_scenario(scenario)
     z = np.concatenate((state.pose, state.velocity, state.slip, state.slip_velocity))
     loop = world.loop(t, world.sides(t, z))
-    law = scenario.controller
+    instant, law = Instant(loop, state), scenario.controller
     if law.control_period > 0.0 or law.kind not in PHASE_LAWS:
-        yield from consistent_answers(loop, state, held.ravel())
+        yield from instant.answers(held.ravel())
         return
     desired = loop.trajectory.desired(t, np.nextafter(t, np.inf))
-    for belief in _beliefs(state, last.believed_phase[0]):
+    may_hold = (_phases(last.believed_phase[0]), _phases(last.phase[0]))
+    for belief in dict.fromkeys((*may_hold, *_candidates(state))):
         torques = loop.evaluate(state, belief, last.estimates[0], desired).torques
-        for answer in consistent_answers(loop, state, torques):
-            if _recognised(answer, belief) or belief == tuple(last.believed_phase[0]):
+        for answer in instant.answers(torques):
+            if belief in may_hold or _recognised(answer, belief):
                 yield answer
+
+
+def is_sampled_at_end(run: RunResult) -> bool:
+    """Whether torques are held where a run ends."""
+    return _as_changed(run.scenario, run.end_time).controller.control_period > 0.0
 
 
 def _as_changed(scenario: Scenario, t: float) -> Scenario:
@@ -60,15 +67,17 @@ def _as_changed(scenario: Scenario, t: float) -> Scenario:
     return scenario
 
 
-def _beliefs(state: State, present: Array) -> Iterator[tuple[int, ...]]:
-    """What the controller may believe: any phase of the contacts at rest, or what it does now."""
+def _candidates(state: State) -> Iterator[tuple[int, ...]]:
+    """Phases of the contacts if none opens: any of those at rest, the others as they move."""
     choices = [
         (0, 1, -1) if abs(speed) < REST_SPEED else (int(np.sign(speed)),)
         for speed in state.slip_velocity
     ]
-    beliefs = dict.fromkeys(product(*choices))
-    beliefs[tuple(int(phase) for phase in present)] = None
-    return iter(beliefs)
+    return product(*choices)
+
+
+def _phases(row: Array) -> tuple[int, ...]:
+    return tuple(int(phase) for phase in row)
 
 
 def _recognised(answer: Answer, belief: tuple[int, ...]) -> bool:

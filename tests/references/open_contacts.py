@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import Kinematics, State, block_diagonal
 
-__all__ = ["OPEN", "Answer", "consistent_answers"]
+__all__ = ["OPEN", "Answer", "Instant"]
 
 Array = NDArray[np.float64]
 
 OPEN = 2  # beside the phases -1, 0 and 1
 
+SINGULAR = 1e14  # condition number
 REST_SPEED = 3e-9  # slip velocity below which a contact may stick or start either way [m]/[s]
 # What an answer must be inside of its limits by, to be one beyond doubt.
 FORCE_DOUBT = 1e-7  # of 1 N and the normal force
@@ -45,43 +46,63 @@ class Answer(NamedTuple):
     gap_accelerations: Array
 
 
-def consistent_answers(loop: ClosedLoop, state: State, torques: Array) -> Iterator[Answer]:
-    """All combinations of stick, slip and open contacts that agree with the torques.
-
-    Contacts that slide keep their direction or open; those at rest may do anything.
+class Instant:
+    """A state in which every combination of stick, slip and open contacts can be tried.
 
     Args:
         loop: Hand, true parameters, frictions and load.
         state: The state.
-        torques: What acts on the joints, ``(2n,)`` [N m].
     """
-    kin = loop.hand.kinematics(state)
-    at_rest = np.abs(state.slip_velocity) < REST_SPEED
-    choices = [
-        (0, 1, -1, OPEN) if rests else (int(np.sign(speed)), OPEN)
-        for rests, speed in zip(at_rest, state.slip_velocity, strict=True)
-    ]
-    for phases in product(*choices):
-        answer = solve_with_gaps(loop, kin, phases, torques)
-        if answer is not None and _agrees(loop, answer, at_rest):
-            yield answer
+
+    def __init__(self, loop: ClosedLoop, state: State) -> None:
+        self._loop = loop
+        self._kin = loop.hand.kinematics(state)
+        self._at_rest = np.abs(state.slip_velocity) < REST_SPEED
+        self._choices = [
+            (0, 1, -1, OPEN) if rests else (int(np.sign(speed)), OPEN)
+            for rests, speed in zip(self._at_rest, state.slip_velocity, strict=True)
+        ]
+        self._inverses: dict[tuple[int, ...], Array | None] = {}
+
+    def answers(self, torques: Array) -> Iterator[Answer]:
+        """All combinations that agree with torques on the joints, ``(2n,)`` [N m].
+
+        Contacts that slide keep their direction or open; those at rest may do anything.
+        """
+        for phases in product(*self._choices):
+            answer = self.solve(phases, torques)
+            if answer is not None and _agrees(self._loop, answer, self._at_rest):
+                yield answer
+
+    def solve(self, phases: tuple[int, ...], torques: Array) -> Answer | None:
+        """Eq. 15 for all accelerations, those of the gaps too, and forces; None if singular."""
+        if phases not in self._inverses:
+            matrix = _equations(self._loop, self._kin, phases)
+            regular = np.linalg.cond(matrix) < SINGULAR
+            self._inverses[phases] = np.linalg.inv(matrix) if regular else None
+        inverse, n = self._inverses[phases], len(phases)
+        if inverse is None:
+            return None
+        _, h = self._loop.hand.finger_dynamics(self._kin, self._loop.truth)
+        _, h_o = self._loop.hand.object_dynamics(self._loop.truth)
+        known = (torques - h, self._loop.load - h_o, self._kin.b, np.zeros(2 * n))
+        slips, gaps, forces = np.split((inverse @ np.concatenate(known))[2 * n + 3 :], [n, 2 * n])
+        return Answer(phases, forces.reshape(n, 2), slips, gaps)
 
 
-def solve_with_gaps(
-    loop: ClosedLoop, kin: Kinematics, phases: Sequence[int], torques: Array
-) -> Answer | None:
-    """Eq. 15 for joint, object, slip and gap accelerations and contact forces; None if singular.
+def _equations(loop: ClosedLoop, kin: Kinematics, phases: Sequence[int]) -> Array:
+    """The matrix of Eq. 15 with the accelerations of the gaps beside those of the slips.
 
     The fingertip of an open contact leaves against the inward normal n:
     ``J qdd = ... + sdd t - gdd n`` with ``F = 0``; a closed one has ``gdd = 0``.
     """
     n = len(phases)
-    M, h = loop.hand.finger_dynamics(kin, loop.truth)
-    M_o, h_o = loop.hand.object_dynamics(loop.truth)
+    M, _ = loop.hand.finger_dynamics(kin, loop.truth)
+    M_o, _ = loop.hand.object_dynamics(loop.truth)
     A_g = block_diagonal([frame[:, 1:] for frame in kin.frames])
     rows = [_contact_rows(i, n, phase, loop.truth.friction[i]) for i, phase in enumerate(phases)]
     zero = np.zeros
-    matrix = np.block(
+    return np.block(
         [
             [M, zero((2 * n, 3 + 2 * n)), kin.J.T],
             [zero((3, 2 * n)), M_o, zero((3, 2 * n)), -kin.W],
@@ -89,12 +110,6 @@ def solve_with_gaps(
             [zero((2 * n, 2 * n + 3)), np.vstack(rows)],
         ]
     )
-    if not np.linalg.cond(matrix) < 1e14:
-        return None
-    right = np.concatenate((torques - h, loop.load - h_o, kin.b, zero(2 * n)))
-    solution = np.linalg.solve(matrix, right)
-    slips, gaps, forces = np.split(solution[2 * n + 3 :], [n, 2 * n])
-    return Answer(tuple(phases), forces.reshape(n, 2), slips, gaps)
 
 
 def _contact_rows(i: int, n: int, phase: int, friction: float) -> Array:

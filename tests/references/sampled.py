@@ -2,54 +2,122 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import count, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from core.scenario import Scenario
+from tests.references.closed_loop import ClosedLoop
+from tests.references.composite import Composite, stopping
 from tests.references.hybrid import (
     Flow,
     Guard,
     Run,
+    Stage,
     at_rest,
     guards,
-    initial_vector,
+    initial_stage,
     select_phases,
     unpack,
 )
 from tests.references.world import World
 
-__all__ = ["run_sampled"]
+__all__ = ["follow_ticks", "run_sampled", "tick_times"]
 
 Array = NDArray[np.float64]
+
+SAME_TICK = 1e-9  # [s], and in periods
+TICKS_PER_BLOCK = 256  # of the noise
 
 
 def run_sampled(world: World, period: float, t_final: float, times: list[float]) -> Run:
     """Torques held over each period; estimates advance by one projected Euler step per tick.
 
-    Pulses and patches come and go at ticks.
+    Pulses and patches come and go at ticks. The law is one of the theorems, or the composite
+    law; it may measure accelerations with noise, and its period may change during the run.
     """
-    plain = world.plain
-    z, path = initial_vector(plain), np.zeros(len(plain.hand.fingers))
-    phase: tuple[int, ...] = (0,) * len(path)
-    changes, record = [(0.0, phase)], {}
-    for tick in range(round(t_final / period)):
-        t = tick * period
-        record.update({time: z for time in times if abs(time - t) < 0.1 * period})
+    ticks = tick_times(world.scenario, period, t_final)
+    return follow_ticks(world, ticks, times, initial_stage(world.plain))
+
+
+def tick_times(scenario: Scenario, period: float, t_final: float) -> list[float]:
+    """When the controller runs, and the end; a change of its period is a tick, and counts anew."""
+    changes = [c for c in scenario.changes if c.parameter == "controller.control_period"]
+    starts = [(0.0, period), *((c.time, c.value) for c in changes), (t_final, period)]
+    found = [
+        start + k * step
+        for (start, step), (end, _) in pairwise(starts)
+        for k in range(round(np.ceil((end - start) / step - SAME_TICK)))
+    ]
+    return [*found, t_final]
+
+
+def follow_ticks(world: World, ticks: Sequence[float], times: list[float], stage: Stage) -> Run:
+    """Goes on from a stage, from tick to tick.
+
+    Args:
+        world: Hand, law and world.
+        ticks: Times of all ticks, and of the end [s].
+        times: Ticks at which the state is recorded.
+        stage: Where the run is at the first tick.
+    """
+    z, phase, path, changes = stage
+    learn = _Learner(world)
+    record = {}
+    for t, t_next in pairwise(ticks):
+        record.update({time: z for time in times if abs(time - t) < SAME_TICK})
         loop = world.loop(t, world.sides(t, z))
+        flow, rates = learn.tick(loop, t, t_next - t, z, phase)
+        z = z.copy()
+        estimates = z[6 + 2 * len(path) :]
+        estimates[:] = np.clip(estimates + (t_next - t) * rates, loop.law.minimum, loop.law.maximum)
+        z, flow, path = _advance_held(world, flow, t, t_next - t, z, path, changes)
+        phase = flow.phase
+    end = Stage(z, phase, path, changes)
+    return Run(changes, path, times, [record[time] for time in times], end)
+
+
+class _Learner:
+    """The controller at its ticks: torque, selection, and the rates of the estimates."""
+
+    def __init__(self, world: World) -> None:
+        scenario = world.scenario
+        self._scenario = scenario
+        self._composite = Composite(scenario) if scenario.controller.kind == "composite" else None
+        self._noise = acceleration_noise(scenario)
+
+    def tick(
+        self, loop: ClosedLoop, t: float, period: float, z: Array, phase: tuple[int, ...]
+    ) -> tuple[Flow, Array]:
+        """The flow under the torques of the tick, and the rates until the next one."""
         state, estimates = unpack(loop, z)
         desired = loop.trajectory.desired(t)
-        now = loop.evaluate(state, phase, estimates, desired)
+        added = None
+        if self._composite is not None:
+            added = stopping(self._scenario, state, phase, period)
+        now = loop.evaluate(state, phase, estimates, desired, stopping=added)
         flow = _select_one(Flow(loop, phase, t, torques=now.torques), t, z)
-        measured = flow.motion(t, z).acceleration
-        rates = loop.estimate_rates(now.kin, state, phase, estimates, desired, measured)
-        z = z.copy()
-        z[6 + 2 * len(path) :] = np.clip(
-            estimates + period * rates, loop.law.minimum, loop.law.maximum
-        )
-        z, flow, path = _advance_held(world, flow, t, period, z, path, changes)
-        phase = flow.phase
-    return Run(changes, path, times, [record[time] for time in times])
+        measured = flow.motion(t, z).acceleration + next(self._noise)
+        if self._composite is None:
+            rates = loop.estimate_rates(now.kin, state, phase, estimates, desired, measured)
+        else:
+            rates = self._composite.rates(
+                *(loop, now.kin, state, phase, flow.phase, estimates, desired),
+                *(now.torques, measured, period),
+            )
+        return flow, rates
+
+
+def acceleration_noise(scenario: Scenario) -> Iterator[Array]:
+    """Errors of the measured accelerations, tick by tick, ``(3 + n,)``."""
+    channels = 3 + len(scenario.fingers)
+    for block in count():
+        bits = np.random.MT19937(np.random.SeedSequence([scenario.simulation.seed, block]))
+        numbers = np.random.RandomState(bits).standard_normal((TICKS_PER_BLOCK, 3 * channels))
+        yield from scenario.sensing.acceleration_noise * numbers[:, 2 * channels :]
 
 
 def _select_one(flow: Flow, t: float, z: Array) -> Flow:

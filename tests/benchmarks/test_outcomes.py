@@ -1,0 +1,239 @@
+"""A small sample of `benchmarks.outcomes`, and each of its checks on runs that it must refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from benchmarks.__main__ import main
+from benchmarks.outcome_checks import CHECKS, Judgement, find_missed, judge_run
+from benchmarks.outcome_truth import Comparison, compare, tabulate_truth
+from benchmarks.outcomes import Campaign, judge_many, tabulate
+from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, POPULATIONS, draw
+from benchmarks.report import share_interval
+from benchmarks.robustness import measure_verdicts
+from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
+from core.loading import load_scenario, with_values
+from core.simulator import simulate
+from core.types import ContactPhase, Outcome, PhaseChange, Reason
+from tests.references.instant import answers_at_end
+from tests.references.open_contacts import OPEN
+
+SEED = 3
+HELD = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.2})
+
+
+@pytest.fixture(scope="module")
+def held():
+    return simulate(HELD)
+
+
+def missed(run, fine=None):
+    """Names of the checks that a run misses; it looks the same with a finer output."""
+    return set(find_missed(run, fine or run, np.zeros((2, 2))))
+
+
+def torques_of(run):
+    """Those at its end, ``(2, 2)``."""
+    return run.trace.joint_torque[-1].reshape(2, 2)
+
+
+def with_signal(run, name, values):
+    return replace(run, trace=replace(run.trace, **{name: values}))
+
+
+def chatter(times):
+    """Phase changes of contact 0, to and fro."""
+    stick, slip = ContactPhase.STICK, ContactPhase.SLIP_FORWARD
+    pairs = [(stick, slip), (slip, stick)]
+    return tuple(
+        PhaseChange(time=t, contact=0, from_phase=pairs[k % 2][0], to_phase=pairs[k % 2][1])
+        for k, t in enumerate(times)
+    )
+
+
+def chattering(run, times):
+    reason = Reason(
+        code="chatter",
+        message="the contacts chattered: 100 phase changes within 0.15 s at 0.2 s",
+        contact=None,
+        time=0.2,
+        value=100.0,
+        limit=100.0,
+        hint="",
+    )
+    return replace(run, outcome=Outcome.CHATTERING, reason=reason, phase_changes=chatter(times))
+
+
+# The sample
+
+
+@pytest.mark.parametrize("population", [AT_ENDS, ON_BOUNDS])
+def test_random_runs_end_truly(population):
+    judgements = [judge_run(draw(population, SEED, index)) for index in range(100)]
+    assert not {index: j for index, j in enumerate(judgements) if j.missed}
+    assert len({judgement.outcome for judgement in judgements}) >= 3
+
+
+def test_random_runs_are_not_materially_different_from_those_of_tight_tolerances():
+    comparisons = [compare(draw(ANYWHERE, SEED, index), index) for index in range(25)]
+    assert sum(comparison.known for comparison in comparisons) >= 20
+    assert not [comparison.index for comparison in comparisons if comparison.is_material]
+
+
+# Each check can fail
+
+
+def test_a_run_as_it_should_be_misses_no_check(held):
+    assert not missed(held)
+
+
+def test_chattering_without_its_phase_changes_is_found(held):
+    every_ms = 0.2 - 1e-3 * np.arange(100)[::-1]
+    assert not missed(chattering(held, every_ms))
+    assert missed(chattering(held, every_ms[-99:])) == {"stall"}
+    assert missed(chattering(held, np.full(100, 0.2))) == {"stall"}
+    assert missed(chattering(held, 0.5 * every_ms - 0.1)) == {"stall"}
+
+
+def test_phase_changes_that_depend_on_the_output_rate_are_found(held):
+    first, *others = held.phase_changes
+    later = replace(first, time=first.time + 2e-9)
+    assert missed(held, replace(held, phase_changes=(later, *others))) == {"rate"}
+    assert missed(held, replace(held, phase_changes=tuple(others))) == {"rate"}
+
+
+def test_friction_that_gives_back_energy_is_found(held):
+    lost = held.trace.dissipated_energy.copy()
+    lost[-1] -= 2e-9
+    assert missed(with_signal(held, "dissipated_energy", lost)) == {"friction"}
+
+
+@pytest.mark.parametrize("phase", [ContactPhase.STICK, ContactPhase.SLIP_FORWARD])
+def test_a_force_off_its_cone_is_found(held, phase):
+    trace = held.trace
+    row = np.flatnonzero(trace.phase[:, 0] == phase)[5]
+    across = trace.tangential_force.copy()
+    bound = trace.friction_coefficient[row, 0] * trace.normal_force[row, 0]
+    across[row, 0] = -bound * (1.0 + 1e-8)
+    assert missed(with_signal(held, "tangential_force", across)) == {"cone"}
+
+
+def test_energy_that_is_unaccounted_for_is_found(held):
+    supplied = held.trace.supplied_energy.copy()
+    supplied[-1] += 2e-6
+    assert missed(with_signal(held, "supplied_energy", supplied)) == {"ledger"}
+
+
+def test_completed_runs_that_did_not_reach_their_end_are_found(held):
+    assert missed(replace(held, trace=held.trace[:-1])) == {"completed"}
+    slip = held.trace.slip.copy()
+    slip[3] = np.nan
+    assert missed(with_signal(held, "slip", slip)) == {"completed"}
+
+
+@pytest.mark.parametrize("outcome", [Outcome.INCONSISTENT, Outcome.SEPARATED])
+def test_ends_are_refused_where_touching_contacts_agree(outcome):
+    """Fingers that just hold the object up: nothing forces a contact to open."""
+    values = {"simulation.duration": 0.01, "fingers.0.friction": 1.5, "fingers.1.friction": 1.5}
+    run = simulate(with_values(load_scenario("composite-case-2"), values))
+    reason = Reason(code="any", message="", contact=0, time=0.01, value=None, limit=None, hint="")
+    told = set(find_missed(*[replace(run, outcome=outcome, reason=reason)] * 2, torques_of(run)))
+    assert told == {outcome.value}
+
+
+def test_a_contact_that_is_let_go_is_found_to_open():
+    """Fingers without torque fall from the object that they pressed: no other answer is left."""
+    run = simulate(with_values(load_scenario("composite-case-2"), {"simulation.duration": 0.01}))
+    answers = [answer.phases for answer in answers_at_end(run, np.zeros((2, 2)))]
+    assert answers
+    assert all(OPEN in phases for phases in answers)
+
+
+# Draws and tables
+
+
+def test_draws_are_the_same_every_time_and_others_for_every_index_and_seed():
+    for population in POPULATIONS:
+        first = draw(population, SEED, 0)
+        assert first == draw(population, SEED, 0)
+        assert first != draw(population, SEED, 1)
+        assert first != draw(population, SEED + 1, 0)
+
+
+def test_draws_at_the_ends_of_ranges_lie_there():
+    lengths = [
+        length
+        for index in range(50)
+        for finger in draw(AT_ENDS, SEED, index).fingers
+        for length in finger.link_lengths
+    ]
+    ends = np.minimum(np.abs(np.subtract(lengths, 0.7)), np.abs(np.subtract(lengths, 1.2)))
+    assert 0.2 < np.mean(ends == 0.0) < 0.5
+    assert np.mean(ends < 0.05) > 0.6
+    assert 0.7 <= min(lengths) < max(lengths) <= 1.2
+
+
+def test_processes_judge_the_runs_of_a_campaign_in_order(capsys):
+    campaign = judge_many(ON_BOUNDS, 42, SEED)
+    assert len(campaign.judgements) == 42
+    for index in (0, 41):
+        assert campaign.judgements[index] == judge_run(draw(ON_BOUNDS, SEED, index))
+    assert "42 of 42 runs" in capsys.readouterr().err
+
+
+def test_table_counts_every_check_and_names_its_worst():
+    judgements = [
+        Judgement("completed", {}),
+        Judgement("separated", {"ledger": 2e-6, "rate": 1.0}),
+        Judgement("separated", {"ledger": 7e-6}),
+    ]
+    counts, ends = tabulate([Campaign(AT_ENDS, 1, judgements)])
+    found = {row[0]: row[1:] for row in counts.rows}
+    assert found[CHECKS["ledger"].text] == ("2", "7e-06 J")
+    assert found[CHECKS["rate"].text] == ("1", "–")
+    assert "missed in 2 of 8 rows" in counts.notes[0]
+    assert ends.rows == (("`separated`", "66.67 %"), ("`completed`", "33.33 %"))
+
+
+def test_table_of_truth_names_the_runs_that_miss_it():
+    near = {"outcome": 0.0, "end": 0.1, "slip": 0.2, "pose": 0.3}
+    comparisons = [Comparison(0, True, near), Comparison(4, True, {**near, "slip": 3.0})]
+    table = tabulate_truth(comparisons)
+    assert [row[1] for row in table.rows] == ["0", "0", "1", "0"]
+    assert "missed: indices 4" in table.notes[0]
+
+
+def test_a_seed_is_refused_where_nothing_is_drawn(capsys):
+    with pytest.raises(SystemExit) as refusal:
+        main(["onset", "--seed", "3"])
+    assert refusal.value.code == 2
+    assert "--seed N is for outcomes" in capsys.readouterr().err
+
+
+# Robustness
+
+
+@pytest.mark.parametrize(("part", "whole"), [(0, 20), (1, 40), (37, 100), (100, 100)])
+def test_interval_of_a_share_is_wilson_s(part, whole):
+    expected = binomtest(part, whole).proportion_ci(method="wilson")
+    assert share_interval(part, whole) == pytest.approx(tuple(expected), abs=1e-7)
+
+
+def test_single_verdicts_of_the_printed_law_change_with_what_should_not_matter():
+    rows = measure_verdicts(60).rows
+    assert rows[0][2] == "–"
+    changed = {words: float(share.split()[0]) for words, _, share in rows[1:]}
+    assert changed["steps of 0.5 ms at most"] > 2.0
+    assert changed["believed mass 1e-9 kg larger"] > 2.0
+
+
+@pytest.mark.parametrize("sweep", SWEEPS)
+def test_sweeps_go_on_until_the_composite_law_fails_where_the_oracle_holds(sweep):
+    ends = sweep._replace(values=(sweep.values[0], sweep.values[-1]))
+    measured = measure_sweep(ends, 20)
+    shares = measured.held[next(iter(sweep.bases))]
+    assert shares.composite[0] == shares.oracle[0] == shares.oracle[-1] == 20
+    assert shares.composite[-1] < 15
+    assert len(tabulate_sweep(measured).rows) == 2
