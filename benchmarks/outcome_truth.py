@@ -42,12 +42,12 @@ class Comparison(NamedTuple):
     """One run beside its truth.
 
     Attributes:
-        index: Of the draw.
+        number: Index of the draw.
         known: Whether its truth is known.
         differences: How far each quantity is off, in limits.
     """
 
-    index: int
+    number: int
     known: bool
     differences: dict[str, float]
 
@@ -71,17 +71,17 @@ def measure_truth(seed: int, count: int = COUNT, most: int = MOST) -> Table:
     return tabulate_truth(list(islice(told, count)))
 
 
-def compare(scenario: Scenario, index: int = 0) -> Comparison:
+def compare(scenario: Scenario, number: int = 0) -> Comparison:
     """Simulates a scenario at its own tolerances and at two tight ones.
 
     Args:
         scenario: What to simulate.
-        index: Of the draw.
+        number: Index of the draw.
     """
     truth, other = (simulate(_at(scenario, *tolerances)) for tolerances in (TIGHT, TIGHTER))
     known = _is_well_conditioned(truth)
     known = known and max(_differences(other, truth).values()) <= SETTLED
-    return Comparison(index, known, _differences(simulate(scenario), truth))
+    return Comparison(number, known, _differences(simulate(scenario), truth))
 
 
 def tabulate_truth(comparisons: list[Comparison]) -> Table:
@@ -91,8 +91,8 @@ def tabulate_truth(comparisons: list[Comparison]) -> Table:
         off = [comparison.differences[name] for comparison in comparisons]
         worst = "–" if name == "outcome" else f"{max(off, default=0.0):.1g}"
         rows.append((words, str(sum(by > 1.0 for by in off)), worst))
-    missed = [comparison.index for comparison in comparisons if comparison.is_material]
-    drawn = comparisons[-1].index + 1 if comparisons else 0
+    missed = [comparison.number for comparison in comparisons if comparison.is_material]
+    drawn = comparisons[-1].number + 1 if comparisons else 0
     told = f": indices {', '.join(map(str, missed))}" if missed else ""
     note = (
         f"{drawn} runs were drawn for {len(comparisons)} whose truth is known. "

@@ -79,15 +79,15 @@ def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
         axis.set_ylim(-3.0, 103.0)
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
-    axes[0].set_ylabel(f"held of {sweeps[0].count} objects [%]")
+    axes[0].set_ylabel(f"held of {sweeps[0].num_objects} objects [%]")
     _save(figure, path)
 
 
 def _draw_series(
     axis: Axes, measured: MeasuredSweep, held: Sequence[int], name: str, colour: str, style: str
 ) -> None:
-    intervals = np.array([share_interval(part, measured.count) for part in held])
-    shares = np.array(held) / measured.count
+    intervals = np.array([share_interval(part, measured.num_objects) for part in held])
+    shares = np.array(held) / measured.num_objects
     errors = 100.0 * np.abs(intervals.T - shares)
     axis.errorbar(
         measured.sweep.values,

@@ -51,7 +51,7 @@ class MeasuredSweep(NamedTuple):
     """A sweep, the number of objects at each of its points, and how many were held by each base."""
 
     sweep: Sweep
-    count: int
+    num_objects: int
     held: dict[str, HeldShares]
 
 
@@ -75,7 +75,7 @@ def measure_sweep(sweep: Sweep, count: int = COUNT) -> MeasuredSweep:
 
 def tabulate_sweep(measured: MeasuredSweep) -> Table:
     """One row per point, and where the law first holds less than half."""
-    sweep, count = measured.sweep, measured.count
+    sweep, count = measured.sweep, measured.num_objects
     heads = [f"{sweep.words} [{sweep.unit}]"]
     heads += [f"{name}: {law}" for name in measured.held for law in ("composite", "oracle")]
     rows = tuple(
@@ -100,7 +100,7 @@ def _count_held(base: Scenario, law: str, count: int) -> int:
 
 def _failure(measured: MeasuredSweep, name: str) -> str:
     shares = zip(measured.sweep.values, measured.held[name].composite, strict=True)
-    lost = [value for value, held in shares if held < FAILED * measured.count]
+    lost = [value for value, held in shares if held < FAILED * measured.num_objects]
     where = f"at {lost[0]:g} {measured.sweep.unit}" if lost else "nowhere"
     return f"{name} {where}"
 
