@@ -76,6 +76,21 @@ def test_random_runs_end_truly(population):
     assert len({judgement.outcome for judgement in judgements}) >= 3
 
 
+# What once went wrong there: a fall, a jump of the law or a pole inside a step, energy lost where
+# hands turn fast, contacts that open, estimates that rest on their bounds.
+ONCE_WRONG = {
+    AT_ENDS: (1, 4, 10, 71, 80, 92, 354, 369, 1403, 1711, 2790, 3050, 3361, 4269, 4452, 5399, 5997),
+    ON_BOUNDS: (7, 8, 10, 220, 349, 1126),
+}
+
+
+@pytest.mark.parametrize(
+    ("population", "index"), [(p, index) for p, all_ in ONCE_WRONG.items() for index in all_]
+)
+def test_runs_that_ended_falsely_once_end_truly(population, index):
+    assert not judge_run(draw(population, 14, index)).missed
+
+
 def test_random_runs_are_not_materially_different_from_those_of_tight_tolerances():
     comparisons = [compare(draw(ANYWHERE, SEED, index), index) for index in range(25)]
     assert sum(comparison.known for comparison in comparisons) >= 20
