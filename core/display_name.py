@@ -13,7 +13,9 @@ from functools import cache, lru_cache
 from itertools import groupby
 from typing import Any, NamedTuple
 
+from core.exceptions import ScenarioError
 from core.field_errors import template_key, template_keys
+from core.law_choice import with_law
 from core.loading import load_scenario, preset_names
 from core.parameter_words import belief_words, key_words, value_words
 from core.scenario import Change, Estimate, Patch, Pulse, Scenario
@@ -83,8 +85,8 @@ def _compare_with_presets(scenario: Scenario) -> tuple[str, list[_Fact]]:
     """What the run is based on, and what it does otherwise."""
     preset = preset_titles().get(scenario.title)
     if preset is not None:
-        return preset, list(_facts(load_scenario(preset), scenario))
-    facts = {name: list(_facts(load_scenario(name), scenario)) for name in preset_names()}
+        return preset, _facts(load_scenario(preset), scenario)
+    facts = {name: _facts(load_scenario(name), scenario) for name in preset_names()}
     nearest = min(facts, key=lambda name: len(facts[name]))
     title = _shortened(scenario.title)
     if len(facts[nearest]) <= MOST_FACTS_FROM_NEAREST:
@@ -105,14 +107,29 @@ def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
     yield from _events(replace(scenario, pulses=(), patches=(), changes=()), scenario)
 
 
-def _facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
-    """What a scenario does otherwise than a preset."""
+def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:
+    """What a scenario does otherwise than a preset; what comes with another law is part of it."""
+    found, kind = list(_all_facts(preset, scenario)), scenario.controller.kind
+    if kind == preset.controller.kind:
+        return found
+    beside = set(_all_facts(_with_law(preset, kind), scenario))
+    return [fact for fact in found if fact.rank == _LAW or fact in beside]
+
+
+def _all_facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
     for key, value in _differences(preset, scenario):
         rank = _THING if key.startswith("object.") else _DETAIL
         yield _Fact(_LAW if key == "controller.kind" else rank, _value_fact(scenario, key, value))
     yield from (_Fact(_THING, words) for words in _finger_facts(preset, scenario))
     yield from _events(preset, scenario)
     yield from (_Fact(_DETAIL, words) for words in _estimate_facts(preset, scenario))
+
+
+def _with_law(preset: Scenario, kind: str) -> Scenario:
+    try:
+        return with_law(preset, kind)
+    except ScenarioError:  # something in the preset rules the law out
+        return replace(preset, controller=replace(preset.controller, kind=kind))
 
 
 def _differences(old: Any, new: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from core.display_name import file_stem, name_run
+from core.law_choice import with_law
 from core.loading import load_scenario, preset_names, with_values
 from core.scenario import Scenario
 from core.scenario.laws import CONTROL_LAWS
@@ -76,8 +77,8 @@ def test_of_many_differences_the_first_are_said_and_the_others_counted():
     values = {
         "object.mass": 1.4,
         "controller.kind": "composite",
-        "controller.control_period": 0.001,
-        "controller.grip_safety": 1.05,
+        "controller.control_period": 0.002,
+        "controller.grip_safety": 1.2,
         "pulses.0.time": 0.08,
         "simulation.duration": 3.0,
     }
@@ -98,6 +99,16 @@ def test_what_a_preset_has_and_the_run_has_not_is_said_too():
     assert name_run(other) == "poured-mass · mass 1.8 kg at 3 s"
     known = replace(poured, estimates=poured.estimates[:-1])
     assert name_run(known) == "poured-mass · inertia not estimated"
+
+
+@pytest.mark.parametrize("kind", CONTROL_LAWS)
+def test_what_comes_with_a_law_is_not_said_beside_it(kind):
+    chosen = with_law(CASE_2, kind)
+    law = "" if kind == CASE_2.controller.kind else f" · {kind}"
+
+    assert name_run(chosen) == f"paper-case-2{law}"
+    heavier = with_values(chosen, {"object.mass": 1.4})
+    assert name_run(heavier) == f"paper-case-2{law} · mass 1.4 kg"
 
 
 def test_every_law_gives_the_same_preset_another_name():
