@@ -88,6 +88,9 @@ def test_the_page_plays_the_run_offline(opened: Opened, case_2: RunResult) -> No
     opened.page.wait_for_function(
         "() => Number(document.querySelector('input').value) > 0.3", timeout=PATIENCE
     )
+    # While it plays, it writes into the field itself.
+    opened.page.keyboard.press("Space")
+    picture_at_rest(opened.page, opened.shoot)
     slipping = opened.seek(0.08, shows_slip)
     opened.seek(6.5, lambda seen: pixels_of(seen, ContactPhase.STICK) > 300)
     opened.seek(0.08, lambda seen: np.array_equal(seen, slipping))
