@@ -43,7 +43,8 @@ def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
     loop = world.loop(t, world.sides(t, z))
     instant, law = Instant(loop, state), scenario.controller
     if law.control_period > 0.0 or law.kind not in PHASE_LAWS:
-        yield from instant.answers(held.ravel())
+        torques = held.ravel() if law.control_period > 0.0 else last.joint_torque[0]
+        yield from instant.answers(torques)
         return
     desired = loop.trajectory.desired(t, np.nextafter(t, np.inf))
     may_hold = (_phases(last.believed_phase[0]), _phases(last.phase[0]))

@@ -55,7 +55,7 @@ class Instant:
     """
 
     def __init__(self, loop: ClosedLoop, state: State) -> None:
-        self._loop = loop
+        self._loop, self._state = loop, state
         self._kin = loop.hand.kinematics(state)
         self._at_rest = np.abs(state.slip_velocity) < REST_SPEED
         self._choices = [
@@ -75,10 +75,11 @@ class Instant:
                 yield answer
 
     def solve(self, phases: tuple[int, ...], torques: Array) -> Answer | None:
-        """Eq. 15 for all accelerations, those of the gaps too, and forces; None if singular."""
+        """Eq. 15 for all accelerations, those of the gaps too, and forces; None if irregular."""
         if phases not in self._inverses:
             matrix = _equations(self._loop, self._kin, phases)
-            regular = np.linalg.cond(matrix) < SINGULAR
+            regular = _is_regular(self._loop, self._state, phases)
+            regular = regular and np.linalg.cond(matrix) < SINGULAR
             self._inverses[phases] = np.linalg.inv(matrix) if regular else None
         inverse, n = self._inverses[phases], len(phases)
         if inverse is None:
@@ -88,6 +89,25 @@ class Instant:
         known = (torques - h, self._loop.load - h_o, self._kin.b, np.zeros(2 * n))
         slips, gaps, forces = np.split((inverse @ np.concatenate(known))[2 * n + 3 :], [n, 2 * n])
         return Answer(phases, forces.reshape(n, 2), slips, gaps)
+
+
+def _is_regular(loop: ClosedLoop, state: State, phases: Sequence[int]) -> bool:
+    """Whether the determinant of M~ is positive for the fingers that touch (no Painleve)."""
+    touching = np.flatnonzero(np.array(phases) != OPEN)
+    if len(touching) == 0:
+        return True
+    hand, truth = loop.hand, loop.truth
+    rest = hand._replace(
+        fingers=tuple(hand.fingers[i] for i in touching),
+        anchors=hand.anchors[touching],
+        tangents=hand.tangents[touching],
+    )
+    known = truth._replace(
+        link_masses=truth.link_masses[touching], friction=truth.friction[touching]
+    )
+    part = state._replace(slip=state.slip[touching], slip_velocity=state.slip_velocity[touching])
+    reduced = rest.reduced_form(rest.kinematics(part), known, [phases[i] for i in touching])
+    return bool(np.linalg.det(reduced.M) > 0.0)
 
 
 def _equations(loop: ClosedLoop, kin: Kinematics, phases: Sequence[int]) -> Array:
