@@ -33,6 +33,7 @@ from core.kernel.run import (
     ROWS_BEFORE_PAUSE,
     emit,
     emit_before_jump,
+    evaluate_at,
     keep_old,
 )
 from core.kernel.sensing import noise_used_up
@@ -46,6 +47,8 @@ MAX_STALLS = 20
 # A loop whose steps must be this short on the average is too stiff to follow.
 PACE_STEPS = 5000
 LEAST_PACE = 1e-6  # [s]
+# A force that falls to so small a share of itself where the law jumps had no bound before.
+POLE_RATIO = 1e3
 
 
 @compiled
@@ -77,6 +80,9 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
     """
     run.stalls = run.stalls + 1 if run.now - run.last_event < STALLED else 0
     run.last_event = run.now
+    law_jumps = run.guards.fired[run.guards.count - 1] == 1
+    if law_jumps:
+        _keep_what_no_force_decides(model, run)
     status = _find_end(model, run)
     if status in (RUNNING, LEFT_FACE) and run.stalls > MAX_STALLS:
         status = EVENT_STALL
@@ -84,16 +90,43 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
     if status != RUNNING:
         emit(model, run, outlet, run.now, run.step.start)
         return status
-    law_jumps = run.guards.fired[run.guards.count - 1] == 1
     if not (law_jumps or _phase_ends(model, run)):
         restart_flow(model, run)
         return RUNNING
     keep_old(model, run)
     if law_jumps:
         emit_before_jump(model, run, outlet)
+        before = _largest_force(model, run)
+        evaluate_at(model, run, run.now, run.step.start)
+        if not before < POLE_RATIO * (1.0 + _largest_force(model, run)):
+            return STEP_UNDERFLOW
     else:
         emit(model, run, outlet, run.now, run.step.start)
     return select_again(model, run, outlet)
+
+
+@compiled
+def _keep_what_no_force_decides(model: Record, run: Record) -> None:
+    """Of the guards that fired where the law jumps: the others only saw the far side of it."""
+    n, fired = model.num_fingers, run.guards.fired
+    for i in range(n):
+        base = PER_CONTACT * i
+        fired[base + NORMAL_FORCE] = 0
+        if run.discrete.phases[i] == 0:
+            fired[base + PHASE] = 0
+    fired[PER_CONTACT * n] = 0
+    for k in range(model.num_unknowns):
+        if run.discrete.clamps[k] != 0:
+            fired[PER_CONTACT * n + 1 + k] = 0
+
+
+@compiled
+def _largest_force(model: Record, run: Record) -> float:
+    """The largest normal force of the state just evaluated, in size [N]."""
+    largest = 0.0
+    for i in range(model.num_fingers):
+        largest = max(largest, abs(float(run.work.forces[i, 1])))
+    return largest
 
 
 @compiled

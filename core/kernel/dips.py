@@ -1,13 +1,14 @@
 """Guards that sink below their level and recover within one step.
 
-The values of a guard at the slopes of the step show where it may be lowest; only if it comes
-near its level there, the continuous extension of the method is asked for the least value itself.
-This costs nothing but comparisons in nearly all steps, and no output time has a part in it.
+The values of a guard at the slopes of the step show where it may be lowest: a value between two
+others is not below the lines through their neighbours, on either side, also where the law has a
+kink. Only if these lines cross near its level, the continuous extension of the method is asked for
+the least value itself. This costs nothing but comparisons in nearly all steps, and no output time
+has a part in it.
 """
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from core.kernel.compiler import compiled, compiled_apart
@@ -29,10 +30,11 @@ from core.kernel.run import PROGRESS
 from core.kernel.stepper import interpolate, prepare_interpolant
 
 # A guard is looked at where its least value may come this near to its level, as a share of the
-# range of its values in the step: by the values alone, and by a parabola through three of them.
-NEAR, NEAR_PARABOLA = 0.5, 0.1
+# range of its values in the step: by the values alone, and by the lines through them.
+NEAR, NEAR_LINES = 0.5, 0.02
 LEAST_FRACTION = 1e-6
-TRIALS = 6
+GOLDEN = 0.3819660112501051
+LEAST_WIDTH = 1e-5  # of the search, as a share of the step
 
 
 @compiled
@@ -63,59 +65,60 @@ def _value_inside(model: Record, run: Record, h: float, j: int, share: float) ->
 
 
 @compiled
-def _vertex(
-    x0: float, x1: float, x2: float, y0: float, y1: float, y2: float
-) -> tuple[float, float]:
-    """Where the parabola through three points is least, and its value; not a number if nowhere."""
-    first = (y1 - y0) / (x1 - x0)
-    bend = ((y2 - y1) / (x2 - x1) - first) / (x2 - x0)
-    if not bend > 0.0:
-        return np.nan, np.nan
-    at = 0.5 * (x0 + x1 - first / bend)
-    return at, y0 + first * (at - x0) + bend * (at - x0) * (at - x1)
+def _search(
+    model: Record, run: Record, h: float, j: int, low: float, high: float, past: float
+) -> float:
+    """Looks for the least value of guard ``j`` in a part of the step by golden sections.
+
+    Returns:
+        The share of the step at which it is below ``past``; 0 if it is not.
+    """
+    low, high = max(low, LEAST_FRACTION), min(high, 1.0 - LEAST_FRACTION)
+    x1, x2 = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
+    y1, y2 = _value_inside(model, run, h, j, x1), _value_inside(model, run, h, j, x2)
+    while True:
+        if y1 < past:
+            return x1
+        if y2 < past:
+            return x2
+        if high - low < LEAST_WIDTH:
+            return 0.0
+        if y1 < y2:
+            high, x2, y2 = x2, x1, y1
+            x1 = low + GOLDEN * (high - low)
+            y1 = _value_inside(model, run, h, j, x1)
+        else:
+            low, x1, y1 = x1, x2, y2
+            x2 = high - GOLDEN * (high - low)
+            y2 = _value_inside(model, run, h, j, x2)
 
 
 @compiled
-def _descend(
-    model: Record, run: Record, h: float, j: int, low: float, at: float, high: float, near: float
-) -> float:
-    """Looks for the least value of guard ``j`` near ``at``, by parabolas through exact values.
+def _slope(model: Record, run: Record, j: int, k: int) -> float:
+    """Slope of guard ``j`` per step between node ``k``, counted from the start, and the next."""
+    a, b = model.method.ordered[k], model.method.ordered[k + 1]
+    rise = run.step.samples[b, j] - run.step.samples[a, j]
+    return rise / (model.method.nodes[b] - model.method.nodes[a])
 
-    Returns:
-        The share of the step at which it is past its level; 0 if it is not.
+
+@compiled
+def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -> bool:
+    """Whether guard ``j`` may sink to ``near`` and recover between node ``k`` and the next.
+
+    It falls before the first and rises after the second, and the lines of both cross below; where
+    it does only one of that, its line alone decides.
     """
-    guards = run.guards
-    noise, _ = band_of(model, run.discrete, guards.ends, j)
-    past = guards.levels[j] - noise
-    x0, x1, x2 = 0.5 * (low + at), at, 0.5 * (at + high)
-    y1 = _value_inside(model, run, h, j, x1)
-    if y1 < past:
-        return x1
-    y0, y2 = _value_inside(model, run, h, j, x0), _value_inside(model, run, h, j, x2)
-    if y0 < past:
-        return x0
-    if y2 < past:
-        return x2
-    for _ in range(TRIALS):
-        x, lowest = _vertex(x0, x1, x2, y0, y1, y2)
-        if not (low < x < high and lowest < near) or min(abs(x - x0), abs(x - x2)) == 0.0:
-            return 0.0
-        if abs(x - x1) < 1e-7:
-            return 0.0
-        y = _value_inside(model, run, h, j, x)
-        if y < past:
-            return x
-        # The three points nearest to the least value.
-        if x < x1:
-            if y < y1:
-                x1, y1, x2, y2 = x, y, x1, y1
-            else:
-                x0, y0 = x, y
-        elif y < y1:
-            x0, y0, x1, y1 = x1, y1, x, y
-        else:
-            x2, y2 = x, y
-    return 0.0
+    method, samples = model.method, run.step.samples
+    a, b = method.ordered[k], method.ordered[k + 1]
+    width, start, end = method.nodes[b] - method.nodes[a], samples[a, j], samples[b, j]
+    falls = _slope(model, run, j, k - 1) if k > 0 else 0.0
+    rises = _slope(model, run, j, k + 1) if k + 2 < method.num_ordered else 0.0
+    if not falls < 0.0:
+        return rises > 0.0 and end - rises * width < near
+    if not rises > 0.0:
+        return start + falls * width < near
+    crossing = (end - start - rises * width) / (falls - rises)
+    return 0.0 <= crossing <= width and start + falls * crossing < near
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
@@ -126,13 +129,16 @@ def _find_least(model: Record, run: Record, h: float, j: int) -> float:
     for k in range(1, method.num_ordered):
         value = samples[method.ordered[k], j]
         least, largest = min(least, value), max(largest, value)
-    near = run.guards.levels[j] + NEAR_PARABOLA * (largest - least)
-    for k in range(1, method.num_ordered - 1):
-        a, b, c = method.ordered[k - 1], method.ordered[k], method.ordered[k + 1]
-        low, middle, high = method.nodes[a], method.nodes[b], method.nodes[c]
-        at, value = _vertex(low, middle, high, samples[a, j], samples[b, j], samples[c, j])
-        if low <= at <= high and value < near and LEAST_FRACTION < at < 1.0 - LEAST_FRACTION:
-            found = _descend(model, run, h, j, low, at, high, near)
+    near = run.guards.levels[j] + NEAR_LINES * (largest - least)
+    noise, _ = band_of(model, run.discrete, run.guards.ends, j)
+    past = run.guards.levels[j] - noise
+    for k in range(method.num_ordered - 1):
+        low, high = method.nodes[method.ordered[k]], method.nodes[method.ordered[k + 1]]
+        is_low = k > 0 and samples[method.ordered[k], j] < near
+        if is_low and _value_inside(model, run, h, j, low) < past:
+            return low
+        if _may_fall_between(model, run, j, k, near):
+            found = _search(model, run, h, j, low, high, past)
             if found > 0.0:
                 return found
     return 0.0
