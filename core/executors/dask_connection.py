@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import platform
+import time
 import warnings
 from typing import TYPE_CHECKING, cast
 
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["DaskConnection", "describe_installation"]
 
-_PATIENCE = 10.0  # [s] until a scheduler that does not answer, or has no workers, is given up
+_PATIENCE = 10.0  # [s] until a scheduler that does not answer is given up
+_WORKERS_PATIENCE = 10.0  # [s] until one that has no workers is given up
+_POLL = 0.1
 _HOST = "127.0.0.1"
 
 
@@ -81,13 +84,15 @@ class DaskConnection:
             ) from error
 
     def _wait_for_workers(self) -> None:
-        try:
-            self.client.wait_for_workers(1, timeout=_PATIENCE)
-        except TimeoutError as error:
-            raise ExecutorError(
-                f"the Dask scheduler {self._name} has no workers; "
-                f"start some with 'dask worker {self._name} --nthreads 1'"
-            ) from error
+        # Dask's own wait goes by the wall clock, and ends when that is set forward.
+        deadline = time.monotonic() + _WORKERS_PATIENCE
+        while not self._threads_by_worker():
+            if time.monotonic() > deadline:
+                raise ExecutorError(
+                    f"the Dask scheduler {self._name} has no workers; "
+                    f"start some with 'dask worker {self._name} --nthreads 1'"
+                )
+            time.sleep(_POLL)
 
     def _threads_by_worker(self) -> dict[str, int]:
         return cast("dict[str, int]", self.client.nthreads())

@@ -8,7 +8,6 @@ import sys
 from contextlib import ExitStack, contextmanager
 
 import pytest
-from distributed import Client
 
 from core.exceptions import ScenarioError
 from core.executors import AHEAD, ExecutorError, make_executor
@@ -90,6 +89,7 @@ def patience():
     """Lets a busy machine take its time to start workers."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("core.executors.dask_connection._PATIENCE", PATIENCE)
+        patch.setattr("core.executors.dask_connection._WORKERS_PATIENCE", PATIENCE)
         yield
 
 
@@ -206,13 +206,8 @@ def test_a_scheduler_that_is_missing_idle_or_lost_is_said_so(tmp_path, monkeypat
     with ExitStack() as stack:
         scheduler, port = start_scheduler(stack, tmp_path)
         executor = stack.enter_context(make_executor(f"dask://127.0.0.1:{port}"))
-        wait = Client.wait_for_workers
-
-        def not_long(client, count, timeout):
-            return wait(client, count, 0.3)
-
         with monkeypatch.context() as hasty:
-            hasty.setattr(Client, "wait_for_workers", not_long)
+            hasty.setattr("core.executors.dask_connection._WORKERS_PATIENCE", 0.3)
             with pytest.raises(ExecutorError, match="has no workers; start some with 'dask worker"):
                 executor.prepare()
         start_workers(stack, tmp_path, port, "--no-nanny")

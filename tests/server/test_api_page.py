@@ -44,6 +44,9 @@ def examples(language: str) -> list[Example]:
 def served(tmp_path_factory) -> Iterator[RunningServer]:
     folder = tmp_path_factory.mktemp("api_page")
     with serve(patient_settings(folder, study_executor="inline")) as running:
+        # The page speaks of a store that has runs already.
+        with running.client() as client:
+            client.post("/runs", json={"scenario": "paper-case-1"}).raise_for_status()
         yield running
 
 
