@@ -54,6 +54,8 @@ def started(folder, *arguments):
         **os.environ,
         "PYTHONPATH": os.pathsep.join(sys.path),
         "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
+        # Dask takes workers for dead by the wall clock, which somebody may set.
+        "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None",
         "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "2s",
     }
     command = [sys.executable, "-m", "dask", *arguments, "--no-dashboard"]
