@@ -42,8 +42,24 @@ def restart_ticks(run: Record) -> None:
 
 
 @compiled
+def _advance_estimates(model: Record, run: Record, elapsed: float) -> None:
+    """One Euler step of the estimates over the period that ends now, projected on their bounds."""
+    offset = 6 + 2 * model.num_fingers
+    for k in range(model.num_unknowns):
+        value = run.step.start.x[offset + k] + elapsed * run.pending_rates[k]
+        bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
+        if bounded != value:
+            warn(run, CLAMPED)
+        run.step.start.x[offset + k] = bounded
+
+
+@compiled
 def leave_ticks(model: Record, run: Record) -> None:
-    """Continuous control: no torque is held, none waits, and no tick before counts any more."""
+    """Continuous control: no torque is held, none waits, and no tick before counts any more.
+
+    The estimates take their step of the period that ends here.
+    """
+    _advance_estimates(model, run, run.now - run.last_tick)
     run.acting = 0
     run.num_waiting = 0
     run.senses.num_filtered = 0
@@ -178,18 +194,6 @@ def _command_torques(model: Record, run: Record) -> bool:
         total += run.commanded[i, 0] + run.commanded[i, 1]
     _limit_torques(model, run)
     return np.isfinite(total)
-
-
-@compiled
-def _advance_estimates(model: Record, run: Record, elapsed: float) -> None:
-    """One Euler step of the estimates over the period that ends now, projected on their bounds."""
-    offset = 6 + 2 * model.num_fingers
-    for k in range(model.num_unknowns):
-        value = run.step.start.x[offset + k] + elapsed * run.pending_rates[k]
-        bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
-        if bounded != value:
-            warn(run, CLAMPED)
-        run.step.start.x[offset + k] = bounded
 
 
 @compiled

@@ -92,7 +92,6 @@ def test_a_period_that_changes_counts_from_the_change(t, period):
     check(simulate(scenario), reference)
 
 
-@pytest.mark.xfail(reason="the estimates lose their step of the last period")
 @pytest.mark.parametrize("t", [0.04, 0.0405])
 def test_control_that_becomes_continuous_goes_on_from_its_last_tick(t):
     scenario = paper_case(1, period=PERIOD, duration=0.12, **change_period(t, 0.0))

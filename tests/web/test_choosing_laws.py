@@ -218,7 +218,7 @@ def test_from_the_first_page_each_law_shows_what_it_can_do_and_back_is_the_run_b
     first = card(FIRST.base)
 
     def choose(kind: str) -> None:
-        page.get_by_label("kind", exact=True).first.click()
+        page.get_by_label("control law", exact=True).first.click()
         page.get_by_role("option", name=kind, exact=True).click()
         page.get_by_role("status").filter(has_text=f"{kind} on the whole run").wait_for()
 
