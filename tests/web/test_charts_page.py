@@ -101,5 +101,5 @@ def test_picture_charts_and_replay_arrive_as_files(page: Page, tmp_path: Path) -
     pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
     assert ElementTree.fromstring(drawing).tag.endswith("svg")
-    assert b"<title>The paper&#x27;s case II" in replay
+    assert b"<title>paper-case-2 \xe2\x80\x93 Held" in replay
     page.get_by_text("is in your downloads").wait_for()

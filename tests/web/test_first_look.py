@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -19,7 +21,7 @@ def test_words_for_the_first_visit_go_for_good_and_what_is_unfolded_stays_so(
     expect(welcome).to_be_hidden()
 
     pause_at(page, 0.0)
-    squeeze = page.get_by_text("At the end it squeezes with")
+    squeeze = page.get_by_text(re.compile("At the end the (left|right) fingertip presses with"))
     expect(squeeze).to_be_hidden()
     page.get_by_text("Squeeze, forces, margins, tracking").click()
     expect(squeeze).to_contain_text("34.7 N")
