@@ -74,6 +74,7 @@ def _search(
         The share of the step at which it is below ``past``; 0 if it is not.
     """
     low, high = max(low, LEAST_FRACTION), min(high, 1.0 - LEAST_FRACTION)
+    y0, y3 = _value_inside(model, run, h, j, low), _value_inside(model, run, h, j, high)
     x1, x2 = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
     y1, y2 = _value_inside(model, run, h, j, x1), _value_inside(model, run, h, j, x2)
     while True:
@@ -81,14 +82,17 @@ def _search(
             return x1
         if y2 < past:
             return x2
-        if high - low < LEAST_WIDTH:
+        side = x1 - low
+        steepest = max(abs(y1 - y0) / side, abs(y3 - y2) / side, abs(y2 - y1) / (x2 - x1))
+        if high - low < LEAST_WIDTH or min(y1, y2) - past > steepest * side:
+            # So steep it is nowhere that it could reach its level between these points.
             return 0.0
         if y1 < y2:
-            high, x2, y2 = x2, x1, y1
+            high, x2, y3, y2 = x2, x1, y2, y1
             x1 = low + GOLDEN * (high - low)
             y1 = _value_inside(model, run, h, j, x1)
         else:
-            low, x1, y1 = x1, x2, y2
+            low, x1, y0, y1 = x1, x2, y1, y2
             x2 = high - GOLDEN * (high - low)
             y2 = _value_inside(model, run, h, j, x2)
 
