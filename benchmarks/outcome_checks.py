@@ -207,7 +207,7 @@ def _has_answer(run: RunResult, held: np.ndarray) -> float:
 
 
 def _need_not_open(run: RunResult, held: np.ndarray) -> float:
-    """1 if a jump ends a run as separated though that contact need not open, or cannot.
+    """1 if, beyond doubt, a jump ends a run as separated though that contact need not, or cannot.
 
     Where a belief is held, continuous control may know of answers that it has to forgo.
     """
@@ -216,18 +216,17 @@ def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     from tests.references.instant import is_sampled_at_end
     from tests.references.open_contacts import OPEN
 
-    contact, sampled, opens = run.reason.contact, is_sampled_at_end(run), False
-    for answer in _answers(run, held):
-        opens = opens or (contact is not None and answer.phases[contact] == OPEN)
-        if sampled and OPEN not in answer.phases:
-            return 1.0
-        if opens and not sampled:
-            break
-    return 0.0 if opens else 1.0
+    contact = run.reason.contact
+    if contact is None:
+        return 1.0
+    if is_sampled_at_end(run) and any(OPEN not in sure.phases for sure in _answers(run, held)):
+        return 1.0
+    possible = _answers(run, held, beyond_doubt=False)
+    return 0.0 if any(answer.phases[contact] == OPEN for answer in possible) else 1.0
 
 
-def _answers(run: RunResult, held: np.ndarray) -> Iterator[Answer]:
+def _answers(run: RunResult, held: np.ndarray, *, beyond_doubt: bool = True) -> Iterator[Answer]:
     """Combinations that agree at the end of a run, by code that shares nothing with the kernel."""
     from tests.references.instant import answers_at_end
 
-    return answers_at_end(run, held)
+    return answers_at_end(run, held, beyond_doubt=beyond_doubt)

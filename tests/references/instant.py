@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 PHASE_LAWS = ("theorem-3", "theorem-4", "certainty-equivalence")
 
 
-def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
+def answers_at_end(run: RunResult, held: Array, *, beyond_doubt: bool = True) -> Iterator[Answer]:
     """Combinations that agree where a run ends.
 
     Under sampled control the torque is held. With continuous control every combination is tried
@@ -34,6 +34,7 @@ def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
     Args:
         run: The run.
         held: The torques that act at its end, ``(n, 2)`` [N m].
+        beyond_doubt: Whether those are left out that agree only just, or only nearly.
     """
     last, t = run.trace[-1:], run.end_time
     scenario = _as_changed(run.scenario, t)
@@ -44,13 +45,13 @@ def answers_at_end(run: RunResult, held: Array) -> Iterator[Answer]:
     instant, law = Instant(loop, state), scenario.controller
     if law.control_period > 0.0 or law.kind not in PHASE_LAWS:
         torques = held.ravel() if law.control_period > 0.0 else last.joint_torque[0]
-        yield from instant.answers(torques)
+        yield from instant.answers(torques, beyond_doubt=beyond_doubt)
         return
     desired = loop.trajectory.desired(t, np.nextafter(t, np.inf))
     may_hold = (_phases(last.believed_phase[0]), _phases(last.phase[0]))
     for belief in dict.fromkeys((*may_hold, *_candidates(state))):
         torques = loop.evaluate(state, belief, last.estimates[0], desired).torques
-        for answer in instant.answers(torques):
+        for answer in instant.answers(torques, beyond_doubt=beyond_doubt):
             if belief in may_hold or _recognised(answer, belief):
                 yield answer
 

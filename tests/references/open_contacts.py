@@ -64,14 +64,20 @@ class Instant:
         ]
         self._inverses: dict[tuple[int, ...], Array | None] = {}
 
-    def answers(self, torques: Array) -> Iterator[Answer]:
+    def answers(self, torques: Array, *, beyond_doubt: bool = True) -> Iterator[Answer]:
         """All combinations that agree with torques on the joints, ``(2n,)`` [N m].
 
         Contacts that slide keep their direction or open; those at rest may do anything.
+
+        Args:
+            torques: Of the joints, ``(2n,)`` [N m].
+            beyond_doubt: Whether only those count that keep a distance from their limits, or
+                those too that miss them by no more than that.
         """
+        share = 1.0 if beyond_doubt else -1.0
         for phases in product(*self._choices):
             answer = self.solve(phases, torques)
-            if answer is not None and _agrees(self._loop, answer, self._at_rest):
+            if answer is not None and _agrees(self._loop, answer, self._at_rest, share):
                 yield answer
 
     def solve(self, phases: tuple[int, ...], torques: Array) -> Answer | None:
@@ -147,13 +153,16 @@ def _contact_rows(i: int, n: int, phase: int, friction: float) -> Array:
     return rows
 
 
-def _agrees(loop: ClosedLoop, answer: Answer, at_rest: Array) -> bool:
-    """Whether forces and accelerations have the signs that the phases ask for, beyond doubt."""
+def _agrees(loop: ClosedLoop, answer: Answer, at_rest: Array, share: float) -> bool:
+    """Whether forces and accelerations have the signs that the phases ask for.
+
+    They do so by a share of what is in doubt: 1 beyond doubt, -1 where nothing speaks against it.
+    """
     accelerations = np.concatenate((answer.slip_accelerations, answer.gap_accelerations))
-    least = ACCELERATION_DOUBT * (1.0 + np.abs(accelerations).max())
+    least = share * ACCELERATION_DOUBT * (1.0 + np.abs(accelerations).max())
     for i, phase in enumerate(answer.phases):
         tangential, normal = answer.forces[i]
-        doubt = FORCE_DOUBT * (1.0 + abs(normal))
+        doubt = share * FORCE_DOUBT * (1.0 + abs(normal))
         margin = loop.static_friction[i] * normal - abs(tangential)
         if phase == OPEN:
             agrees = answer.gap_accelerations[i] > least
