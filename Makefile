@@ -27,8 +27,9 @@ test: $(VENV)/.develop
 lint: $(VENV)/.develop
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/python .ci/link_rooms.py
 	$(BIN)/pyright --pythonpath $(BIN)/python
-	$(BIN)/lint-imports
+	cd build/links && $(abspath $(BIN))/lint-imports --config ../../pyproject.toml
 
 benchmark: $(VENV)/.benchmark
 	$(BIN)/python -m benchmarks

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from benchmarks.report import Table, format_text, update_page
-from core.simulator import prepare_kernel
+from slipgrasp.core.run.simulator import prepare_kernel
 
 PARTS = {
     "speed": "single runs against MuJoCo, and where the time goes",

@@ -13,9 +13,9 @@ import numpy as np
 from benchmarks.mujoco_hold import Hold, hold_by_actuators
 from benchmarks.report import Table, judge
 from benchmarks.timing import median_seconds, on_threads
-from core.loading import load_scenario
-from core.scenario import Scenario
 from slipgrasp import simulate_many
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario
 
 __all__ = ["compare_batches", "run", "vary"]
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from recordings.run_query import Condition, RunQuery
-from recordings.store import RecordingStore
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.store.run_query import Condition, RunQuery
+from slipgrasp.recordings.store.store import RecordingStore
 
 __all__ = ["measure_catalogue", "run"]
 

@@ -15,10 +15,10 @@ from matplotlib.ticker import LogLocator
 from benchmarks.scaling import Scaling
 from benchmarks.timing import MILLISECONDS
 from benchmarks.work_precision import DRAKE, MUJOCO, OURS, Point
-from core.scenario import SimulationParameters
-from core.types import ContactPhase
-from recordings.figures.style import add_axes, new_figure, paint, paper_style
-from recordings.palette import MUTED, PHASES, Rgb
+from slipgrasp.core.scenario import SimulationParameters
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.figures.style import add_axes, new_figure, paint, paper_style
+from slipgrasp.recordings.palette import MUTED, PHASES, Rgb
 
 __all__ = ["draw_scaling", "draw_work_precision", "save"]
 

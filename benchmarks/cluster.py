@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 from benchmarks.report import Table
 from benchmarks.study import make_study
 from benchmarks.timing import MILLISECONDS, median_seconds
-from core.executors import Executor, Finished, make_executor
-from core.executors.inline import InlineExecutor
-from core.study.definition import MAX_RUNS, Study
-from recordings.study.conductor import conduct
-from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+from slipgrasp.core.executors import Executor, Finished, make_executor
+from slipgrasp.core.executors.inline import InlineExecutor
+from slipgrasp.core.study.definition import MAX_RUNS, Study
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 __all__ = [
     "Costs",

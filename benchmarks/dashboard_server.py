@@ -15,11 +15,11 @@ from typing import Any
 import uvicorn
 
 import web.session
-from server.app import server_config
-from server.settings import Settings
-from web.app import create_dashboard_app
-from web.screen import Screen
-from web.view import ViewState
+from slipgrasp.server.app import server_config
+from slipgrasp.server.settings import Settings
+from slipgrasp.web.app import create_dashboard_app
+from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.screen import Screen
 
 __all__ = ["STAMP", "main"]
 

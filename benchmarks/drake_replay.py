@@ -28,9 +28,9 @@ from benchmarks.replay import (
     record_case,
     slip_of,
 )
-from core.geometry import contact_frame
-from core.result import RunResult
-from core.scenario import FingerParameters, Scenario
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
 
 __all__ = ["APPROXIMATIONS", "measure_differences", "replay_in_drake"]
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from core.loading import scenario_from_mapping
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import scenario_from_mapping
 
 __all__ = ["holding_hand"]
 

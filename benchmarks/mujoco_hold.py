@@ -20,8 +20,8 @@ from benchmarks.mujoco_scene import (
     describe_scene,
     motors,
 )
-from core.scenario import Scenario
-from core.simulator import simulate
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
 
 __all__ = ["STEP", "Hold", "hold_by_actuators", "hold_by_numpy"]
 

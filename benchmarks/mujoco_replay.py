@@ -21,7 +21,7 @@ from benchmarks.replay import (
     record_case,
     slip_of,
 )
-from core.result import RunResult
+from slipgrasp.core.run.result import RunResult
 
 __all__ = ["measure_differences", "replay_in_mujoco"]
 

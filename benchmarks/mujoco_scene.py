@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import mujoco
 
-from core.geometry import contact_frame
-from core.scenario import FingerParameters, Scenario
-from core.simulator import simulate
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
 
 __all__ = ["DEFAULT_CONTACT", "Contact", "build_model", "describe_scene", "motors"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks import mujoco_replay
 from benchmarks.mujoco_scene import describe_scene, motors
 from benchmarks.replay import mean_torques
-from core.result import RunResult
+from slipgrasp.core.run.result import RunResult
 
 __all__ = ["friction_margins", "stepping"]
 

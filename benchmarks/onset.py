@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from benchmarks.mujoco_torques import friction_margins
 from benchmarks.report import Table
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
-from core.simulator import simulate
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 __all__ = ["Onset", "compare_onsets", "mujoco_onset", "our_onset", "run", "turning_hand"]
 

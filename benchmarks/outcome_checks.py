@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from core.loading import with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulation import Simulation
-from core.simulator import run_to_end
-from core.trace import Trace
-from core.types import ContactPhase, Outcome, PhaseChange
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import run_to_end
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 if TYPE_CHECKING:
     from tests.references.open_contacts import Answer

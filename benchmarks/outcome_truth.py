@@ -14,10 +14,10 @@ import numpy as np
 
 from benchmarks.random_runs import ANYWHERE, draw, in_processes, reported
 from benchmarks.report import Table
-from core.loading import with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
 
 __all__ = ["QUANTITIES", "Comparison", "compare", "measure_truth", "tabulate_truth"]
 

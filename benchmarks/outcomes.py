@@ -29,8 +29,8 @@ from benchmarks.random_runs import (
     reported,
 )
 from benchmarks.report import Table
-from core.loading import scenario_to_toml
-from core.simulator import prepare_kernel
+from slipgrasp.core.run.simulator import prepare_kernel
+from slipgrasp.core.scenario.loading import scenario_to_toml
 
 __all__ = ["Campaign", "judge_many", "run", "tabulate"]
 

@@ -10,10 +10,10 @@ from multiprocessing import get_context
 from random import Random
 from typing import TypeVar
 
-from core.executors.worker import NICENESS
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
-from core.simulator import prepare_kernel
+from slipgrasp.core.executors.worker import NICENESS
+from slipgrasp.core.run.simulator import prepare_kernel
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 __all__ = ["ANYWHERE", "AT_ENDS", "ON_BOUNDS", "POPULATIONS", "draw", "in_processes", "reported"]
 

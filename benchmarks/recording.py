@@ -7,12 +7,12 @@ from pathlib import Path
 
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from recordings import read_recording, write_recording
-from recordings.foxglove import DISPLAY_RATE, FrameClock
-from recordings.recorder import record
-from recordings.state_hash import state_hash
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import read_recording, write_recording
+from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock
+from slipgrasp.recordings.file.recorder import record
+from slipgrasp.recordings.file.state_hash import state_hash
 
 __all__ = ["measure_recording", "run"]
 

@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import contact_frame
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
-from core.trace import Trace
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.trace import Trace
 
 __all__ = [
     "CASES",

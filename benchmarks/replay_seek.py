@@ -16,12 +16,12 @@ import uvicorn
 from benchmarks.headless_viewer import HeadlessViewer, beacon_state
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from recordings import write_recording
-from server.app import server_config
-from server.settings import Settings
-from web.app import create_dashboard_app
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import write_recording
+from slipgrasp.server.app import server_config
+from slipgrasp.server.settings import Settings
+from slipgrasp.web.app import create_dashboard_app
 
 __all__ = ["measure_seek", "run"]
 

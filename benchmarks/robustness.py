@@ -18,10 +18,10 @@ import numpy as np
 
 from benchmarks.report import Table, format_share
 from benchmarks.robustness_charts import draw_random_objects, draw_success_maps, draw_sweeps
-from core.batch import simulate_many
-from core.loading import load_scenario, with_values
-from core.result import RunSummary
-from core.scenario import Scenario
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.run.result import RunSummary
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 __all__ = [
     "LAWS",

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from benchmarks.report import Table, format_share
 from benchmarks.robustness import ORACLE, WORLDS, random_objects, vary_objects
-from core.batch import simulate_many
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 __all__ = ["SWEEPS", "HeldShares", "MeasuredSweep", "Sweep", "measure_sweep", "tabulate_sweep"]
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 from benchmarks.hands import holding_hand
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, fit_exponent, fit_line, median_seconds
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
-from core.simulator import simulate
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 __all__ = ["CONTROL", "Scaling", "measure_duration", "measure_fingers", "run"]
 

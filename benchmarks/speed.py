@@ -10,10 +10,10 @@ from pathlib import Path
 from benchmarks.mujoco_hold import STEP, hold_by_actuators, hold_by_numpy
 from benchmarks.report import Table, judge
 from benchmarks.timing import MILLISECONDS, median_seconds
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
-from core.simulation import Simulation
-from core.simulator import simulate
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 __all__ = ["compare_speed", "profile", "run"]
 

@@ -24,14 +24,14 @@ from benchmarks.processes import MemoryWatch
 from benchmarks.report import Table
 from benchmarks.study_load import API, Client, Load, run_over_rest
 from benchmarks.timing import MILLISECONDS
-from core.batch import simulate_many
-from core.executors import Executor, make_executor
-from core.executors.worker import NICENESS
-from core.loading import load_scenario
-from core.study.definition import Study
-from core.study.loading import study_from_mapping
-from recordings.study.conductor import conduct
-from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+from slipgrasp.core.executors import Executor, make_executor
+from slipgrasp.core.executors.worker import NICENESS
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 __all__ = ["describe_study", "make_study", "measure_large_study", "measure_rates", "run"]
 

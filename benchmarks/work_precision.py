@@ -21,11 +21,11 @@ from benchmarks.mujoco_torques import stepping
 from benchmarks.replay import CASES, DURATION, MOVING, Replay, record_case
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
-from core.types import ContactPhase
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase
 
 __all__ = [
     "DRAKE",

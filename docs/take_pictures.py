@@ -24,13 +24,13 @@ from typing import Any, Literal, NamedTuple
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from server.settings import Settings
 from slipgrasp import load_scenario, simulate, with_values
+from slipgrasp.server.settings import Settings
+from slipgrasp.web.app import create_dashboard_app
 from tests.ensure_programs import find_chromium
 from tests.server.serving import RunningServer, serve
 from tests.web.conftest import FLAGS, PATIENCE
 from tests.web.driving import pause, pause_at, set_number
-from web.app import create_dashboard_app
 
 __all__ = ["main"]
 

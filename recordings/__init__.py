@@ -1,6 +1,6 @@
 """Runs as MCAP files: written, read back bit for bit, kept in a folder, exported as CSV."""
 
-from recordings.exceptions import (
+from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
@@ -9,10 +9,10 @@ from recordings.exceptions import (
     RecordingNotFoundError,
     RecordingWriteError,
 )
-from recordings.export import csv_columns, write_csv
-from recordings.reader import read_recording
-from recordings.store import RecordingStore, StoredRun, default_data_directory
-from recordings.writer import RecordingWriter, write_recording
+from slipgrasp.recordings.export import csv_columns, write_csv
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
+from slipgrasp.recordings.store.store import RecordingStore, StoredRun, default_data_directory
 
 __all__ = [
     "DamagedRecordingError",

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
-from core.claims import Contradiction
-from core.exceptions import SlipgraspError
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.run.claims import Contradiction
 
 __all__ = [
     "AlteredRecordingError",

@@ -6,7 +6,7 @@ which people who see no red could hardly tell apart.
 
 from __future__ import annotations
 
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 __all__ = [
     "CONE",

@@ -17,16 +17,16 @@ from fastapi import APIRouter, FastAPI
 from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 
-from core.provenance import program_version
-from recordings.store import RecordingStore
-from recordings.study.study_store import StudyStore
-from server.access import AccessGuard
-from server.body_limit import BodyLimit
-from server.errors import add_error_handlers
-from server.events import EventSlots
-from server.made_files import MadeFiles
-from server.openapi import add_openapi, operation_id
-from server.routes import (
+from slipgrasp.core.run.provenance import program_version
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.server.http.access import AccessGuard
+from slipgrasp.server.http.body_limit import BodyLimit
+from slipgrasp.server.http.errors import add_error_handlers
+from slipgrasp.server.http.events import EventSlots
+from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.openapi import add_openapi, operation_id
+from slipgrasp.server.routes import (
     diff,
     docs,
     health,
@@ -38,11 +38,11 @@ from server.routes import (
     study_results,
     tables,
 )
-from server.run_service import RunService
-from server.schemas import API_PATH
-from server.service_lock import service_lock
-from server.settings import Settings
-from server.study_service import StudyService
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.service_lock import service_lock
+from slipgrasp.server.settings import Settings
+from slipgrasp.server.studies.study_service import StudyService
 
 __all__ = ["Lifespan", "create_app", "server_config"]
 

@@ -9,22 +9,22 @@ from pydantic import BaseModel, ValidationError
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect
 
-from core.result import RunResult
-from recordings.stored_run import StoredRun
-from recordings.study.results import StudyResults
-from server.errors import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.server.http.errors import (
     InvalidRequestError,
     UnreadableBodyError,
     UnsupportedBodyError,
     invalid_fields,
 )
-from server.json_body import MAX_VALUES, read_json
-from server.run_request import RunCreate
-from server.run_service import RunService
-from server.run_update import RunUpdate
-from server.runs_query import RunsQuery
-from server.settings import Settings
-from server.study_service import StudyService
+from slipgrasp.server.http.json_body import MAX_VALUES, read_json
+from slipgrasp.server.runs.run_request import RunCreate
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.run_update import RunUpdate
+from slipgrasp.server.runs.runs_query import RunsQuery
+from slipgrasp.server.settings import Settings
+from slipgrasp.server.studies.study_service import StudyService
 
 __all__ = [
     "EndedRunIdDep",

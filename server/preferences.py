@@ -8,7 +8,7 @@ from typing import Annotated
 
 from fastapi import Depends, Header, Request
 
-from server.settings import Settings
+from slipgrasp.server.settings import Settings
 
 __all__ = ["Patience", "PatienceDep"]
 

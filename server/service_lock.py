@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from recordings.exceptions import FolderInUseError, RecordingWriteError
-from recordings.file_lock import try_lock
+from slipgrasp.recordings.exceptions import FolderInUseError, RecordingWriteError
+from slipgrasp.recordings.file.file_lock import try_lock
 
 __all__ = ["LOCK_NAME", "check_not_served", "service_lock"]
 

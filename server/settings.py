@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from core.exceptions import SlipgraspError
-from recordings.storage_limits import StorageLimits
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.recordings.store.storage_limits import StorageLimits
 
 __all__ = ["LOOPBACK_HOSTS", "Settings", "SettingsError"]
 
@@ -38,7 +38,7 @@ class Settings:
         max_studies_waiting: Studies that may wait for their turn.
         max_event_streams: Streams of events that may be open at the same time.
         event_heartbeat: After how much silence such a stream says that it is still there [s].
-        study_executor: Who simulates studies (`core.executors.make_executor`).
+        study_executor: Who simulates studies (`slipgrasp.core.executors.make_executor`).
         study_workers: In how many processes; None takes as many as there are processors.
         quota_bytes: How much the files in the data directory may take; then no run is begun.
         min_free_bytes: How much must stay free on its disk; likewise.

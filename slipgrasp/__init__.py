@@ -15,36 +15,36 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from core.batch import simulate_many
-    from core.exceptions import ScenarioError, SlipgraspError
-    from core.frames import MissingPackageError
-    from core.law_choice import with_law
-    from core.loading import (
+    from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
+    from slipgrasp.core.run.batch import simulate_many
+    from slipgrasp.core.run.result import Metrics, RunResult, RunSummary
+    from slipgrasp.core.run.simulation import Simulation
+    from slipgrasp.core.run.simulator import simulate
+    from slipgrasp.core.scenario import Patch, Pulse, Scenario
+    from slipgrasp.core.scenario.law_choice import with_law
+    from slipgrasp.core.scenario.loading import (
         load_scenario,
         preset_names,
         scenario_from_mapping,
         scenario_to_toml,
         with_values,
     )
-    from core.margin import Margin, MarginError, find_margin
-    from core.result import Metrics, RunResult, RunSummary
-    from core.scenario import Patch, Pulse, Scenario
-    from core.simulation import Simulation
-    from core.simulator import simulate
-    from core.study.definition import Study
-    from core.study.loading import load_study, study_from_mapping
-    from core.trace import SIGNALS, Trace
-    from core.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
-    from recordings.comparison import Comparison, IncomparableError, compare
-    from recordings.exceptions import RecordingError
-    from recordings.export import write_csv, write_npz, write_parquet
-    from recordings.reader import read_recording as open_recording
-    from recordings.study.campaign import run_study
-    from recordings.study.rebuild import rebuild_run
-    from recordings.study.results import StudyResults
-    from recordings.study.results import read_results as open_study
-    from recordings.verification import Verification, verify
-    from recordings.writer import write_recording
+    from slipgrasp.core.study.definition import Study
+    from slipgrasp.core.study.loading import load_study, study_from_mapping
+    from slipgrasp.core.study.margin import Margin, MarginError, find_margin
+    from slipgrasp.core.trace.frames import MissingPackageError
+    from slipgrasp.core.trace.trace import SIGNALS, Trace
+    from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
+    from slipgrasp.recordings.compare.comparison import Comparison, IncomparableError, compare
+    from slipgrasp.recordings.compare.verification import Verification, verify
+    from slipgrasp.recordings.exceptions import RecordingError
+    from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
+    from slipgrasp.recordings.file.reader import read_recording as open_recording
+    from slipgrasp.recordings.file.writer import write_recording
+    from slipgrasp.recordings.study.campaign import run_study
+    from slipgrasp.recordings.study.rebuild import rebuild_run
+    from slipgrasp.recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.results import read_results as open_study
 
 __all__ = [
     "SIGNALS",
@@ -96,52 +96,52 @@ __all__ = [
 ]
 
 _ORIGINS = {
-    "SIGNALS": "core.trace",
-    "Comparison": "recordings.comparison",
-    "ContactPhase": "core.types",
-    "IncomparableError": "recordings.comparison",
-    "Margin": "core.margin",
-    "MarginError": "core.margin",
-    "Metrics": "core.result",
-    "MissingPackageError": "core.frames",
-    "Outcome": "core.types",
-    "Patch": "core.scenario",
-    "PhaseChange": "core.types",
-    "Pulse": "core.scenario",
-    "Reason": "core.types",
-    "RecordingError": "recordings.exceptions",
-    "RunResult": "core.result",
-    "RunSummary": "core.result",
-    "RunWarning": "core.types",
-    "Scenario": "core.scenario",
-    "ScenarioError": "core.exceptions",
-    "Simulation": "core.simulation",
-    "SlipgraspError": "core.exceptions",
-    "Study": "core.study.definition",
-    "StudyResults": "recordings.study.results",
-    "Trace": "core.trace",
-    "Verification": "recordings.verification",
-    "compare": "recordings.comparison",
-    "find_margin": "core.margin",
-    "load_scenario": "core.loading",
-    "load_study": "core.study.loading",
-    "open_recording": "recordings.reader:read_recording",
-    "open_study": "recordings.study.results:read_results",
-    "preset_names": "core.loading",
-    "rebuild_run": "recordings.study.rebuild",
-    "run_study": "recordings.study.campaign",
-    "scenario_from_mapping": "core.loading",
-    "scenario_to_toml": "core.loading",
-    "simulate": "core.simulator",
-    "simulate_many": "core.batch",
-    "study_from_mapping": "core.study.loading",
-    "verify": "recordings.verification",
-    "with_law": "core.law_choice",
-    "with_values": "core.loading",
-    "write_csv": "recordings.export",
-    "write_npz": "recordings.export",
-    "write_parquet": "recordings.export",
-    "write_recording": "recordings.writer",
+    "SIGNALS": "slipgrasp.core.trace.trace",
+    "Comparison": "slipgrasp.recordings.compare.comparison",
+    "ContactPhase": "slipgrasp.core.trace.types",
+    "IncomparableError": "slipgrasp.recordings.compare.comparison",
+    "Margin": "slipgrasp.core.study.margin",
+    "MarginError": "slipgrasp.core.study.margin",
+    "Metrics": "slipgrasp.core.run.result",
+    "MissingPackageError": "slipgrasp.core.trace.frames",
+    "Outcome": "slipgrasp.core.trace.types",
+    "Patch": "slipgrasp.core.scenario",
+    "PhaseChange": "slipgrasp.core.trace.types",
+    "Pulse": "slipgrasp.core.scenario",
+    "Reason": "slipgrasp.core.trace.types",
+    "RecordingError": "slipgrasp.recordings.exceptions",
+    "RunResult": "slipgrasp.core.run.result",
+    "RunSummary": "slipgrasp.core.run.result",
+    "RunWarning": "slipgrasp.core.trace.types",
+    "Scenario": "slipgrasp.core.scenario",
+    "ScenarioError": "slipgrasp.core.exceptions",
+    "Simulation": "slipgrasp.core.run.simulation",
+    "SlipgraspError": "slipgrasp.core.exceptions",
+    "Study": "slipgrasp.core.study.definition",
+    "StudyResults": "slipgrasp.recordings.study.results",
+    "Trace": "slipgrasp.core.trace.trace",
+    "Verification": "slipgrasp.recordings.compare.verification",
+    "compare": "slipgrasp.recordings.compare.comparison",
+    "find_margin": "slipgrasp.core.study.margin",
+    "load_scenario": "slipgrasp.core.scenario.loading",
+    "load_study": "slipgrasp.core.study.loading",
+    "open_recording": "slipgrasp.recordings.file.reader:read_recording",
+    "open_study": "slipgrasp.recordings.study.results:read_results",
+    "preset_names": "slipgrasp.core.scenario.loading",
+    "rebuild_run": "slipgrasp.recordings.study.rebuild",
+    "run_study": "slipgrasp.recordings.study.campaign",
+    "scenario_from_mapping": "slipgrasp.core.scenario.loading",
+    "scenario_to_toml": "slipgrasp.core.scenario.loading",
+    "simulate": "slipgrasp.core.run.simulator",
+    "simulate_many": "slipgrasp.core.run.batch",
+    "study_from_mapping": "slipgrasp.core.study.loading",
+    "verify": "slipgrasp.recordings.compare.verification",
+    "with_law": "slipgrasp.core.scenario.law_choice",
+    "with_values": "slipgrasp.core.scenario.loading",
+    "write_csv": "slipgrasp.recordings.export",
+    "write_npz": "slipgrasp.recordings.export",
+    "write_parquet": "slipgrasp.recordings.export",
+    "write_recording": "slipgrasp.recordings.file.writer",
 }
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from core.simulator import prepare_kernel
+from slipgrasp.core.run.simulator import prepare_kernel
 from tests.ensure_programs import FLAGS, HOW_TO_FIX, find_chromium
 from tests.waiting import PATIENCE
 
@@ -64,8 +64,8 @@ class ForwardClock(datetime):
 def clock() -> Iterator[None]:
     """What is made later is listed as newer: lists go by the moments written in recordings."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("recordings.store.datetime", ForwardClock)
-        patch.setattr("recordings.study.study_store.datetime", ForwardClock)
+        patch.setattr("slipgrasp.recordings.store.store.datetime", ForwardClock)
+        patch.setattr("slipgrasp.recordings.study.study_store.datetime", ForwardClock)
         yield
 
 

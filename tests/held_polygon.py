@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from core.loading import load_scenario, scenario_from_mapping
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 
 __all__ = ["CORNERS", "held_polygon"]
 

@@ -8,13 +8,13 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 from starlette.concurrency import run_in_threadpool
 
-from server.app import create_app
-from server.settings import Settings
-from server.viewer_relay import add_viewer_routes
-from web.dashboard import Dashboard
-from web.library.replay import Source
-from web.page.head import head_html
-from web.page.routes import add_page_routes
+from slipgrasp.server.app import create_app
+from slipgrasp.server.settings import Settings
+from slipgrasp.server.viewer.viewer_relay import add_viewer_routes
+from slipgrasp.web.dashboard import Dashboard
+from slipgrasp.web.model.replay import Source
+from slipgrasp.web.page.head import head_html
+from slipgrasp.web.page.routes import add_page_routes
 
 __all__ = ["create_dashboard_app"]
 

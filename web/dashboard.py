@@ -8,17 +8,17 @@ import warnings
 import numpy as np
 import viser
 
-from server.run_service import RunService
-from server.study_service import StudyService
-from server.viewer_server import ViewerServer
-from web.camera import FIELD_OF_VIEW, Picture, frame_box
-from web.library.replay import Source
-from web.pacing import FramePacer
-from web.page.session_directory import SessionDirectory
-from web.scenario.saved_runs import SavedRuns
-from web.services import Services
-from web.session import Session
-from web.theme import apply_theme
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.camera import FIELD_OF_VIEW, Picture, frame_box
+from slipgrasp.web.model.pacing import FramePacer
+from slipgrasp.web.model.replay import Source
+from slipgrasp.web.page.session_directory import SessionDirectory
+from slipgrasp.web.page.theme import apply_theme
+from slipgrasp.web.services import Services
+from slipgrasp.web.session import Session
+from slipgrasp.web.workers.saved_runs import SavedRuns
 
 __all__ = ["Dashboard"]
 

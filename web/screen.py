@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import viser
 
-from web.camera import FrontCamera
-from web.intents.intent import Send
-from web.intents.picture import CameraMoved
-from web.panels.beacon_panel import BeaconPanel
-from web.panels.charts_panel import ChartsPanel
-from web.panels.compare_panel import ComparePanel
-from web.panels.export_panel import ExportPanel
-from web.panels.knobs_panel import KnobsPanel
-from web.panels.look_panel import LookPanel
-from web.panels.outcome_panel import OutcomePanel
-from web.panels.playback_panel import PlaybackPanel
-from web.panels.recordings_panel import RecordingsPanel
-from web.panels.scenario_file_panel import ScenarioFilePanel
-from web.panels.scenario_panel import ScenarioPanel
-from web.panels.study_panel import StudyPanel
-from web.room import MARGIN, guess_room, panel_sizes
-from web.scene.scene import Scene
-from web.theme import apply_theme
-from web.view import Shown, ViewState
+from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.picture import CameraMoved
+from slipgrasp.web.model.room import MARGIN, guess_room, panel_sizes
+from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.page.theme import apply_theme
+from slipgrasp.web.panels.beacon_panel import BeaconPanel
+from slipgrasp.web.panels.charts_panel import ChartsPanel
+from slipgrasp.web.panels.compare_panel import ComparePanel
+from slipgrasp.web.panels.export_panel import ExportPanel
+from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.look_panel import LookPanel
+from slipgrasp.web.panels.outcome_panel import OutcomePanel
+from slipgrasp.web.panels.playback_panel import PlaybackPanel
+from slipgrasp.web.panels.recordings_panel import RecordingsPanel
+from slipgrasp.web.panels.scenario_file_panel import ScenarioFilePanel
+from slipgrasp.web.panels.scenario_panel import ScenarioPanel
+from slipgrasp.web.panels.study_panel import StudyPanel
+from slipgrasp.web.scene.scene import Scene
 
 __all__ = ["Screen"]
 

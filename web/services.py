@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from server.run_service import RunService
-from server.study_service import StudyService
-from web.pacing import FramePacer
-from web.page.session_directory import SessionDirectory
-from web.scenario.saved_runs import SavedRuns
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.web.model.pacing import FramePacer
+from slipgrasp.web.page.session_directory import SessionDirectory
+from slipgrasp.web.workers.saved_runs import SavedRuns
 
 __all__ = ["Services"]
 

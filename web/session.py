@@ -13,27 +13,27 @@ from itertools import chain
 
 import viser
 
-from web.camera import FrontCamera
-from web.desks.charts_desk import ChartsDesk
-from web.desks.compare_desk import CompareDesk
-from web.desks.desk import Desk, Worker
-from web.desks.export_desk import ExportDesk
-from web.desks.link_desk import LinkDesk
-from web.desks.picture_desk import PictureDesk
-from web.desks.playback_desk import PlaybackDesk
-from web.desks.recordings_desk import RecordingsDesk
-from web.desks.run_desk import RunDesk
-from web.desks.scenario_desk import ScenarioDesk
-from web.desks.study_desk import StudyDesk
-from web.export.state import ExportFile
-from web.intents.intent import Close, Intent
-from web.intents.mailbox import Mailbox
-from web.library.replay import Source
-from web.scenario.draft import Draft
-from web.screen import Screen
-from web.services import Services
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.export import ExportFile
+from slipgrasp.web.model.intents.intent import Close, Intent
+from slipgrasp.web.model.intents.mailbox import Mailbox
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.replay import Source
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.reducers.charts import ChartsDesk
+from slipgrasp.web.reducers.compare import CompareDesk
+from slipgrasp.web.reducers.export import ExportDesk
+from slipgrasp.web.reducers.link import LinkDesk
+from slipgrasp.web.reducers.picture import PictureDesk
+from slipgrasp.web.reducers.playback import PlaybackDesk
+from slipgrasp.web.reducers.recordings import RecordingsDesk
+from slipgrasp.web.reducers.reducer import Desk, Worker
+from slipgrasp.web.reducers.runs import RunDesk
+from slipgrasp.web.reducers.scenario import ScenarioDesk
+from slipgrasp.web.reducers.study import StudyDesk
+from slipgrasp.web.screen import Screen
+from slipgrasp.web.services import Services
 
 __all__ = ["Session"]
 

@@ -21,12 +21,13 @@ from mcap.records import Channel, Schema
 from benchmarks.faults.damage import small_run
 from benchmarks.memory import peak_memory
 from benchmarks.report import Table
-from core.loading import load_scenario
-from core.provenance import present_provenance
-from core.trace import TraceShape
-from recordings.chunks import ChunkWriter
-from recordings.container import MAGIC, McapContainer
-from recordings.documents import (
+from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.file.chunks import ChunkWriter
+from slipgrasp.recordings.file.container import MAGIC, McapContainer
+from slipgrasp.recordings.file.documents import (
     PROFILE,
     SCENARIO_ATTACHMENT,
     START,
@@ -36,9 +37,8 @@ from recordings.documents import (
     start_document,
     stop_document,
 )
-from recordings.exceptions import RecordingError
-from recordings.foxglove import FrameClock
-from recordings.reader import read_recording, read_unfinished
+from slipgrasp.recordings.file.foxglove import FrameClock
+from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 
 __all__ = ["BOMBS", "Defused", "defuse", "defuse_all", "write_bombs"]
 

@@ -8,13 +8,13 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from recordings.atomic_file import part_of
-from recordings.exceptions import RecordingError
-from recordings.reader import read_recording, read_unfinished
-from recordings.writer import RecordingWriter, write_recording
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
 __all__ = [
     "Cuts",

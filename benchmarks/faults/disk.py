@@ -17,16 +17,16 @@ from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 from benchmarks.faults.damage import assert_prefix
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
-from core.types import Outcome
-from recordings import atomic_file, recorder
-from recordings.exceptions import RecordingError
-from recordings.reader import read_recording, read_unfinished
-from recordings.recorder import record
-from recordings.writer import write_recording
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.file import atomic_file, recorder
+from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.file.recorder import record
+from slipgrasp.recordings.file.writer import write_recording
 
 __all__ = [
     "KINDS",

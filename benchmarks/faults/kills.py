@@ -18,13 +18,13 @@ from mcap.exceptions import McapError
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
-from recordings.atomic_file import part_of
-from recordings.reader import read_unfinished
-from recordings.recorder import record
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.reader import read_unfinished
+from slipgrasp.recordings.file.recorder import record
 
 __all__ = ["Kills", "kill_writers", "long_scenario"]
 
@@ -32,7 +32,7 @@ _WRITER = """
 import sys
 from pathlib import Path
 from benchmarks.faults.kills import long_scenario
-from recordings.recorder import record
+from slipgrasp.recordings.file.recorder import record
 record(long_scenario(float(sys.argv[2])), Path(sys.argv[1]))
 """
 

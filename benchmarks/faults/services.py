@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from recordings.recovery import RECORDING_SUFFIX
+from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX
 
 __all__ = ["ServiceKills", "kill_services", "start_service"]
 

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.processes import family_of
-from core.executors import Executor, make_executor
-from core.loading import load_scenario
-from core.study.definition import Study
-from core.study.loading import study_from_mapping
-from recordings.study.conductor import conduct
-from recordings.study.writer import StudyWriter
+from slipgrasp.core.executors import Executor, make_executor
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.writer import StudyWriter
 
 __all__ = ["WorkerKills", "kill_workers"]
 

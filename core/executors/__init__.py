@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from core.executors.executor import (
+from slipgrasp.core.executors.executor import (
     AHEAD,
     ATTEMPTS,
     Cancelled,
@@ -17,8 +17,8 @@ from core.executors.executor import (
     ShouldStop,
     TaskFunction,
 )
-from core.executors.inline import InlineExecutor
-from core.executors.processes import ProcessExecutor
+from slipgrasp.core.executors.inline import InlineExecutor
+from slipgrasp.core.executors.processes import ProcessExecutor
 
 __all__ = [
     "AHEAD",
@@ -62,7 +62,7 @@ def make_executor(specification: str = "processes", *, workers: int | None = Non
         )
     if specification == "inline":
         return InlineExecutor()
-    from core.executors.dask_cluster import DaskExecutor
+    from slipgrasp.core.executors.dask_cluster import DaskExecutor
 
     address = None if match is None else f"tcp://{match[1]}:{match[2]}"
     return DaskExecutor(address, workers=workers)

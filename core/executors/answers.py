@@ -8,8 +8,8 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, cast
 
-from core.executors.executor import Cancelled, ExecutorError, ShouldStop, TaskFunction
-from core.executors.messages import Kind, Message
+from slipgrasp.core.executors.executor import Cancelled, ExecutorError, ShouldStop, TaskFunction
+from slipgrasp.core.executors.messages import Kind, Message
 
 __all__ = ["ask", "do", "open_answer", "reply_with"]
 

@@ -11,9 +11,9 @@ from importlib.util import find_spec
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from core.executors.answers import ask, do, open_answer, reply_with
-from core.executors.dask_connection import DaskConnection
-from core.executors.executor import (
+from slipgrasp.core.executors.answers import ask, do, open_answer, reply_with
+from slipgrasp.core.executors.dask_connection import DaskConnection
+from slipgrasp.core.executors.executor import (
     ATTEMPTS,
     Cancelled,
     Executor,
@@ -24,11 +24,11 @@ from core.executors.executor import (
     never,
     only_caller,
 )
-from core.executors.messages import Message
-from core.executors.processes import MAX_WORKERS
-from core.executors.window import Attempt, Window, window_length
-from core.processors import available_processors
-from core.simulator import prepare_kernel
+from slipgrasp.core.executors.messages import Message
+from slipgrasp.core.executors.processes import MAX_WORKERS
+from slipgrasp.core.executors.window import Attempt, Window, window_length
+from slipgrasp.core.processors import available_processors
+from slipgrasp.core.run.simulator import prepare_kernel
 
 if TYPE_CHECKING:
     import distributed
@@ -52,7 +52,7 @@ class _Answer(NamedTuple):
 
 
 class DaskExecutor(Executor):
-    """Does tasks on a Dask cluster; see `core.executors.executor.Executor`.
+    """Does tasks on a Dask cluster; see `slipgrasp.core.executors.executor.Executor`.
 
     The first `map` or `prepare` connects to the scheduler, or starts a cluster on this
     machine. Workers may come and go.
@@ -98,7 +98,7 @@ class DaskExecutor(Executor):
         *,
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        """Does all tasks; see `core.executors.executor.Executor.map`."""
+        """Does all tasks; see `slipgrasp.core.executors.executor.Executor.map`."""
         with only_caller(self._at_work, "the Dask cluster is"):
             connection = self._connected(should_stop)
             if connection is None:

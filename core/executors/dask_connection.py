@@ -8,7 +8,7 @@ import time
 import warnings
 from typing import TYPE_CHECKING, cast
 
-from core.executors.executor import ExecutorError
+from slipgrasp.core.executors.executor import ExecutorError
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
@@ -123,9 +123,9 @@ class DaskConnection:
 
 def describe_installation() -> dict[str, str]:
     """What must be the same here and on a worker; loads the kernel."""
-    from core.kernel.cache import kernel_name
-    from core.provenance import program_version
-    from core.simulator import prepare_kernel
+    from slipgrasp.core.kernel.cache import kernel_name
+    from slipgrasp.core.run.provenance import program_version
+    from slipgrasp.core.run.simulator import prepare_kernel
 
     prepare_kernel()
     return {
@@ -139,7 +139,7 @@ def _start_cluster(workers: int) -> LocalCluster:
     from dask import config
     from distributed import LocalCluster
 
-    from core.kernel.cache import ROOT_VARIABLE, cache_root
+    from slipgrasp.core.kernel.cache import ROOT_VARIABLE, cache_root
 
     settings = {
         # A task is told from those that wait behind it when their worker dies.

@@ -9,7 +9,7 @@ from threading import Lock
 from types import TracebackType
 from typing import Generic, Protocol, Self, TypeVar
 
-from core.exceptions import SlipgraspError
+from slipgrasp.core.exceptions import SlipgraspError
 
 __all__ = [
     "AHEAD",

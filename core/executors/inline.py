@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
-from core.executors.executor import (
+from slipgrasp.core.executors.executor import (
     Cancelled,
     Executor,
     Finished,
@@ -22,14 +22,14 @@ Result = TypeVar("Result")
 
 
 class InlineExecutor(Executor):
-    """Does tasks where they are asked for; see `core.executors.executor.Executor`."""
+    """Does tasks where they are asked for; see `slipgrasp.core.executors.executor.Executor`."""
 
     name = "inline"
     num_workers = 1
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
         """Loads the kernel."""
-        from core.simulator import prepare_kernel
+        from slipgrasp.core.run.simulator import prepare_kernel
 
         started = time.perf_counter()
         prepare_kernel()

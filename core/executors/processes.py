@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from core.executors.answers import ask, open_answer
-from core.executors.executor import (
+from slipgrasp.core.executors.answers import ask, open_answer
+from slipgrasp.core.executors.executor import (
     ATTEMPTS,
     Executor,
     ExecutorError,
@@ -19,10 +19,10 @@ from core.executors.executor import (
     never,
     only_caller,
 )
-from core.executors.messages import Kind
-from core.executors.window import Window, window_length
-from core.executors.worker_process import Event, WorkerProcess
-from core.processors import available_processors
+from slipgrasp.core.executors.messages import Kind
+from slipgrasp.core.executors.window import Window, window_length
+from slipgrasp.core.executors.worker_process import Event, WorkerProcess
+from slipgrasp.core.processors import available_processors
 
 __all__ = ["MAX_WORKERS", "ProcessExecutor"]
 
@@ -38,7 +38,7 @@ _STARTS = 3  # workers that end one after the other before they are ready
 
 
 class ProcessExecutor(Executor):
-    """Does tasks in processes; see `core.executors.executor.Executor`.
+    """Does tasks in processes; see `slipgrasp.core.executors.executor.Executor`.
 
     They are started when they are first needed and stay warm from one `map` to the next. A
     worker that dies is replaced, and harms no other.
@@ -85,7 +85,7 @@ class ProcessExecutor(Executor):
         *,
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        """Does all tasks; see `core.executors.executor.Executor.map`."""
+        """Does all tasks; see `slipgrasp.core.executors.executor.Executor.map`."""
         window = Window(tasks, window_length(self.num_workers))
         with only_caller(self._at_work, "the worker processes are"):
             self._round += 1
@@ -110,7 +110,7 @@ class ProcessExecutor(Executor):
 
     def _compile_kernel(self, should_stop: ShouldStop) -> bool:
         """Compiles the kernel once for all workers; False if asked to stop meanwhile."""
-        from core.simulator import kernel_is_cached, prepare_kernel
+        from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
 
         if kernel_is_cached():
             return True

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable
 from typing import Generic, NamedTuple, TypeVar
 
-from core.executors.executor import AHEAD, ATTEMPTS
+from slipgrasp.core.executors.executor import AHEAD, ATTEMPTS
 
 __all__ = ["Attempt", "Window", "window_length"]
 

@@ -14,8 +14,8 @@ from contextlib import suppress
 from functools import partial
 from typing import BinaryIO
 
-from core.executors.answers import do, reply_with
-from core.executors.messages import Kind, Message, read_message, write_message
+from slipgrasp.core.executors.answers import do, reply_with
+from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
 __all__ = ["serve"]
 
@@ -28,7 +28,7 @@ def serve() -> None:
     if hasattr(os, "nice"):
         os.nice(NICENESS)
     requests, replies = _take_streams()
-    from core.simulator import prepare_kernel
+    from slipgrasp.core.run.simulator import prepare_kernel
 
     prepare_kernel()
     with suppress(OSError):

@@ -19,13 +19,13 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import BinaryIO, NamedTuple, cast
 
-from core.executors.messages import Kind, Message, read_message, write_message
+from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
 __all__ = ["Event", "WorkerProcess"]
 
 _PROGRAM = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from core.executors.worker import serve; serve()"
+    "from slipgrasp.core.executors.worker import serve; serve()"
 )
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _PATIENCE = 2.0  # [s] until a process that should end by itself is killed
@@ -110,7 +110,7 @@ class WorkerProcess:
 
 def _environment() -> dict[str, str]:
     """One thread each, and the same folder of machine code."""
-    from core.kernel.cache import ROOT_VARIABLE, cache_root
+    from slipgrasp.core.kernel.cache import ROOT_VARIABLE, cache_root
 
     threads = dict.fromkeys(_THREAD_VARIABLES, "1")
     return {**os.environ, **threads, ROOT_VARIABLE: str(cache_root())}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
-from core.kernel.jump import (
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
+from slipgrasp.core.kernel.jump import (
     EVENT_STALL,
     LEFT_FACE,
     MAX_STEPS,
@@ -22,10 +22,10 @@ from core.kernel.jump import (
     restart_flow,
     select_again,
 )
-from core.kernel.jump import SINGULAR as FINGER_SINGULAR
-from core.kernel.model import MODEL
-from core.kernel.records import Record
-from core.kernel.run import (
+from slipgrasp.core.kernel.jump import SINGULAR as FINGER_SINGULAR
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import (
     CHANGE_CAPACITY,
     OUTLET,
     PROGRESS,
@@ -36,11 +36,11 @@ from core.kernel.run import (
     evaluate_at,
     keep_old,
 )
-from core.kernel.sensing import noise_used_up
-from core.kernel.stepper import take_step
-from core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
-from core.kernel.stretch import begin_stretch
-from core.kernel.tick import apply_command, control_tick, next_command, next_tick
+from slipgrasp.core.kernel.sensing import noise_used_up
+from slipgrasp.core.kernel.stepper import take_step
+from slipgrasp.core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
+from slipgrasp.core.kernel.stretch import begin_stretch
+from slipgrasp.core.kernel.tick import apply_command, control_tick, next_command, next_tick
 
 STALLED = 1e-9
 MAX_STALLS = 20

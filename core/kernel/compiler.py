@@ -26,8 +26,13 @@ from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-from core.kernel.cache import ROOT_VARIABLE, cache_root, functions_in_cache, in_cache_folder
-from core.kernel.records import Record
+from slipgrasp.core.kernel.cache import (
+    ROOT_VARIABLE,
+    cache_root,
+    functions_in_cache,
+    in_cache_folder,
+)
+from slipgrasp.core.kernel.records import Record
 
 __all__ = [
     "call",
@@ -188,7 +193,7 @@ def compile_from_the_end() -> None:
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
-    command = "from core.kernel.entry import compile_from_the_end as go; go()"
+    command = "from slipgrasp.core.kernel.entry import compile_from_the_end as go; go()"
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = {**os.environ, "PYTHONPATH": path, ROOT_VARIABLE: str(cache_root())}
     nothing = subprocess.DEVNULL

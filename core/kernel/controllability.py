@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.model import MODEL
-from core.kernel.records import Floats, Record
-from core.kernel.workspace import DISCRETE, WORKSPACE
-from core.kernel.wrench import assemble_rows
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.wrench import assemble_rows
 
 DEPENDENT = 1e-10
 

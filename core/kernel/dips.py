@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.flow import flow
-from core.kernel.guards import (
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.guards import (
     NEAR_SINGULAR,
     NORMAL_FORCE,
     PER_CONTACT,
@@ -24,10 +24,10 @@ from core.kernel.guards import (
     guard_value,
     sample_guards,
 )
-from core.kernel.model import MODEL
-from core.kernel.records import Record
-from core.kernel.run import PROGRESS
-from core.kernel.stepper import interpolate, prepare_interpolant
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import PROGRESS
+from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant
 
 # A guard is looked at where its least value may come this near to its level, as a share of the
 # range of its values in the step: by the values alone, and by the lines through them.

@@ -6,7 +6,7 @@ and their program dop853.f.
 
 from __future__ import annotations
 
-from core.kernel.methods import pack_method
+from slipgrasp.core.kernel.methods import pack_method
 
 __all__ = ["DOP853"]
 

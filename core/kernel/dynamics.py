@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.compiler import compiled
-from core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 
 # Apparent inertia and bias force of the fingers at their tips.
 TIP_DYNAMICS = np.dtype(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from core.kernel import advance as hybrid
-from core.kernel.compiler import call, compile_from_the_end, prepare_units, share_ready
-from core.kernel.records import Record
+from slipgrasp.core.kernel import advance as hybrid
+from slipgrasp.core.kernel.compiler import call, compile_from_the_end, prepare_units, share_ready
+from slipgrasp.core.kernel.records import Record
 
 __all__ = ["advance", "compile_from_the_end", "prepare", "share_ready"]
 
@@ -30,7 +30,7 @@ def advance(
     same_ticks: bool,
     max_steps: int,
 ) -> int:
-    """Advances a run in compiled code, without the GIL; see `core.kernel.advance.advance`."""
+    """Advances a run in compiled code, without the GIL (`slipgrasp.core.kernel.advance`)."""
     flags = int(first), int(same_ticks)
     status: int = call(hybrid.advance, model, run, outlet, t_stop, *flags, max_steps)
     return status

@@ -8,15 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from core.kernel import dynamics, kinematics, law, motion, reduced
-from core.kernel.compiler import call, from_python
-from core.kernel.controllability import find_controllable
-from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
-from core.kernel.model import pack_model
-from core.kernel.records import STATE, Floats, Record, make_record
-from core.kernel.regressor import multiply_regressor
-from core.kernel.workspace import DISCRETE, WORKSPACE
-from core.scenario import Scenario
+from slipgrasp.core.kernel import dynamics, kinematics, law, motion, reduced
+from slipgrasp.core.kernel.compiler import call, from_python
+from slipgrasp.core.kernel.controllability import find_controllable
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
+from slipgrasp.core.kernel.model import pack_model
+from slipgrasp.core.kernel.records import STATE, Floats, Record, make_record
+from slipgrasp.core.kernel.regressor import multiply_regressor
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario import Scenario
 
 __all__ = ["StateEvaluation", "evaluate_motion", "evaluate_state"]
 

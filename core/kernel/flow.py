@@ -5,23 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.controllers.composite import COMPOSITE_MEMORY
-from core.kernel.controllers.interface import adapt, adapt_at_tick, command
-from core.kernel.dynamics import combine_links, update_unit_dynamics
-from core.kernel.kinematics import to_contact_frame, update_kinematics
-from core.kernel.law import believe, demand_acceleration
-from core.kernel.linear import factor, solve
-from core.kernel.model import MODEL
-from core.kernel.records import STATE, Record
-from core.kernel.reduced import (
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
+from slipgrasp.core.kernel.controllers.interface import adapt, adapt_at_tick, command
+from slipgrasp.core.kernel.dynamics import combine_links, update_unit_dynamics
+from slipgrasp.core.kernel.kinematics import to_contact_frame, update_kinematics
+from slipgrasp.core.kernel.law import believe, demand_acceleration
+from slipgrasp.core.kernel.linear import factor, solve
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import STATE, Record
+from slipgrasp.core.kernel.reduced import (
     apply_tip_forces,
     assemble_bias,
     assemble_inertia,
     inertial_force,
     torques_to_forces,
 )
-from core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.kinematics import to_inertial_frame
-from core.kernel.model import MODEL
-from core.kernel.quadratic import largest_violation, solve_quadratic
-from core.kernel.records import Floats, Integers, Record
-from core.kernel.workspace import DISCRETE, WORKSPACE
-from core.kernel.wrench import assemble_rows
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.quadratic import largest_violation, solve_quadratic
+from slipgrasp.core.kernel.records import Floats, Integers, Record
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.wrench import assemble_rows
 
 # Where not all limits can be met: how little the violation weighs in each row. It is found to
 # a relative accuracy of the square of this.

@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.model import MODEL
-from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
-from core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
 PER_CONTACT = 4
@@ -22,7 +22,8 @@ MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1
 
 FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
 VELOCITY_BAND, VELOCITY_NOISE = 1e-9, 1e-13
-# As wide as the edge of a patch (core.segments): tips that cross theirs together do so at once.
+# As wide as the edge of a patch (slipgrasp.core.run.segments): tips that cross theirs together
+# do so at once.
 SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
 # Of an estimate at its bound, and of the rate that holds it there.
 ESTIMATE_BAND = 1e-9

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.flow import flow
-from core.kernel.guards import ESTIMATE_BAND, FACE, PER_CONTACT, PHASE, arm_guards
-from core.kernel.model import MODEL
-from core.kernel.opening import find_opening
-from core.kernel.records import Record
-from core.kernel.run import (
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.guards import ESTIMATE_BAND, FACE, PER_CONTACT, PHASE, arm_guards
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.opening import find_opening
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import (
     AMBIGUITIES,
     CLAMPED,
     FIRST_STEP,
@@ -24,7 +24,7 @@ from core.kernel.run import (
     pass_output_times,
     warn,
 )
-from core.kernel.selection import (
+from slipgrasp.core.kernel.selection import (
     AMBIGUOUS,
     NONE_CONSISTENT,
     NONE_REGULAR,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.compiler import compiled
-from core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 
 LEAST_SINE = 1e-3
 

@@ -6,10 +6,10 @@ friction reach it only through `Truth` sets in which the unknown entries are rep
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
-from core.kernel.motion import desired_motion
-from core.kernel.records import Integers, Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.motion import desired_motion
+from slipgrasp.core.kernel.records import Integers, Record
 
 LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.compiler import compiled
-from core.kernel.records import MAX_COORDINATES, Floats, Integers, Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import MAX_COORDINATES, Floats, Integers, Record
 
 # Factors of the reduced inertia M~ in its moving coordinates: those of the object and of the
 # slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out. Where all

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from core.geometry import contact_frame
-from core.kernel.controllers.kinds import KINDS
-from core.kernel.dop853 import DOP853
-from core.kernel.methods import DOPRI5, METHOD
-from core.kernel.motion import MOTION, pack_motion
-from core.kernel.records import (
+from slipgrasp.core.kernel.controllers.kinds import KINDS
+from slipgrasp.core.kernel.dop853 import DOP853
+from slipgrasp.core.kernel.methods import DOPRI5, METHOD
+from slipgrasp.core.kernel.motion import MOTION, pack_motion
+from slipgrasp.core.kernel.records import (
     MAX_COORDINATES,
     MAX_FINGERS,
     MAX_UNKNOWNS,
@@ -23,9 +22,10 @@ from core.kernel.records import (
     Record,
     make_record,
 )
-from core.kernel.sensors import ACTUATORS, SENSORS, pack_actuators, pack_sensors
-from core.scenario import ControllerParameters, Scenario
-from core.unknowns import parse_unknown
+from slipgrasp.core.kernel.sensors import ACTUATORS, SENSORS, pack_actuators, pack_sensors
+from slipgrasp.core.scenario import ControllerParameters, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.unknowns import parse_unknown
 
 __all__ = ["LAW", "MODEL", "TRUTH", "pack_model", "solve_lyapunov"]
 

@@ -1,13 +1,16 @@
-"""The desired motion of the object: the paper's, or pieces of any other (core/trajectory.py)."""
+"""The desired motion of the object: the paper's, or pieces of any other.
+
+The pieces are made in `slipgrasp.core.scenario.trajectory`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.compiler import compiled
-from core.kernel.records import Record
-from core.scenario import TrajectoryParameters
-from core.trajectory import DEGREE, MAX_PIECES, pieces_of
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.scenario import TrajectoryParameters
+from slipgrasp.core.scenario.trajectory import DEGREE, MAX_PIECES, pieces_of
 
 __all__ = ["MOTION", "desired_motion", "pack_motion"]
 

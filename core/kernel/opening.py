@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.flow import solve_plant, update_command, update_mechanics
-from core.kernel.kinematics import to_contact_frame
-from core.kernel.model import MODEL
-from core.kernel.records import STATE, Record
-from core.kernel.reduced import tip_acceleration, torques_to_forces
-from core.kernel.selection import REST_SPEED, SELECTION_ROOM, distance_inside
-from core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
+from slipgrasp.core.kernel.kinematics import to_contact_frame
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import STATE, Record
+from slipgrasp.core.kernel.reduced import tip_acceleration, torques_to_forces
+from slipgrasp.core.kernel.selection import REST_SPEED, SELECTION_ROOM, distance_inside
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 LEAST_GAP = 1e-9  # [m/s^2]
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 
 __all__ = ["MAX_ROWS", "MAX_SIZE", "QUADRATIC", "largest_violation", "solve_quadratic"]
 

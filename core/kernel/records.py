@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scenario import MAX_FINGERS, MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_FINGERS, MAX_UNKNOWNS
 
 __all__ = [
     "MAX_COORDINATES",

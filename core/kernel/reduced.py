@@ -6,8 +6,8 @@ delta = C D^T = x_c + gamma mu n points along the edge of the friction cone; D i
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.records import Floats, Integers, Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import Floats, Integers, Record
 
 
 @compiled

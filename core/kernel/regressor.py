@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.kinematics import to_contact_frame
-from core.kernel.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
-from core.kernel.records import Floats, Record
-from core.kernel.reduced import cone_normal, inertial_force, tip_acceleration
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.kinematics import to_contact_frame
+from slipgrasp.core.kernel.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.kernel.reduced import cone_normal, inertial_force, tip_acceleration
 
 
 @compiled

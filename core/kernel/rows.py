@@ -1,23 +1,23 @@
-"""Writes one row of the trace, in the order of `core.trace.SIGNALS`."""
+"""Writes one row of the trace, in the order of `slipgrasp.core.trace.trace.SIGNALS`."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.controllability import find_controllable
-from core.kernel.dynamics import stored_energy
-from core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
-from core.kernel.guards import friction_margin, present_friction
-from core.kernel.kinematics import joint_angle
-from core.kernel.law import lyapunov_value, true_value
-from core.kernel.linear import condition
-from core.kernel.model import MODEL
-from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
-from core.kernel.reduced import forces_to_torques, torques_to_forces
-from core.kernel.workspace import DISCRETE, WORKSPACE
-from core.trace import TraceShape
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.controllability import find_controllable
+from slipgrasp.core.kernel.dynamics import stored_energy
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
+from slipgrasp.core.kernel.guards import friction_margin, present_friction
+from slipgrasp.core.kernel.kinematics import joint_angle
+from slipgrasp.core.kernel.law import lyapunov_value, true_value
+from slipgrasp.core.kernel.linear import condition
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
+from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.trace.trace import TraceShape
 
 LARGEST = 1e300
 MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS).num_columns

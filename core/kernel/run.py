@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import call, compiled, compiled_apart
-from core.kernel.controllers.composite import COMPOSITE_MEMORY
-from core.kernel.guards import GUARDS
-from core.kernel.model import MODEL
-from core.kernel.records import (
+from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
+from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
+from slipgrasp.core.kernel.guards import GUARDS
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import (
     MAX_FINGERS,
     MAX_UNKNOWNS,
     STATE,
@@ -18,13 +18,13 @@ from core.kernel.records import (
     make_record,
     make_unset_record,
 )
-from core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
-from core.kernel.selection import SELECTION_ROOM
-from core.kernel.sensing import NOISE_TICKS, SENSES
-from core.kernel.stepper import STEP
-from core.kernel.tally import TALLY, add_to_tally, make_tally
-from core.kernel.workspace import DISCRETE, WORKSPACE
-from core.scenario import MAX_CHATTER_CHANGES
+from slipgrasp.core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
+from slipgrasp.core.kernel.selection import SELECTION_ROOM
+from slipgrasp.core.kernel.sensing import NOISE_TICKS, SENSES
+from slipgrasp.core.kernel.stepper import STEP
+from slipgrasp.core.kernel.tally import TALLY, add_to_tally, make_tally
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario import MAX_CHATTER_CHANGES
 
 __all__ = [
     "OUTLET",

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.flow import flow
-from core.kernel.guards import FORCE_BAND, friction_margin
-from core.kernel.model import MODEL
-from core.kernel.records import MAX_FINGERS, STATE, Integers, Record
-from core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.guards import FORCE_BAND, friction_margin
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import MAX_FINGERS, STATE, Integers, Record
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
 _CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)

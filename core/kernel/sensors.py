@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
 
 __all__ = ["ACTUATORS", "SENSORS", "pack_actuators", "pack_sensors"]
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.flow import flow
-from core.kernel.guards import MAX_GUARDS, sample_guards
-from core.kernel.methods import DENSE_ROWS, MAX_SLOPES
-from core.kernel.model import MODEL
-from core.kernel.records import MAX_STATE, STATE, Floats, Record
-from core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
+from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import MAX_STATE, STATE, Floats, Record
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(

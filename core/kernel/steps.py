@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.dips import find_dip
-from core.kernel.dynamics import stored_energy
-from core.kernel.flow import flow
-from core.kernel.guards import (
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.dips import find_dip
+from slipgrasp.core.kernel.dynamics import stored_energy
+from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.guards import (
     find_fired,
     find_overlooked,
     is_past_event,
@@ -17,10 +17,10 @@ from core.kernel.guards import (
     least_fired,
     pass_step,
 )
-from core.kernel.kinematics import update_kinematics
-from core.kernel.model import MODEL
-from core.kernel.records import Record
-from core.kernel.run import (
+from slipgrasp.core.kernel.kinematics import update_kinematics
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import (
     OUTLET,
     OUTPUT_ROUNDING,
     PROGRESS,
@@ -29,7 +29,7 @@ from core.kernel.run import (
     evaluate_at,
     store_row,
 )
-from core.kernel.stepper import interpolate, prepare_interpolant, take_step
+from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant, take_step
 
 LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0

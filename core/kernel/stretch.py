@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.dynamics import stored_energy
-from core.kernel.flow import update_mechanics
-from core.kernel.jump import select_again
-from core.kernel.model import MODEL
-from core.kernel.records import Record
-from core.kernel.run import OUTLET, PROGRESS, emit, keep_old
-from core.kernel.tick import control_tick, leave_ticks, next_tick, restart_ticks
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.dynamics import stored_energy
+from slipgrasp.core.kernel.flow import update_mechanics
+from slipgrasp.core.kernel.jump import select_again
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import OUTLET, PROGRESS, emit, keep_old
+from slipgrasp.core.kernel.tick import control_tick, leave_ticks, next_tick, restart_ticks
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled_apart
-from core.kernel.guards import friction_margin
-from core.kernel.model import MODEL
-from core.kernel.records import MAX_FINGERS, Record, make_record
-from core.kernel.rows import ROW
-from core.kernel.workspace import WORKSPACE
+from slipgrasp.core.kernel.compiler import compiled_apart
+from slipgrasp.core.kernel.guards import friction_margin
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
+from slipgrasp.core.kernel.rows import ROW
+from slipgrasp.core.kernel.workspace import WORKSPACE
 
 __all__ = ["TALLY", "add_to_tally", "make_tally"]
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.flow import flow, learn_at_tick, update_command, update_mechanics
-from core.kernel.guards import arm_guards
-from core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, settle
-from core.kernel.model import MODEL
-from core.kernel.records import Record
-from core.kernel.reduced import forces_to_torques, torques_to_forces
-from core.kernel.run import (
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.flow import flow, learn_at_tick, update_command, update_mechanics
+from slipgrasp.core.kernel.guards import arm_guards
+from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, settle
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
+from slipgrasp.core.kernel.run import (
     CLAMPED,
     OUTLET,
     PROGRESS,
@@ -23,7 +23,13 @@ from core.kernel.run import (
     phases_changed,
     warn,
 )
-from core.kernel.sensing import detect_slip, measure, measure_acceleration, trust, trust_in_contact
+from slipgrasp.core.kernel.sensing import (
+    detect_slip,
+    measure,
+    measure_acceleration,
+    trust,
+    trust_in_contact,
+)
 
 SAME_TICK = 1e-9
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
-from core.kernel.kinematics import KINEMATICS
-from core.kernel.linear import FACTORS
-from core.kernel.model import TRUTH
-from core.kernel.quadratic import QUADRATIC
-from core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
+from slipgrasp.core.kernel.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
+from slipgrasp.core.kernel.kinematics import KINEMATICS
+from slipgrasp.core.kernel.linear import FACTORS
+from slipgrasp.core.kernel.model import TRUTH
+from slipgrasp.core.kernel.quadratic import QUADRATIC
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
 
 __all__ = ["DISCRETE", "WORKSPACE"]
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from numba import types
 
-from core.kernel.compiler import compiled, compiled_apart
-from core.kernel.kinematics import to_contact_frame, to_inertial_frame
-from core.kernel.linear import orthonormalize
-from core.kernel.model import MODEL
-from core.kernel.records import Floats, Integers, Record
-from core.kernel.reduced import torques_to_forces
-from core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.kinematics import to_contact_frame, to_inertial_frame
+from slipgrasp.core.kernel.linear import orthonormalize
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Floats, Integers, Record
+from slipgrasp.core.kernel.reduced import torques_to_forces
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 DEPENDENT_ROWS = 1e-13
 

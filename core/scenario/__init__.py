@@ -1,22 +1,22 @@
 """A scenario: everything that decides the result of a run, and nothing else.
 
-Every field carries its unit, bounds and a sentence (`core.parameters.Quantity`).
-Quantities are SI. The paper's two sample cases lie in ``core/presets``.
+Every field carries its unit, bounds and a sentence (`slipgrasp.core.scenario.parameters.Quantity`).
+Quantities are SI. The paper's two sample cases lie in ``core/scenario/presets``.
 """
 
-from core.scenario.controller import ControllerParameters, Estimate
-from core.scenario.finger import FingerParameters
-from core.scenario.held_object import ObjectParameters
-from core.scenario.laws import CONTROL_LAWS, SAMPLED_CONTROL, ControlLaw, LawSetting
-from core.scenario.simulation import MAX_CHATTER_CHANGES, Change, SimulationParameters
-from core.scenario.trajectory import (
+from slipgrasp.core.scenario.controller import ControllerParameters, Estimate
+from slipgrasp.core.scenario.finger import FingerParameters
+from slipgrasp.core.scenario.held_object import ObjectParameters
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, SAMPLED_CONTROL, ControlLaw, LawSetting
+from slipgrasp.core.scenario.motion import (
     MAX_SET_POINTS,
     MAX_TABLE_ROWS,
     SetPoint,
     TrajectoryParameters,
 )
-from core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
-from core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
+from slipgrasp.core.scenario.numerics import MAX_CHATTER_CHANGES, Change, SimulationParameters
+from slipgrasp.core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
     "CONTROL_LAWS",

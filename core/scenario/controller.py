@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from core.parameters import Quantity
-from core.scenario.field_types import CONFIG, Gain, PositiveGain
-from core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.field_types import CONFIG, Gain, PositiveGain
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.parameters import Quantity
 
 __all__ = ["ControllerParameters", "Estimate"]
 

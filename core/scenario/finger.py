@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le
 from pydantic.dataclasses import dataclass
 
-from core.parameters import Quantity
-from core.scenario.field_types import CONFIG, Coordinate, Face
+from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, Face
+from slipgrasp.core.scenario.parameters import Quantity
 
 __all__ = ["FingerParameters"]
 

@@ -36,7 +36,8 @@ class ControlLaw:
     """Facts about a control law that do not depend on a scenario.
 
     What it needs and what it is meant for differ: validation refuses a law without the one, and
-    without the other the law runs, but does not show what it can do (`core.law_choice`).
+    without the other the law runs, but does not show what it can do
+    (`slipgrasp.core.scenario.law_choice`).
 
     Attributes:
         kind: Its name, the value of ``controller.kind``.

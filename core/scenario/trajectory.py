@@ -1,114 +1,138 @@
-"""The desired motion of the object."""
+"""Desired motions other than the paper's as smooth pieces (docs/model.md, Desired motion)."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from functools import lru_cache
+from typing import NamedTuple
 
-from annotated_types import Ge, Le, Len
-from pydantic.dataclasses import dataclass
+import numpy as np
+from numpy.typing import NDArray
 
-from core.parameters import Quantity
-from core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS, TrajectoryParameters
 
-__all__ = ["MAX_SET_POINTS", "MAX_TABLE_ROWS", "SetPoint", "TrajectoryParameters"]
+__all__ = ["DEGREE", "MAX_PIECES", "SAME_TIME", "Pieces", "pieces_of"]
 
-MAX_SET_POINTS = 50
-MAX_TABLE_ROWS = 250
+DEGREE = 5
+MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 
-Angle = Annotated[float, Ge(-3.2), Le(3.2)]
-Acceleration = Annotated[float, Ge(-100.0), Le(100.0)]
-Time = Annotated[float, Ge(0.0), Le(600.0)]
-Amplitude = Annotated[float, Ge(-10.0), Le(10.0)]
+# Times closer than this are one time: 0.1 + 0.2 and 0.3 [s].
+SAME_TIME = 1e-12
 
-
-@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class SetPoint:
-    """A pose to move to, with the least jerk, from wherever the set-point before has led."""
-
-    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When the move begins.", "s")]
-    duration: Annotated[float, Ge(1e-3), Le(600.0), Quantity("How long the move takes.", "s")]
-    pose: Annotated[
-        tuple[Coordinate, Coordinate, Angle],
-        Quantity("Object pose (x, y, theta) at its end.", "m, m, rad"),
-    ]
+_MINIMUM_JERK = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
-class TrajectoryParameters:
-    """The desired motion of the object; ``kind`` tells which of the fields are used."""
+class Pieces(NamedTuple):
+    """A desired motion; the last of its k pieces is a rest and never ends.
 
-    kind: Annotated[
-        Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
-        Quantity(
-            "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
-            "rotation (turn and back), shake, or a table of poses."
-        ),
-    ] = "coast"
-    start: Annotated[
-        tuple[Coordinate, Coordinate, Angle],
-        Quantity("Object pose (x, y, theta) at the start, desired and actual.", "m, m, rad"),
-    ] = (1.466, 0.366, 0.0)
-    acceleration: Annotated[
-        tuple[Acceleration, Acceleration, Acceleration],
-        Quantity(
-            "coast: desired acceleration (x, y, theta) while speeding up; its opposite while "
-            "braking.",
-            "m/s², m/s², rad/s²",
-        ),
-    ] = (0.0, 0.0256, 0.0)
-    acceleration_time: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity(
-            "How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"
-        ),
-    ] = 1.0
-    coast_time: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity("coast: how long it moves at constant speed in between.", "s"),
-    ] = 5.0
-    period: Annotated[
-        float,
-        Ge(0.01),
-        Le(600.0),
-        Quantity("circle, rotation, shake: time of one cycle at full speed.", "s"),
-    ] = 2.0
-    cycles: Annotated[
-        float,
-        Ge(1e-3),
-        Le(1e4),
-        Quantity("circle, rotation, shake: how many cycles until it rests.", "1"),
-    ] = 2.0
-    radius: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity("circle: its radius; it begins at the bottom.", "m"),
-    ] = 0.05
-    angle: Annotated[
-        float,
-        Ge(-3.2),
-        Le(3.2),
-        Quantity("rotation: how far it turns before it turns back.", "rad"),
-    ] = 0.3
-    amplitude: Annotated[
-        tuple[Amplitude, Amplitude, Amplitude],
-        Quantity("shake: amplitude (x, y, theta) of the oscillation.", "m, m, rad"),
-    ] = (0.0, 0.02, 0.0)
-    set_points: Annotated[
-        tuple[SetPoint, ...],
-        Len(0, MAX_SET_POINTS),
-        Quantity("set-points: the moves, one after another."),
-    ] = ()
-    table: Annotated[
-        tuple[tuple[Time, Coordinate, Coordinate, Angle], ...],
-        Len(0, MAX_TABLE_ROWS),
-        Quantity(
-            "table: rows of time and pose (t, x, y, theta), joined by a smooth curve; in a "
-            "scenario file also the name of a CSV file beside it.",
-            "s, m, m, rad",
-        ),
-    ] = ()
+    With s the time since its piece began, a coordinate c is
+
+        polynomials[c] · (1, s, … s^5) + sine[c] sin(psi) + cosine[c] (1 - cos(psi)),
+
+    psi = angles · (1, s, s^2).
+
+    Attributes:
+        starts: When the pieces begin, ``(k,)`` [s].
+        polynomials: ``(k, 3, 6)`` [m, m, rad, and per power of s].
+        angles: ``(k, 3)`` [rad, and per power of s].
+        sine: ``(3,)`` [m, m, rad].
+        cosine: ``(3,)`` [m, m, rad].
+    """
+
+    starts: NDArray[np.float64]
+    polynomials: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    sine: NDArray[np.float64]
+    cosine: NDArray[np.float64]
+
+
+@lru_cache(maxsize=32)
+def pieces_of(trajectory: TrajectoryParameters) -> Pieces:
+    """The pieces of any validated motion but the paper's, which the kernel has in closed form."""
+    if trajectory.kind == "set-points":
+        return _moves(trajectory)
+    if trajectory.kind == "table":
+        return _spline(trajectory)
+    return _cycles(trajectory)
+
+
+def _moves(trajectory: TrajectoryParameters) -> Pieces:
+    """From set-point to set-point with the least jerk, at rest in between."""
+    starts: list[float] = []
+    polynomials: list[NDArray[np.float64]] = []
+    pose, now = np.array(trajectory.start), 0.0
+    for point in trajectory.set_points:
+        if point.time - now > SAME_TIME:
+            starts.append(now)
+            polynomials.append(_rest(pose))
+        goal = np.array(point.pose)
+        shape = np.array(_MINIMUM_JERK) / point.duration ** np.arange(DEGREE + 1)
+        starts.append(point.time)
+        polynomials.append(_rest(pose) + np.outer(goal - pose, shape))
+        pose, now = goal, point.time + point.duration
+    return _polynomial_pieces(np.array([*starts, now]), np.stack([*polynomials, _rest(pose)]))
+
+
+def _spline(trajectory: TrajectoryParameters) -> Pieces:
+    """The cubic spline through the rows of the table, at rest at both ends."""
+    rows = np.array(trajectory.table)
+    times, poses = rows[:, 0], rows[:, 1:]
+    poses[0] = trajectory.start
+    steps = np.diff(times)[:, None]
+    secants = np.diff(poses, axis=0) / steps
+    speeds = _spline_speeds(steps[:, 0], secants)
+    before, after = speeds[:-1], speeds[1:]
+    polynomials = np.zeros((len(rows), 3, DEGREE + 1))
+    polynomials[:, :, 0] = poses
+    polynomials[:-1, :, 1] = before
+    polynomials[:-1, :, 2] = (3.0 * secants - 2.0 * before - after) / steps
+    polynomials[:-1, :, 3] = (before + after - 2.0 * secants) / steps**2
+    return _polynomial_pieces(times, polynomials)
+
+
+def _spline_speeds(steps: NDArray[np.float64], secants: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Velocities at the rows, ``(rows, 3)``, with which the acceleration does not jump."""
+    inverse = 1.0 / steps
+    inner = np.diag(2.0 * (inverse[:-1] + inverse[1:]))
+    inner += np.diag(inverse[1:-1], 1) + np.diag(inverse[1:-1], -1)
+    weighted = 3.0 * secants * inverse[:, None]
+    speeds = np.zeros((len(steps) + 1, 3))
+    if len(steps) > 1:
+        speeds[1:-1] = np.linalg.solve(inner, weighted[:-1] + weighted[1:])
+    return speeds
+
+
+def _cycles(trajectory: TrajectoryParameters) -> Pieces:
+    """Circle, rotation and shake: psi speeds up from rest, runs evenly and brakes alike."""
+    speed, ramp = 2.0 * math.pi / trajectory.period, trajectory.acceleration_time
+    even = trajectory.cycles * trajectory.period - ramp
+    even = even if even > SAME_TIME else 0.0
+    curve, swept = 0.5 * speed / ramp, 0.5 * speed * ramp
+    angles = np.array(
+        [
+            (0.0, 0.0, curve),
+            (swept, speed, 0.0),
+            (swept + speed * even, speed, -curve),
+            (2.0 * math.pi * trajectory.cycles, 0.0, 0.0),
+        ]
+    )
+    sine, cosine = np.zeros(3), np.zeros(3)
+    if trajectory.kind == "circle":
+        sine[0] = cosine[1] = trajectory.radius
+    elif trajectory.kind == "rotation":
+        cosine[2] = 0.5 * trajectory.angle
+    else:
+        sine[:] = trajectory.amplitude
+    starts = np.array([0.0, ramp, ramp + even, ramp + even + ramp])
+    middle = np.broadcast_to(_rest(np.array(trajectory.start)), (4, 3, DEGREE + 1))
+    return Pieces(starts, middle, angles, sine, cosine)
+
+
+def _rest(pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The constant polynomials, ``(3, 6)``."""
+    return np.outer(pose, np.eye(1, DEGREE + 1))
+
+
+def _polynomial_pieces(starts: NDArray[np.float64], polynomials: NDArray[np.float64]) -> Pieces:
+    """Pieces without any oscillation."""
+    return Pieces(starts, polynomials, np.zeros((len(starts), 3)), np.zeros(3), np.zeros(3))

@@ -8,14 +8,14 @@ from typing import Annotated, Any
 from annotated_types import Len
 from pydantic.dataclasses import dataclass
 
-from core.parameters import Quantity
-from core.scenario.controller import ControllerParameters, Estimate
-from core.scenario.field_types import CONFIG
-from core.scenario.finger import FingerParameters
-from core.scenario.held_object import ObjectParameters
-from core.scenario.simulation import Change, SimulationParameters
-from core.scenario.trajectory import TrajectoryParameters
-from core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
+from slipgrasp.core.scenario.controller import ControllerParameters, Estimate
+from slipgrasp.core.scenario.field_types import CONFIG
+from slipgrasp.core.scenario.finger import FingerParameters
+from slipgrasp.core.scenario.held_object import ObjectParameters
+from slipgrasp.core.scenario.motion import TrajectoryParameters
+from slipgrasp.core.scenario.numerics import Change, SimulationParameters
+from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = ["Scenario"]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from core.exceptions import FieldError, ScenarioError
-from core.loading import with_values
-from core.parameters import Parameter
-from core.scenario import Scenario
-from core.study.definition import expand_key
-from core.study.document import AxisDocument, StudyDocument, plain_value
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.study.definition import expand_key
+from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
 
 __all__ = ["check_document"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from core.kernel import entry as kernel
-from core.simulation import Simulation
-from core.study.definition import Study
+from slipgrasp.core.kernel import entry as kernel
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.study.definition import Study
 
 __all__ = ["StudyCost", "estimate_cost"]
 

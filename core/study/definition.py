@@ -14,9 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from core.loading import with_values
-from core.scenario import Scenario
-from core.study.sampling import unit_samples
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.study.sampling import unit_samples
 
 __all__ = [
     "MAX_RUNS",

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from core.field_errors import shortened, single_error
-from core.study.definition import KeptRecordings, Method
+from slipgrasp.core.scenario.field_errors import shortened, single_error
+from slipgrasp.core.study.definition import KeptRecordings, Method
 
 __all__ = [
     "MAX_AXES",

@@ -10,20 +10,27 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from core.exceptions import FieldError, ScenarioError
-from core.field_errors import echo, nearest, shortened, single_error
-from core.loading import (
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import echo, nearest, shortened, single_error
+from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
     preset_names,
     scenario_from_mapping,
     with_values,
 )
-from core.parameters import Parameter
-from core.scenario import Scenario
-from core.study.checks import check_document
-from core.study.definition import MAX_RUNS, Axis, KeptRecordings, Sampling, Study, expand_key
-from core.study.document import (
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.study.checks import check_document
+from slipgrasp.core.study.definition import (
+    MAX_RUNS,
+    Axis,
+    KeptRecordings,
+    Sampling,
+    Study,
+    expand_key,
+)
+from slipgrasp.core.study.document import (
     AxisDocument,
     SamplingDocument,
     StudyDocument,

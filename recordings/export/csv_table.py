@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TextIO
 
-from core.columns import Column, short_columns
-from core.result import RunResult
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.columns import Column, short_columns
 
 __all__ = ["csv_columns", "write_csv"]
 

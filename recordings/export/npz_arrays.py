@@ -11,9 +11,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from core.columns import columns_of
-from core.result import RunResult
-from recordings.documents import scenario_document
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.recordings.file.documents import scenario_document
 
 __all__ = ["ENDING", "PROVENANCE", "SCENARIO", "UNITS", "write_npz"]
 
@@ -29,8 +29,8 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 def write_npz(result: RunResult, stream: BinaryIO) -> None:
     """Writes a run as an NPZ file.
 
-    It holds one array per column (`core.columns`; phases as the numbers -1, 0, 1), and as
-    arrays of one text each, in JSON: ``scenario.json``, ``ending.json`` (outcome, reason,
+    It holds one array per column (`slipgrasp.core.trace.columns`; phases as the numbers -1, 0, 1),
+    and as arrays of one text each, in JSON: ``scenario.json``, ``ending.json`` (outcome, reason,
     phase changes, estimates, metrics and warnings), ``units.json`` (column to unit) and
     ``provenance.json``.
 

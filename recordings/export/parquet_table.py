@@ -6,9 +6,9 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from core.columns import Column, columns_of
-from core.result import RunResult
-from recordings.documents import scenario_document
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.columns import Column, columns_of
+from slipgrasp.recordings.file.documents import scenario_document
 
 if TYPE_CHECKING:
     import pyarrow
@@ -19,10 +19,10 @@ __all__ = ["write_parquet"]
 def write_parquet(result: RunResult, stream: BinaryIO) -> None:
     """Writes a run as a Parquet file.
 
-    Each column (`core.columns`) has its SI unit as ``unit`` in the metadata of its field;
-    phases are words, as a dictionary. The metadata of the table holds in JSON
-    ``slipgrasp.scenario``, ``slipgrasp.ending`` (outcome, reason, phase changes,
-    estimates, metrics and warnings) and ``slipgrasp.provenance``.
+    Each column (`slipgrasp.core.trace.columns`) has its SI unit as ``unit`` in the metadata of its
+    field; phases are words, as a dictionary. The metadata of the table holds in JSON
+    ``slipgrasp.scenario``, ``slipgrasp.ending`` (outcome, reason, phase changes, estimates, metrics
+    and warnings) and ``slipgrasp.provenance``.
 
     Args:
         result: The run.

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 
-from core.executors import make_executor
-from core.study.definition import Study
-from core.study.loading import check_members
-from recordings.atomic_file import atomic_file, part_of
-from recordings.study.conductor import conduct
-from recordings.study.member import MemberResult
-from recordings.study.results import StudyResults, read_results
-from recordings.study.rows import StudyRow
-from recordings.study.writer import StudyWriter
+from slipgrasp.core.executors import make_executor
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import check_members
+from slipgrasp.recordings.file.atomic_file import atomic_file, part_of
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.member import MemberResult
+from slipgrasp.recordings.study.results import StudyResults, read_results
+from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.writer import StudyWriter
 
 __all__ = ["run_study"]
 

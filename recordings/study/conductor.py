@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import takewhile
 
-from core.executors import Executor
-from core.study.definition import Study
-from recordings.study.documents import StudyEnd
-from recordings.study.member import MemberResult, MemberTask, lost_member, run_members
-from recordings.study.rows import StudyRow
-from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+from slipgrasp.core.executors import Executor
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.member import MemberResult, MemberTask, lost_member, run_members
+from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 __all__ = ["conduct"]
 

@@ -11,13 +11,13 @@ from typing import Any, Literal
 from mcap.records import Channel, Schema
 from pydantic import TypeAdapter, ValidationError
 
-from core.exceptions import ScenarioError
-from core.loading import preset_names, scenario_from_mapping
-from core.provenance import present_provenance
-from core.study.definition import Study
-from core.study.loading import study_from_mapping, study_to_mapping
-from recordings.documents import parse_json
-from recordings.study.rows import row_schema
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.scenario.loading import preset_names, scenario_from_mapping
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
+from slipgrasp.recordings.file.documents import parse_json
+from slipgrasp.recordings.study.rows import row_schema
 
 __all__ = [
     "CHANNEL",

@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.study.ordering import order_of
+from slipgrasp.recordings.study.ordering import order_of
 
 __all__ = ["GrowingColumn", "HashColumn", "NumberColumn", "ValueColumn"]
 

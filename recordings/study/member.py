@@ -8,16 +8,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from core.executors import Cancelled
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulation import Simulation
-from core.simulator import prepare_kernel, run_to_end
-from core.study.definition import KeptRecordings, Value, apply_values
-from core.types import Outcome, Reason
-from recordings.description import Description
-from recordings.study.rows import StudyRow, row_of
-from recordings.writer import write_recording
+from slipgrasp.core.executors import Cancelled
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import prepare_kernel, run_to_end
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.study.definition import KeptRecordings, Value, apply_values
+from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.study.rows import StudyRow, row_of
 
 __all__ = [
     "MemberRecording",

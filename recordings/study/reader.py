@@ -10,17 +10,17 @@ from typing import BinaryIO
 
 from mcap.records import Attachment, Channel, Header, McapRecord, Metadata
 
-from core.study.definition import Study
-from recordings.documents import STUDY_PROFILE
-from recordings.exceptions import (
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.exceptions import (
     AlteredRecordingError,
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
     RecordingError,
 )
-from recordings.scan import ChannelMessages, RecordScanner
-from recordings.study.documents import (
+from slipgrasp.recordings.file.documents import STUDY_PROFILE
+from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
+from slipgrasp.recordings.study.documents import (
     DEFINITION,
     STUDY_FORMAT,
     STUDY_START,
@@ -30,7 +30,7 @@ from recordings.study.documents import (
     read_definition,
     read_end,
 )
-from recordings.study.rows import RowsHash, StudyRow, decode_row
+from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row
 
 __all__ = ["NoSuchRunError", "StudyReader", "StudySoFar", "open_study", "read_rows_so_far"]
 

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 
-from core.executors import Cancelled
-from core.provenance import present_provenance
-from core.result import RunResult
-from core.simulator import simulate
-from core.study.definition import Study, apply_values
-from core.types import Outcome
-from recordings.exceptions import RecordingError
-from recordings.state_hash import state_hash
-from recordings.study.reader import open_study
-from recordings.study.rows import StudyRow
-from recordings.verification import WALL_TIME
+from slipgrasp.core.executors import Cancelled
+from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.study.definition import Study, apply_values
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.compare.verification import WALL_TIME
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.file.state_hash import state_hash
+from slipgrasp.recordings.study.reader import open_study
+from slipgrasp.recordings.study.rows import StudyRow
 
 __all__ = ["RebuildError", "rebuild", "rebuild_run"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from core.result import metric_names
-from core.study.definition import Study, Value
-from recordings.state_hash import HASH_BYTES
-from recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
-from recordings.study.varied import parameter_of
+from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.study.definition import Study, Value
+from slipgrasp.recordings.file.state_hash import HASH_BYTES
+from slipgrasp.recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
+from slipgrasp.recordings.study.varied import parameter_of
 
 __all__ = ["ResultColumn", "column_for", "columns_of", "metric_unit"]
 
@@ -84,7 +84,7 @@ def metric_unit(name: str) -> str:
     """SI unit of a metric, "1" for pure numbers, "" for what has none.
 
     Args:
-        name: One of `core.result.metric_names`.
+        name: One of `slipgrasp.core.run.result.metric_names`.
     """
     return next((unit for start, unit in _METRIC_UNITS.items() if name.startswith(start)), "")
 

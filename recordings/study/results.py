@@ -11,15 +11,18 @@ from typing import Any, BinaryIO, Self, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from core.study.definition import Study
-from core.types import Outcome
-from recordings.exceptions import QueryError
-from recordings.study.reader import open_study
-from recordings.study.result_columns import ResultColumn, column_for, columns_of
-from recordings.study.results_comparison import CombinationComparison, compare_combinations
-from recordings.study.results_export import write_csv, write_json, write_parquet
-from recordings.study.results_summary import StudySummary, summarize
-from recordings.study.rows import StudyRow
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.reader import open_study
+from slipgrasp.recordings.study.result_columns import ResultColumn, column_for, columns_of
+from slipgrasp.recordings.study.results_comparison import (
+    CombinationComparison,
+    compare_combinations,
+)
+from slipgrasp.recordings.study.results_export import write_csv, write_json, write_parquet
+from slipgrasp.recordings.study.results_summary import StudySummary, summarize
+from slipgrasp.recordings.study.rows import StudyRow
 
 __all__ = ["StudyResults", "read_results"]
 

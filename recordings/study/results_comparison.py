@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.study.results_summary import spread_of
-from recordings.study.varied import compared_keys
+from slipgrasp.recordings.study.results_summary import spread_of
+from slipgrasp.recordings.study.varied import compared_keys
 
 if TYPE_CHECKING:
-    from recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.results import StudyResults
 
 __all__ = [
     "Combination",

@@ -7,12 +7,12 @@ import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
-from recordings.study.result_columns import ResultColumn
+from slipgrasp.recordings.study.result_columns import ResultColumn
 
 if TYPE_CHECKING:
     import pyarrow
 
-    from recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.results import StudyResults
 
 __all__ = ["write_csv", "write_json", "write_parquet"]
 
@@ -89,7 +89,7 @@ def write_parquet(results: StudyResults, stream: BinaryIO, num_rows: int | None 
     import pyarrow
     from pyarrow import parquet
 
-    from core.study.loading import study_to_mapping
+    from slipgrasp.core.study.loading import study_to_mapping
 
     fields = [
         pyarrow.field(column.name, _arrow_type(column), metadata={"unit": column.unit})

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.results import StudyResults
 
 __all__ = ["Spread", "StudySummary", "spread_of", "summarize"]
 

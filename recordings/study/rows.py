@@ -12,19 +12,19 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from core.claims import describe_false_end
-from core.provenance import present_provenance
-from core.result import RunSummary
-from core.simulation import Simulation
-from core.study.definition import Value
-from core.types import Outcome, Reason
-from recordings.documents import parse_json
-from recordings.state_hash import HASH_BYTES, StateHash
+from slipgrasp.core.run.claims import describe_false_end
+from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.run.result import RunSummary
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.study.definition import Value
+from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.recordings.file.documents import parse_json
+from slipgrasp.recordings.file.state_hash import HASH_BYTES, StateHash
 
 __all__ = ["Figures", "RowsHash", "StudyRow", "decode_row", "encode_row", "row_of", "row_schema"]
 
 Figures = dict[str, float | int | bool | None]
-"""The metrics of a run by the names of `core.result.metric_names`; None where there is none."""
+"""The metrics of a run by their names; None where there is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,8 +38,9 @@ class StudyRow:
         reason: Why, where it ended early.
         end_time: Simulation time reached [s].
         metrics: Its figures of merit; empty if it could not be simulated at all.
-        state_hash: Hash of its samples and phase changes (`recordings.state_hash`); empty likewise.
-        kernel: Digest of the machine code that computed it (`core.provenance`).
+        state_hash: Hash of its samples and phase changes (`slipgrasp.recordings.file.state_hash`);
+        empty likewise.
+        kernel: Digest of the machine code that computed it (`slipgrasp.core.run.provenance`).
         recording: Id of its recording, None if none is kept.
     """
 

@@ -11,11 +11,11 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from core.study.definition import MAX_RUNS, KeptRecordings
-from recordings.atomic_file import atomic_file
-from recordings.run_folder import checked_time, read_document
-from recordings.study.documents import StudyEnd
-from recordings.study.reader import open_study
+from slipgrasp.core.study.definition import MAX_RUNS, KeptRecordings
+from slipgrasp.recordings.file.atomic_file import atomic_file
+from slipgrasp.recordings.store.run_folder import checked_time, read_document
+from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.reader import open_study
 
 __all__ = ["StoredStudy", "StudySidecars", "told_by_file", "unknown_study"]
 

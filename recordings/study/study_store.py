@@ -14,18 +14,27 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from core.study.definition import Study
-from recordings.annotations import Annotations
-from recordings.atomic_file import PART_SUFFIX, part_of
-from recordings.exceptions import RecordingError, RecordingNotFoundError, RecordingWriteError
-from recordings.identifiers import ID, IdSource, derived_id
-from recordings.run_folder import iso_time, time_of
-from recordings.store import RecordingStore
-from recordings.stored_run import StoredRun
-from recordings.study.documents import StudyEnd
-from recordings.study.member import MemberResult
-from recordings.study.stored_study import StoredStudy, StudySidecars, told_by_file, unknown_study
-from recordings.study.writer import StudyWriter
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.exceptions import (
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+)
+from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, part_of
+from slipgrasp.recordings.store.annotations import Annotations
+from slipgrasp.recordings.store.identifiers import ID, IdSource, derived_id
+from slipgrasp.recordings.store.run_folder import iso_time, time_of
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.member import MemberResult
+from slipgrasp.recordings.study.stored_study import (
+    StoredStudy,
+    StudySidecars,
+    told_by_file,
+    unknown_study,
+)
+from slipgrasp.recordings.study.writer import StudyWriter
 
 __all__ = ["STUDIES_FOLDER", "StoredStudy", "StudyNotFoundError", "StudyStore"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from core.parameters import Parameter, describe
-from core.study.definition import Study, expand_key
+from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.study.definition import Study, expand_key
 
 __all__ = ["choose_axes", "compared_keys", "numeric_keys", "parameter_of"]
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from core.types import Outcome
+from slipgrasp.core.trace.types import Outcome
 
 if TYPE_CHECKING:
-    from recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.results import StudyResults
 
 __all__ = ["HELD", "WAYS", "Way", "ways_of"]
 

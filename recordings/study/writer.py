@@ -20,14 +20,18 @@ from typing import BinaryIO, Self
 import numpy as np
 from mcap.opcode import Opcode
 
-from core.provenance import program_version
-from core.study.definition import Study
-from recordings.atomic_file import atomic_file, part_of, sync_folder
-from recordings.container import MESSAGE_HEAD, ChannelBlock, McapContainer
-from recordings.documents import STUDY_PROFILE
-from recordings.exceptions import RecordingBusyError, RecordingExistsError, RecordingWriteError
-from recordings.file_lock import try_lock
-from recordings.study.documents import (
+from slipgrasp.core.run.provenance import program_version
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.exceptions import (
+    RecordingBusyError,
+    RecordingExistsError,
+    RecordingWriteError,
+)
+from slipgrasp.recordings.file.atomic_file import atomic_file, part_of, sync_folder
+from slipgrasp.recordings.file.container import MESSAGE_HEAD, ChannelBlock, McapContainer
+from slipgrasp.recordings.file.documents import STUDY_PROFILE
+from slipgrasp.recordings.file.file_lock import try_lock
+from slipgrasp.recordings.study.documents import (
     CHANNEL,
     DEFINITION,
     STUDY_START,
@@ -39,8 +43,8 @@ from recordings.study.documents import (
     start_document,
     stop_document,
 )
-from recordings.study.reader import StudySoFar, read_rows_so_far
-from recordings.study.rows import RowsHash, StudyRow, decode_row, encode_row
+from slipgrasp.recordings.study.reader import StudySoFar, read_rows_so_far
+from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row, encode_row
 
 __all__ = ["RUNS_PER_CHUNK", "StudyWriter"]
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from recordings.comparison import compare
-from recordings.reader import read_as_stated
-from server.dependencies import RunServiceDep
-from server.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
-from server.downloads import BINARY_SCHEMA
-from server.schemas import ProblemPublic
+from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.file.reader import read_as_stated
+from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.server.http.downloads import BINARY_SCHEMA
+from slipgrasp.server.runs.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
+from slipgrasp.server.runs.schemas import ProblemPublic
 
 __all__ = ["router"]
 
@@ -44,8 +44,8 @@ def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> D
 def draw_diff(query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep) -> Response:
     """Two runs over each other, their difference below."""
     # matplotlib takes a second to load, and most servers never draw.
-    from recordings.figures.comparison import draw_comparison
-    from recordings.figures.files import save_figure
+    from slipgrasp.figures.comparison import draw_comparison
+    from slipgrasp.figures.files import save_figure
 
     a, b = (service.open(run_id) for run_id in (query.a, query.b))
     figure = draw_comparison(compare(a, b, query.tolerance), a, b, (query.a, query.b))

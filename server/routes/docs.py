@@ -43,5 +43,5 @@ def show_style() -> Response:
 
 
 def _static(name: str, media_type: str) -> Response:
-    content = (resources.files("server") / "static" / name).read_bytes()
+    content = (resources.files("slipgrasp.server") / "static" / name).read_bytes()
     return Response(content, media_type=media_type, headers={"Content-Security-Policy": _POLICY})

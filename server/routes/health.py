@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from core.provenance import program_version
-from core.simulator import kernel_progress
-from server.dependencies import RunServiceDep
-from server.schemas import HealthPublic
+from slipgrasp.core.run.provenance import program_version
+from slipgrasp.core.run.simulator import kernel_progress
+from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.server.runs.schemas import HealthPublic
 
 __all__ = ["router"]
 

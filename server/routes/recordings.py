@@ -10,14 +10,14 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from recordings.annotations import Annotations, RunName
-from recordings.store import RecordingStore, StoredRun
-from server.conditions import entity_tag
-from server.dependencies import RunServiceDep
-from server.downloads import BINARY_SCHEMA
-from server.errors import ServiceBusyError
-from server.schemas import API_PATH, ProblemPublic, RunPublic
-from server.upload_body import FORM, RAW_TYPES, file_pieces
+from slipgrasp.recordings.store.annotations import Annotations, RunName
+from slipgrasp.recordings.store.store import RecordingStore, StoredRun
+from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.server.http.conditions import entity_tag
+from slipgrasp.server.http.downloads import BINARY_SCHEMA
+from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.http.upload_body import FORM, RAW_TYPES, file_pieces
+from slipgrasp.server.runs.schemas import API_PATH, ProblemPublic, RunPublic
 
 __all__ = ["MAX_UPLOADS", "RETRY_AFTER", "UPLOAD_PATH", "router"]
 

@@ -8,28 +8,28 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Header, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from core.validation import check_scenario
-from recordings.description import Description
-from recordings.stored_run import StoredRun
-from server.conditions import entity_tag, expected_revisions, is_known
-from server.dependencies import (
+from slipgrasp.core.scenario.validation import check_scenario
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.dependencies import (
     EndedRunIdDep,
     RunCreateDep,
     RunServiceDep,
     RunsQueryDep,
     RunUpdateDep,
 )
-from server.idempotency import IdempotencyKey, request_digest
-from server.openapi import json_body
-from server.paging import page_links
-from server.pending_run import PendingRun
-from server.preferences import Patience, PatienceDep
-from server.request_keys import KeyedRequest
-from server.run_request import RunCreate
-from server.run_service import RunService
-from server.run_update import RunUpdate
-from server.schemas import PendingRunPublic, ProblemPublic, RunPublic, RunsPublic
-from server.stopping import StoppingDep, wait_for
+from slipgrasp.server.http.conditions import entity_tag, expected_revisions, is_known
+from slipgrasp.server.http.idempotency import IdempotencyKey, request_digest
+from slipgrasp.server.http.openapi import json_body
+from slipgrasp.server.http.paging import page_links
+from slipgrasp.server.preferences import Patience, PatienceDep
+from slipgrasp.server.runs.pending_run import PendingRun
+from slipgrasp.server.runs.request_keys import KeyedRequest
+from slipgrasp.server.runs.run_request import RunCreate
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.run_update import RunUpdate
+from slipgrasp.server.runs.schemas import PendingRunPublic, ProblemPublic, RunPublic, RunsPublic
+from slipgrasp.server.stopping import StoppingDep, wait_for
 
 __all__ = ["router"]
 

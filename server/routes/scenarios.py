@@ -6,15 +6,15 @@ from typing import Annotated
 
 from fastapi import APIRouter, HTTPException, Query
 
-from core.loading import preset_names
-from server.run_request import find_preset
-from server.scenario_schemas import (
+from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.server.runs.run_request import find_preset
+from slipgrasp.server.runs.scenario_schemas import (
     ParametersPublic,
     PresetPublic,
     PresetsPublic,
     PresetSummary,
 )
-from server.schemas import ProblemPublic
+from slipgrasp.server.runs.schemas import ProblemPublic
 
 __all__ = ["router"]
 

@@ -9,20 +9,20 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from core.study.definition import MAX_RUNS
-from core.study.document import StudyDocument
-from server.conditions import is_known
-from server.dependencies import SettingsDep, StudyBodyDep, StudyServiceDep
-from server.downloads import tag_of
-from server.events import EventStream, LastEventId
-from server.idempotency import IdempotencyKey, request_digest
-from server.openapi import json_body
-from server.paging import page_links
-from server.schemas import API_PATH, ProblemPublic
-from server.stopping import StoppingDep
-from server.study_events import StudyTeller
-from server.study_request import StudiesQuery, check_some_runs, read_study
-from server.study_schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
+from slipgrasp.core.study.definition import MAX_RUNS
+from slipgrasp.core.study.document import StudyDocument
+from slipgrasp.server.dependencies import SettingsDep, StudyBodyDep, StudyServiceDep
+from slipgrasp.server.http.conditions import is_known
+from slipgrasp.server.http.downloads import tag_of
+from slipgrasp.server.http.events import EventStream, LastEventId
+from slipgrasp.server.http.idempotency import IdempotencyKey, request_digest
+from slipgrasp.server.http.openapi import json_body
+from slipgrasp.server.http.paging import page_links
+from slipgrasp.server.runs.schemas import API_PATH, ProblemPublic
+from slipgrasp.server.stopping import StoppingDep
+from slipgrasp.server.studies.study_events import StudyTeller
+from slipgrasp.server.studies.study_request import StudiesQuery, check_some_runs, read_study
+from slipgrasp.server.studies.study_schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
 
 __all__ = ["BODY_PATHS", "router"]
 

@@ -9,15 +9,27 @@ from typing import Annotated, BinaryIO, Literal, TextIO
 
 from fastapi import APIRouter, Query, Request, Response
 
-from core.exceptions import FieldError
-from recordings.exceptions import RecordingError
-from recordings.study.results import StudyResults
-from recordings.study.varied import choose_axes, numeric_keys
-from server.dependencies import StudyResultsDep, StudyServiceDep
-from server.downloads import BINARY, AskedDep, Download, download_responses, file_tag, tag_of
-from server.errors import InvalidRequestError, StudyUnfinishedError, nearest, printable
-from server.made_files import MadeFiles, MadeFilesDep
-from server.study_request import MapQuery
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
+from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
+from slipgrasp.server.http.downloads import (
+    BINARY,
+    AskedDep,
+    Download,
+    download_responses,
+    file_tag,
+    tag_of,
+)
+from slipgrasp.server.http.errors import (
+    InvalidRequestError,
+    StudyUnfinishedError,
+    nearest,
+    printable,
+)
+from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
+from slipgrasp.server.studies.study_request import MapQuery
 
 __all__ = ["router"]
 
@@ -165,8 +177,8 @@ def _map(
 
     def draw(stream: BinaryIO) -> None:
         # matplotlib takes a second to load, and its settings are those of the whole process.
-        from recordings.figures.files import save_figure
-        from recordings.figures.success_map import draw_success_map
+        from slipgrasp.figures.files import save_figure
+        from slipgrasp.figures.success_map import draw_success_map
 
         with request.app.state.drawing:
             save_figure(draw_success_map(shown, x, y), stream, ending)

@@ -6,14 +6,18 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
 
-from core.exceptions import FieldError
-from recordings.exceptions import QueryError
-from server.dependencies import StudyResultsDep, StudyServiceDep
-from server.errors import InvalidRequestError, nearest, printable
-from server.paging import page_links
-from server.schemas import ProblemPublic, RunPublic
-from server.study_request import ResultsQuery
-from server.study_schemas import StudyComparisonPublic, StudyResultsPublic, StudySummaryPublic
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
+from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
+from slipgrasp.server.http.paging import page_links
+from slipgrasp.server.runs.schemas import ProblemPublic, RunPublic
+from slipgrasp.server.studies.study_request import ResultsQuery
+from slipgrasp.server.studies.study_schemas import (
+    StudyComparisonPublic,
+    StudyResultsPublic,
+    StudySummaryPublic,
+)
 
 __all__ = ["router"]
 

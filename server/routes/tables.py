@@ -10,14 +10,14 @@ from typing import Annotated, BinaryIO
 from fastapi import APIRouter, Query, Response
 from fastapi.responses import StreamingResponse
 
-from core.provenance import program_version
-from core.result import RunResult
-from recordings.exceptions import RecordingNotFoundError
-from recordings.export import write_csv, write_npz, write_parquet
-from recordings.reader import read_recording
-from recordings.stored_run import StoredRun
-from server.dependencies import RunResultDep, StoredRunDep
-from server.downloads import (
+from slipgrasp.core.run.provenance import program_version
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.exceptions import RecordingNotFoundError
+from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.dependencies import RunResultDep, StoredRunDep
+from slipgrasp.server.http.downloads import (
     BINARY,
     Asked,
     AskedDep,
@@ -26,9 +26,9 @@ from server.downloads import (
     file_tag,
     tag_of,
 )
-from server.made_files import MadeFiles, MadeFilesDep
-from server.schemas import ProblemPublic
-from server.signals import SignalsPublic, encode_columns, select_columns
+from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
+from slipgrasp.server.runs.schemas import ProblemPublic
+from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
 __all__ = ["router"]
 

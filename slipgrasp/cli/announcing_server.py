@@ -6,7 +6,7 @@ import socket
 
 import uvicorn
 
-from server.stopping import StoppableServer
+from slipgrasp.server.stopping import StoppableServer
 
 __all__ = ["AnnouncingServer"]
 

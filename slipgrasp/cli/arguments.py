@@ -11,8 +11,8 @@ from slipgrasp.cli.status import complain
 from slipgrasp.cli.values import parse_assignments
 
 if TYPE_CHECKING:
-    from core.scenario import Scenario
-    from recordings.store import RecordingStore
+    from slipgrasp.core.scenario import Scenario
+    from slipgrasp.recordings.store.store import RecordingStore
 
 __all__ = [
     "add_data_directory",
@@ -55,7 +55,7 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
         CommandError: If an assignment is none.
         ScenarioError: If there is no such scenario, or it is not valid.
     """
-    from core.loading import load_scenario, settable_parameters, with_values
+    from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
 
     scenario, assignments = load_scenario(arguments.scenario), arguments.assignments
     if arguments.law is not None:
@@ -66,7 +66,7 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
 
 
 def _with_law(scenario: Scenario, kind: str) -> Scenario:
-    from core.law_choice import choose_law, describe_settings
+    from slipgrasp.core.scenario.law_choice import choose_law, describe_settings
 
     choice = choose_law(scenario, kind)
     complain(f"{kind}: {describe_settings(choice.settings) or 'with the settings as they are'}")
@@ -86,14 +86,14 @@ def add_data_directory(parser: argparse.ArgumentParser) -> None:
 
 def data_directory(chosen: Path | None) -> Path:
     """The folder of the recordings: as chosen, else as the environment says."""
-    from recordings.store import default_data_directory
+    from slipgrasp.recordings.store.store import default_data_directory
 
     return default_data_directory() if chosen is None else chosen
 
 
 def store_in(chosen: Path | None) -> RecordingStore:
     """The runs in the folder of the recordings."""
-    from recordings.store import RecordingStore
+    from slipgrasp.recordings.store.store import RecordingStore
 
     return RecordingStore(data_directory(chosen))
 

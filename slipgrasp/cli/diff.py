@@ -12,8 +12,8 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
-    from core.result import RunResult
-    from recordings.comparison import Comparison
+    from slipgrasp.core.run.result import RunResult
+    from slipgrasp.recordings.compare.comparison import Comparison
 
 __all__ = ["add_command"]
 
@@ -59,7 +59,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    from recordings.comparison import check_tolerance, compare
+    from slipgrasp.recordings.compare.comparison import check_tolerance, compare
 
     tolerance: float | None = arguments.tolerance
     if tolerance is not None:
@@ -84,13 +84,13 @@ def _check_figure(path: Path | None, force: bool) -> None:
     if path.suffix.lower().removeprefix(".") not in FIGURE_FORMATS:
         raise CommandError(f"--figure '{path}' ends with none of .svg, .pdf and .png")
     if path.exists() and not force:
-        from recordings.exceptions import RecordingExistsError
+        from slipgrasp.recordings.exceptions import RecordingExistsError
 
         raise RecordingExistsError(path)
 
 
 def _read(source: str, chosen: Path | None) -> RunResult:
-    from recordings.reader import read_as_stated
+    from slipgrasp.recordings.file.reader import read_as_stated
 
     with Progress(f"reading {Path(source).name}"):
         return read_as_stated(recording_path(source, chosen))
@@ -100,8 +100,8 @@ def _draw(
     comparison: Comparison, a: RunResult, b: RunResult, arguments: argparse.Namespace
 ) -> None:
     with Progress("drawing the figure"):
-        from recordings.figures.comparison import draw_comparison
-        from recordings.figures.files import write_figure
+        from slipgrasp.figures.comparison import draw_comparison
+        from slipgrasp.figures.files import write_figure
 
         names = Path(arguments.a).stem, Path(arguments.b).stem
         figure = draw_comparison(comparison, a, b, names)

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
-from core.parameter_differences import ParameterDifference
-from core.parameter_words import unit_after
-from recordings.comparison import Comparison
-from recordings.differences import PhaseDifference
+from slipgrasp.core.scenario.differences import ParameterDifference
+from slipgrasp.core.words.parameter_words import unit_after
+from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.recordings.compare.differences import PhaseDifference
 
 __all__ = ["describe_differences"]
 

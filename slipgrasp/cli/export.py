@@ -16,7 +16,7 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
-    from core.result import RunResult
+    from slipgrasp.core.run.result import RunResult
 
 __all__ = ["add_command"]
 
@@ -76,15 +76,15 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     if chosen != "csv" and output is None and sys.stdout.isatty():
         raise CommandError(f"{chosen} is not for a terminal; name a file with --output")
     if output is not None and output.exists() and not arguments.force:
-        from recordings.exceptions import RecordingExistsError
+        from slipgrasp.recordings.exceptions import RecordingExistsError
 
         raise RecordingExistsError(output)
     with Progress("reading the recording"):
-        from recordings.reader import read_recording
+        from slipgrasp.recordings.file.reader import read_recording
 
         result = read_recording(recording_path(arguments.recording, arguments.data_directory))
     if chosen == "csv" and output is None:
-        from recordings.export import write_csv
+        from slipgrasp.recordings.export import write_csv
 
         write_csv(result, sys.stdout)
     else:
@@ -114,7 +114,7 @@ def _write(result: RunResult, chosen: str, arguments: argparse.Namespace, update
             stream.seek(0)
             shutil.copyfileobj(stream, sys.stdout.buffer)
         return
-    from recordings.atomic_file import atomic_file
+    from slipgrasp.recordings.file.atomic_file import atomic_file
 
     with atomic_file(arguments.output, overwrite=arguments.force) as stream:
         _write_stream(result, chosen, stream, arguments.fps, update)
@@ -126,25 +126,25 @@ def _write_stream(
     if chosen == "csv":
         _write_text(result, stream)
     elif chosen == "parquet":
-        from recordings.export import write_parquet
+        from slipgrasp.recordings.export import write_parquet
 
         write_parquet(result, stream)
     elif chosen == "npz":
-        from recordings.export import write_npz
+        from slipgrasp.recordings.export import write_npz
 
         write_npz(result, stream)
     elif chosen == "html":
-        from web.export import replay_page
+        from slipgrasp.web.charts import replay_page
 
         replay_page.write_html(result, stream, update, **({} if fps is None else {"fps": fps}))
     else:
-        from recordings.export import animation
+        from slipgrasp.figures import animation
 
         animation.write_gif(result, stream, update, **({} if fps is None else {"fps": fps}))
 
 
 def _write_text(result: RunResult, stream: BinaryIO) -> None:
-    from recordings.export import write_csv
+    from slipgrasp.recordings.export import write_csv
 
     text = io.TextIOWrapper(stream, encoding="utf-8", newline="\n")
     write_csv(result, text)

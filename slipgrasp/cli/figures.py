@@ -11,8 +11,8 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
-    from core.result import RunResult
-    from core.scenario import Scenario
+    from slipgrasp.core.run.result import RunResult
+    from slipgrasp.core.scenario import Scenario
 
 __all__ = ["add_command"]
 
@@ -77,11 +77,11 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         result = _read(source)
         scenario = result.scenario
     else:
-        from core.loading import load_scenario
+        from slipgrasp.core.scenario.loading import load_scenario
 
         scenario = load_scenario(arguments.source)
     with Progress("loading the drawing program"):
-        from recordings.figures import check_folder, draw_figures, figure_names, write_figures
+        from slipgrasp.figures import check_folder, draw_figures, figure_names, write_figures
     names = figure_names(scenario).values()
     check_folder(folder, names, arguments.formats, overwrite=arguments.force)
     if result is None:
@@ -95,14 +95,14 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _read(path: Path) -> RunResult:
-    from recordings.reader import read_recording
+    from slipgrasp.recordings.file.reader import read_recording
 
     with Progress("reading the recording"):
         return read_recording(path)
 
 
 def _simulate(scenario: Scenario) -> RunResult:
-    from core.simulator import simulate
+    from slipgrasp.core.run.simulator import simulate
 
     load_simulation()
     with Progress("simulating") as progress:

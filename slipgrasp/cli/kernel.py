@@ -10,7 +10,7 @@ __all__ = ["load_simulation"]
 def load_simulation() -> None:
     """Returns when runs can start."""
     with Progress("loading the simulation") as progress:
-        from core.simulator import kernel_is_cached, prepare_kernel
+        from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
 
         if not kernel_is_cached():
             progress.announce(COMPILING)

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from core.exceptions import SlipgraspError
 from slipgrasp.cli import (
     diff,
     export,
@@ -25,6 +24,7 @@ from slipgrasp.cli import (
     verify,
 )
 from slipgrasp.cli.status import ExitStatus, complain
+from slipgrasp.core.exceptions import SlipgraspError
 
 __all__ = ["main"]
 
@@ -89,7 +89,7 @@ class _Version(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the version and ends the program."""
-        from core.provenance import program_version
+        from slipgrasp.core.run.provenance import program_version
 
         print(f"slipgrasp {program_version()}")
         parser.exit()

@@ -17,8 +17,8 @@ from slipgrasp.cli.status import CommandError, ExitStatus, complain
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from core.margin import Margin, MarginError
-    from core.result import RunResult
+    from slipgrasp.core.run.result import RunResult
+    from slipgrasp.core.study.margin import Margin, MarginError
 
 __all__ = ["add_command"]
 
@@ -88,14 +88,14 @@ def _number(text: str) -> float:
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    from core.parameter_range import ParameterRange
+    from slipgrasp.core.study.parameter_range import ParameterRange
 
     scenario = read_scenario(arguments)
     # Found out before the simulation is loaded, which takes a second.
     ParameterRange.of(scenario, arguments.key, arguments.start, arguments.stop)
     place = _find_place(arguments)
     load_simulation()
-    from core.margin import DEFAULT_TOLERANCE, MarginError, find_margin
+    from slipgrasp.core.study.margin import DEFAULT_TOLERANCE, MarginError, find_margin
 
     tolerance: float | None = arguments.tolerance
     try:
@@ -146,7 +146,7 @@ def _find_place(arguments: argparse.Namespace) -> _Place:
 
 
 def _prepare_folder(folder: Path, force: bool) -> None:
-    from recordings.exceptions import RecordingExistsError
+    from slipgrasp.recordings.exceptions import RecordingExistsError
 
     existing = [path for path in (folder / HELD, folder / LOST) if path.exists()]
     if existing and not force:
@@ -159,7 +159,7 @@ def _prepare_folder(folder: Path, force: bool) -> None:
 
 
 def _write(result: RunResult, *, path: Path, overwrite: bool) -> Path:
-    from recordings.writer import write_recording
+    from slipgrasp.recordings.file.writer import write_recording
 
     write_recording(result, path, overwrite=overwrite)
     return path
@@ -167,7 +167,7 @@ def _write(result: RunResult, *, path: Path, overwrite: bool) -> Path:
 
 def _keep(save: Callable[[RunResult], Path], result: RunResult) -> str | None:
     """The path of the recording; where the disk fails the answer is told all the same."""
-    from recordings.exceptions import RecordingError
+    from slipgrasp.recordings.exceptions import RecordingError
 
     try:
         return str(save(result))
@@ -185,7 +185,7 @@ def _tell_nothing_found(error: MarginError, arguments: argparse.Namespace) -> Ex
 
 
 def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
-    from core.verdict import headline_of
+    from slipgrasp.core.run.verdict import headline_of
 
     held, lost = (path or "not saved" for path in recordings)
     unit = "" if margin.unit in ("", "1") else f" {margin.unit}"

@@ -12,9 +12,9 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
-    from core.result import RunResult
-    from core.study.definition import Study
-    from recordings.study.rows import StudyRow
+    from slipgrasp.core.run.result import RunResult
+    from slipgrasp.core.study.definition import Study
+    from slipgrasp.recordings.study.rows import StudyRow
 
 __all__ = ["add_command"]
 
@@ -61,14 +61,14 @@ def _index(text: str) -> int:
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path | None = arguments.output
     if output is not None and output.exists() and not arguments.force:
-        from recordings.exceptions import RecordingExistsError
+        from slipgrasp.recordings.exceptions import RecordingExistsError
 
         raise RecordingExistsError(output)
     path = _study_path(arguments.study, arguments.data_directory)
     with Progress("reading the study"):
         study, row = _read_row(path, arguments.index)
     load_simulation()
-    from recordings.study.rebuild import RebuildError, rebuild
+    from slipgrasp.recordings.study.rebuild import RebuildError, rebuild
 
     try:
         with Progress("simulating again"):
@@ -84,16 +84,16 @@ def _study_path(source: str, chosen: Path | None) -> Path:
     """The file of a study that is named by its path, or by its id in the data folder."""
     if names_a_file(source):
         return Path(source)
-    from recordings.study.study_store import StudyStore
     from slipgrasp.cli.arguments import data_directory
+    from slipgrasp.recordings.study.study_store import StudyStore
 
     store = StudyStore(data_directory(chosen), store_in(chosen))
     return store.file_of(store.get(source).id)
 
 
 def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
-    from recordings.study.reader import open_study
-    from recordings.study.rows import decode_row
+    from slipgrasp.recordings.study.reader import open_study
+    from slipgrasp.recordings.study.rows import decode_row
 
     count = 0
     with open_study(path) as reader:
@@ -105,7 +105,7 @@ def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
 
 
 def _keep(result: RunResult, output: Path | None, chosen: Path | None, *, force: bool) -> Path:
-    from recordings.writer import write_recording
+    from slipgrasp.recordings.file.writer import write_recording
 
     if output is not None:
         write_recording(result, output, overwrite=force)

@@ -38,7 +38,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    from recordings.recovery import recover, recovered_name
+    from slipgrasp.recordings.file.recovery import recover, recovered_name
 
     source: Path = arguments.recording
     output: Path = arguments.output or recovered_name(source)

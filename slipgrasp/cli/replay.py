@@ -12,7 +12,7 @@ from slipgrasp.cli.serving import add_limits, add_port, serve_dashboard
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
-    from web.library.replay import Source
+    from slipgrasp.web.model.replay import Source
 
 __all__ = ["add_command"]
 
@@ -51,7 +51,7 @@ def _source(text: str) -> Source:
 
 def _check(source: Source, folder: Path) -> None:
     """Reads the recording once, so that what is wrong with it is said before anything starts."""
-    from web.library.replay import open_replay
+    from slipgrasp.web.model.replay import open_replay
 
     with Progress("reading the recording"):
         open_replay(store_in(folder), source)

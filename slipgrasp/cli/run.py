@@ -18,8 +18,8 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
-    from core.result import RunResult
-    from core.scenario import Scenario
+    from slipgrasp.core.run.result import RunResult
+    from slipgrasp.core.scenario import Scenario
 
 __all__ = ["add_command"]
 
@@ -104,7 +104,7 @@ def _find_place(arguments: argparse.Namespace) -> _Place:
 
 
 def _check_output(output: Path, force: bool) -> None:
-    from recordings.exceptions import RecordingExistsError
+    from slipgrasp.recordings.exceptions import RecordingExistsError
 
     if output.is_dir():
         raise CommandError(f"--output '{output}' is a folder; give the name of a file")
@@ -120,8 +120,8 @@ def _simulate(
     scenario: Scenario, place: _Place, display_rate: float | None
 ) -> tuple[RunResult, Path | None]:
     """Simulates and records; where the disk fails the result is still told, with a warning."""
-    from recordings.foxglove import DISPLAY_RATE
-    from recordings.recorder import record
+    from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
+    from slipgrasp.recordings.file.recorder import record
 
     load_simulation()
     with Interrupt() as interrupt, Progress("simulating") as progress:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
-    from core.parameters import Parameter
+    from slipgrasp.core.scenario.parameters import Parameter
 
 __all__ = ["HelpWithParameters", "add_command"]
 
@@ -28,7 +28,7 @@ class HelpWithParameters(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Prints the help and ends the program."""
-        from core.field_errors import template_keys
+        from slipgrasp.core.scenario.field_errors import template_keys
 
         print(parser.format_help())
         print("parameters for --set, list items by index from 0:\n")
@@ -64,7 +64,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _list(arguments: argparse.Namespace) -> ExitStatus:
-    from core.loading import load_scenario, preset_names
+    from slipgrasp.core.scenario.loading import load_scenario, preset_names
 
     for name in preset_names():
         print(f"{name}\t{load_scenario(name).title}")
@@ -72,14 +72,14 @@ def _list(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _show(arguments: argparse.Namespace) -> ExitStatus:
-    from core.loading import load_scenario, scenario_to_toml
+    from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml
 
     print(scenario_to_toml(load_scenario(arguments.scenario)), end="")
     return ExitStatus.COMPLETED
 
 
 def _list_parameters(arguments: argparse.Namespace) -> ExitStatus:
-    from core.loading import load_scenario, preset_names, settable_parameters
+    from slipgrasp.core.scenario.loading import load_scenario, preset_names, settable_parameters
 
     scenario = load_scenario(arguments.scenario or preset_names()[0])
     for parameter in settable_parameters(scenario).values():

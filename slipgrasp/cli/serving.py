@@ -17,7 +17,7 @@ from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.cli.announcing_server import AnnouncingServer
-    from web.library.replay import Source
+    from slipgrasp.web.model.replay import Source
 
 __all__ = ["add_executor", "add_limits", "add_port", "serve_dashboard"]
 
@@ -95,8 +95,8 @@ def serve_dashboard(
         FolderInUseError: If another service uses the folder, unless only to replay.
         RecordingWriteError: If nothing can be saved in the folder.
     """
-    from core.executors import make_executor
-    from server.service_lock import check_not_served
+    from slipgrasp.core.executors import make_executor
+    from slipgrasp.server.service_lock import check_not_served
 
     # What it is told about an executor, it is told before anything has started.
     make_executor(executor).close()
@@ -144,11 +144,11 @@ def _make_server(
     first: Source | None,
     executor: str,
 ) -> AnnouncingServer:
-    from core.simulator import kernel_is_cached
-    from server.app import server_config
-    from server.settings import Settings
     from slipgrasp.cli.announcing_server import AnnouncingServer
-    from web.app import create_dashboard_app
+    from slipgrasp.core.run.simulator import kernel_is_cached
+    from slipgrasp.server.app import server_config
+    from slipgrasp.server.settings import Settings
+    from slipgrasp.web.app import create_dashboard_app
 
     host, port = listener.getsockname()
     limits = {"quota_bytes": arguments.quota, "min_free_bytes": arguments.min_free}

@@ -6,10 +6,10 @@ import sys
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from core.exceptions import SlipgraspError
+from slipgrasp.core.exceptions import SlipgraspError
 
 if TYPE_CHECKING:
-    from core.types import Outcome
+    from slipgrasp.core.trace.types import Outcome
 
 __all__ = ["CommandError", "ExitStatus", "complain"]
 

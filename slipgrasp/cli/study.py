@@ -15,12 +15,12 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus, complain
 
 if TYPE_CHECKING:
-    from core.executors import Executor
-    from core.study.cost import StudyCost
-    from core.study.definition import Study
-    from recordings.study.documents import StudyEnd
-    from recordings.study.results import StudyResults
     from slipgrasp.cli.study_folder import StudyFolder
+    from slipgrasp.core.executors import Executor
+    from slipgrasp.core.study.cost import StudyCost
+    from slipgrasp.core.study.definition import Study
+    from slipgrasp.recordings.study.documents import StudyEnd
+    from slipgrasp.recordings.study.results import StudyResults
 
 __all__ = ["add_command"]
 
@@ -91,8 +91,8 @@ def _workers(text: str) -> int:
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     with Progress("reading the study"):
-        from core.executors import make_executor
-        from core.study.loading import load_study
+        from slipgrasp.core.executors import make_executor
+        from slipgrasp.core.study.loading import load_study
 
         study = load_study(arguments.study)
         executor = make_executor(arguments.executor, workers=arguments.workers)
@@ -123,7 +123,7 @@ def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executo
 
 
 def _estimate(study: Study, executor: Executor, *, is_remote: bool) -> StudyCost:
-    from core.study.cost import estimate_cost
+    from slipgrasp.core.study.cost import estimate_cost
 
     if is_remote:
         # Only its scheduler knows how many workers there are.
@@ -159,15 +159,15 @@ def _print_estimate(study: Study, executor: Executor, cost: StudyCost, *, as_jso
 
 
 def _check(study: Study) -> None:
-    from core.study.loading import check_members
+    from slipgrasp.core.study.loading import check_members
 
     with Progress("checking the runs") as progress:
         check_members(study, progress.update)
 
 
 def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool) -> ExitStatus:
-    from recordings.exceptions import RecordingWriteError
-    from recordings.study.results import StudyResults
+    from slipgrasp.recordings.exceptions import RecordingWriteError
+    from slipgrasp.recordings.study.results import StudyResults
 
     results = StudyResults(study)
     started = time.monotonic()
@@ -201,8 +201,8 @@ def _conduct(
     folder: StudyFolder,
     results: StudyResults,
 ) -> StudyEnd:
-    from recordings.study.conductor import conduct
     from slipgrasp.cli.study_progress import StudyProgress
+    from slipgrasp.recordings.study.conductor import conduct
 
     with Interrupt() as interrupt, folder.writer(study) as writer:
         folder.read_rows(results, writer.num_rows)

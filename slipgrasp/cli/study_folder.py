@@ -9,16 +9,16 @@ from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
-from core.study.definition import Study
-from recordings.atomic_file import atomic_file, part_of
-from recordings.exceptions import RecordingBusyError, RecordingError, RecordingExistsError
-from recordings.file_lock import try_lock
-from recordings.study.documents import definition_document
-from recordings.study.member import MemberResult
-from recordings.study.reader import open_study, read_rows_so_far
-from recordings.study.results import StudyResults
-from recordings.study.writer import StudyWriter
 from slipgrasp.cli.status import CommandError
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.exceptions import RecordingBusyError, RecordingError, RecordingExistsError
+from slipgrasp.recordings.file.atomic_file import atomic_file, part_of
+from slipgrasp.recordings.file.file_lock import try_lock
+from slipgrasp.recordings.study.documents import definition_document
+from slipgrasp.recordings.study.member import MemberResult
+from slipgrasp.recordings.study.reader import open_study, read_rows_so_far
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.writer import StudyWriter
 
 __all__ = ["StudyFolder", "find_folder"]
 
@@ -102,13 +102,13 @@ class StudyFolder:
         }
 
     def _draw_maps(self, results: StudyResults) -> list[str]:
-        from recordings.study.varied import choose_axes
+        from slipgrasp.recordings.study.varied import choose_axes
 
         axes = choose_axes(results.study)
         if axes is None:
             return []
-        from recordings.figures.files import write_figure
-        from recordings.figures.success_map import draw_success_map
+        from slipgrasp.figures.files import write_figure
+        from slipgrasp.figures.success_map import draw_success_map
 
         figure = draw_success_map(results, *axes)
         for name in MAPS:

@@ -10,8 +10,8 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.study_report import duration_words
 
 if TYPE_CHECKING:
-    from recordings.study.results import StudyResults
-    from recordings.study.rows import StudyRow
+    from slipgrasp.recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.rows import StudyRow
 
 __all__ = ["StudyProgress"]
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from recordings.study.results import StudyResults
-    from recordings.study.results_comparison import CombinationComparison
+    from slipgrasp.recordings.study.results import StudyResults
+    from slipgrasp.recordings.study.results_comparison import CombinationComparison
 
 __all__ = ["duration_words", "report", "size_words"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from core.loading import parameter_definitions
-from core.result import RunResult
-from core.types import Outcome
-from core.verdict import describe_run, title_of
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.verdict import describe_run, title_of
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.trace.types import Outcome
 
 __all__ = ["summarize"]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from slipgrasp.cli.status import CommandError
 
 if TYPE_CHECKING:
-    from core.parameters import Parameter
+    from slipgrasp.core.scenario.parameters import Parameter
 
 __all__ = ["parse_assignments", "parse_value"]
 

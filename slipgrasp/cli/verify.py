@@ -12,7 +12,7 @@ from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
-    from recordings.verification import Verification
+    from slipgrasp.recordings.compare.verification import Verification
 
 __all__ = ["add_command"]
 
@@ -45,11 +45,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     path = recording_path(arguments.recording, arguments.data_directory)
     with Progress("reading the recording"):
-        from recordings.reader import read_back
+        from slipgrasp.recordings.file.reader import read_back
 
         read = read_back(path)
     load_simulation()
-    from recordings.verification import verify
+    from slipgrasp.recordings.compare.verification import verify
 
     with Progress("simulating again") as progress:
         found = verify(read.result, unaltered=read.is_unaltered, progress=progress.update)

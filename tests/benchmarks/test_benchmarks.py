@@ -38,9 +38,9 @@ from benchmarks.work_precision import (
     measure_ours,
     oracle_difference,
 )
-from core.loading import load_scenario
-from core.simulator import simulate
-from core.types import Outcome
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.trace.types import Outcome
 
 PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
 CASE_1 = load_scenario("paper-case-1")

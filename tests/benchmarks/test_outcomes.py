@@ -14,9 +14,9 @@ from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, POPULATIONS, dr
 from benchmarks.report import share_interval
 from benchmarks.robustness import measure_verdicts
 from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome, PhaseChange, Reason
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
 from tests.references.instant import answers_at_end
 from tests.references.open_contacts import OPEN
 

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from core.geometry import contact_frame
-from core.loading import scenario_from_mapping
-from core.scenario import FingerParameters, ObjectParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.loading import scenario_from_mapping
 
 __all__ = ["KINDS", "AtEnds", "Kind", "draw_kind", "draw_scenario"]
 

@@ -8,10 +8,10 @@ import threading
 import time
 from pathlib import Path
 
-from core.exceptions import FieldError, ScenarioError
-from core.executors import Cancelled
-from core.simulator import simulate
-from recordings.state_hash import state_hash
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.executors import Cancelled
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.recordings.file.state_hash import state_hash
 
 
 def square(task, should_stop):

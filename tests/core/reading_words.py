@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from core.loading import parameter_definitions, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.types import ContactPhase, Outcome
-from core.verdict import Verdict
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.verdict import Verdict
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 __all__ = ["check_words"]
 

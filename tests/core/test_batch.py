@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.batch import simulate_many
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, with_values
-from core.simulation import Simulation
-from core.simulator import simulate
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 
 def varied(count):

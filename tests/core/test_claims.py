@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.claims import contradictions_of, describe_false_end
-from core.loading import load_scenario, preset_names, with_values
-from core.simulator import simulate
-from core.trace import Trace
-from core.types import Outcome
+from slipgrasp.core.run.claims import contradictions_of, describe_false_end
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import Outcome
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 
 NUM_SEEDS = 3

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import tracking_errors
 from tests.references.hand import State

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from core.kernel.evaluate import StateEvaluation, evaluate_state
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
-from core.simulator import simulate
+from slipgrasp.core.kernel.evaluate import StateEvaluation, evaluate_state
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import lyapunov_matrices, regressor, tracking_errors
 from tests.references.hand import State

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.columns import columns_of, short_columns
-from core.frames import MissingPackageError
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.trace import SIGNALS
-from core.types import ContactPhase
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.columns import columns_of, short_columns
+from slipgrasp.core.trace.frames import MissingPackageError
+from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.core.trace.types import ContactPhase
 
 
 @pytest.fixture(scope="module")

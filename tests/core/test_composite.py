@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulation import Simulation
-from core.simulator import run_to_end, simulate
-from core.types import Outcome
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import run_to_end, simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
 

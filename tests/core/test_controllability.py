@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from core.kernel.evaluate import evaluate_state
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
+from slipgrasp.core.kernel.evaluate import evaluate_state
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.hands import random_scenario, random_state
 
 PHASES = [phase for n in (2, 3, 4) for phase in product((0, 1, -1), repeat=n)]

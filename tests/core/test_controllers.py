@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulator import simulate
-from core.types import Outcome
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.types import Outcome
 from tests.core.test_composite import at_ticks
 
 CASE_2 = load_scenario("paper-case-2")

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.hands import carrying_hand
 
 LIGHTER_THEN_HEAVIER = {

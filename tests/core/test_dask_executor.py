@@ -9,19 +9,19 @@ from contextlib import ExitStack, contextmanager
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.executors import AHEAD, ExecutorError, make_executor
-from core.loading import load_scenario
-from core.study.loading import study_from_mapping
-from recordings.study.conductor import conduct
-from recordings.study.writer import StudyWriter
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.writer import StudyWriter
 from tests.core import executor_tasks as work
 from tests.core.test_executors import go_on, outcome_of
 from tests.waiting import PATIENCE, wait_until
 
 CLIENT = """
 import sys
-from core.executors import make_executor
+from slipgrasp.core.executors import make_executor
 from tests.core.executor_tasks import wait_until_asked
 
 executor = make_executor(sys.argv[1])
@@ -90,8 +90,8 @@ def start_workers(stack, folder, port, *arguments):
 def patience():
     """Lets a busy machine take its time to start workers."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("core.executors.dask_connection._PATIENCE", PATIENCE)
-        patch.setattr("core.executors.dask_connection._WORKERS_PATIENCE", PATIENCE)
+        patch.setattr("slipgrasp.core.executors.dask_connection._PATIENCE", PATIENCE)
+        patch.setattr("slipgrasp.core.executors.dask_connection._WORKERS_PATIENCE", PATIENCE)
         yield
 
 
@@ -202,14 +202,14 @@ def test_a_scheduler_that_is_missing_idle_or_lost_is_said_so(tmp_path, monkeypat
         monkeypatch.context() as hasty,
         make_executor(f"dask://127.0.0.1:{free_port()}") as executor,
     ):
-        hasty.setattr("core.executors.dask_connection._PATIENCE", 0.3)
+        hasty.setattr("slipgrasp.core.executors.dask_connection._PATIENCE", 0.3)
         with pytest.raises(ExecutorError, match="no Dask scheduler answers at tcp://127"):
             list(executor.map(work.square, [1], should_stop=go_on))
     with ExitStack() as stack:
         scheduler, port = start_scheduler(stack, tmp_path)
         executor = stack.enter_context(make_executor(f"dask://127.0.0.1:{port}"))
         with monkeypatch.context() as hasty:
-            hasty.setattr("core.executors.dask_connection._WORKERS_PATIENCE", 0.3)
+            hasty.setattr("slipgrasp.core.executors.dask_connection._WORKERS_PATIENCE", 0.3)
             with pytest.raises(ExecutorError, match="has no workers; start some with 'dask worker"):
                 executor.prepare()
         start_workers(stack, tmp_path, port, "--no-nanny")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_hybrid_events import SPIN, TOUCHING, margin, tightest, turning
 
 # (start angle, lack of friction, max_step). Without a look inside the step the contact of the

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from core.display_name import file_stem, name_run
-from core.law_choice import with_law
-from core.loading import load_scenario, preset_names, with_values
-from core.scenario import Scenario
-from core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.words.display_name import file_stem, name_run
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 
 CASE_2 = load_scenario("paper-case-2")

@@ -3,11 +3,17 @@
 import numpy as np
 import pytest
 
-from core.exceptions import ScenarioError
-from core.kernel.guards import ENDING_BAND, ESTIMATE_BAND, FORCE_BAND, SLIP_BAND, VELOCITY_BAND
-from core.loading import load_scenario, preset_names, with_values
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.kernel.guards import (
+    ENDING_BAND,
+    ESTIMATE_BAND,
+    FORCE_BAND,
+    SLIP_BAND,
+    VELOCITY_BAND,
+)
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 CASE_2 = load_scenario("paper-case-2")
 COMPOSITE = load_scenario("composite-case-2")

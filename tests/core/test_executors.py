@@ -13,15 +13,15 @@ from pathlib import Path
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.executors import AHEAD, ExecutorError, make_executor
-from core.loading import load_scenario, with_values
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import wait_until
 
 SCRIPT = """
 import sys
-from core.executors import make_executor
+from slipgrasp.core.executors import make_executor
 from tests.core.executor_tasks import process_id, wait_until_asked
 
 executor = make_executor("processes", workers=1)
@@ -278,7 +278,7 @@ def test_what_is_no_engine_is_refused_in_one_sentence(specification, workers, wo
 
 
 def test_dask_that_is_not_installed_is_said_so(monkeypatch):
-    monkeypatch.setattr("core.executors.dask_cluster.find_spec", lambda name: None)
+    monkeypatch.setattr("slipgrasp.core.executors.dask_cluster.find_spec", lambda name: None)
     with pytest.raises(ExecutorError, match=r"pip install 'slipgrasp\[dask\]'"):
         make_executor("dask")
 

@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from core.kernel.evaluate import evaluate_state
-from core.loading import with_values
+from slipgrasp.core.kernel.evaluate import evaluate_state
+from slipgrasp.core.scenario.loading import with_values
 from tests.references.closed_loop import ClosedLoop
 from tests.references.grasp import Limits, least_violation
 from tests.references.hand import friction_rows

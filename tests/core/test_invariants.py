@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulator import simulate
-from core.types import ContactPhase
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.types import ContactPhase
 from tests.references.hands import carrying_hand
 
 KINDS = ("masses", "friction")

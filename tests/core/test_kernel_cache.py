@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from core.kernel.cache import cache_root, kernel_name
-from core.simulator import prepare_kernel
+from slipgrasp.core.kernel.cache import cache_root, kernel_name
+from slipgrasp.core.run.simulator import prepare_kernel
 
 REPOSITORY = Path(__file__).parents[2]
 
-ASK = "from core.kernel.cache import cache_root; print(cache_root())"
+ASK = "from slipgrasp.core.kernel.cache import cache_root; print(cache_root())"
 RUN = """
-from core.loading import load_scenario, with_values
-from core.simulator import kernel_is_cached, kernel_progress, prepare_kernel, simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.run.simulator import kernel_is_cached, kernel_progress, prepare_kernel, simulate
 
 assert not kernel_is_cached()
 shares = []

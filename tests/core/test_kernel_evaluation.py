@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from core.kernel.evaluate import StateEvaluation, evaluate_state
-from core.scenario import Scenario
+from slipgrasp.core.kernel.evaluate import StateEvaluation, evaluate_state
+from slipgrasp.core.scenario import Scenario
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.controller import regressor
 from tests.references.hand import State

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.law_choice import (
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import CONTROL_LAWS, Change
+from slipgrasp.core.scenario.law_choice import (
     SettingChange,
     choose_law,
     describe_settings,
@@ -13,10 +15,13 @@ from core.law_choice import (
     law_settings,
     with_law,
 )
-from core.loading import load_scenario, preset_names, scenario_from_mapping, with_values
-from core.scenario import CONTROL_LAWS, Change
-from core.simulator import simulate
-from core.types import Outcome
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    preset_names,
+    scenario_from_mapping,
+    with_values,
+)
+from slipgrasp.core.trace.types import Outcome
 
 CASE_2 = load_scenario("paper-case-2")
 PAIRS = [(name, kind) for name in preset_names() for kind in CONTROL_LAWS]

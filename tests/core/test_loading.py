@@ -5,9 +5,10 @@ import tomllib
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.geometry import contact_frame, tip_distance
-from core.loading import (
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame, tip_distance
+from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
     preset_names,
@@ -16,7 +17,6 @@ from core.loading import (
     settable_parameters,
     with_values,
 )
-from core.scenario import Change, Scenario
 
 CASE = load_scenario("paper-case-1")
 RICH = with_values(

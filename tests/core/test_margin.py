@@ -2,12 +2,12 @@
 
 import pytest
 
-from core.batch import simulate_many
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, with_values
-from core.margin import MarginError, find_margin
-from core.simulator import run_to_end, simulate
-from core.types import Outcome
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.run.simulator import run_to_end, simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.margin import MarginError, find_margin
+from slipgrasp.core.trace.types import Outcome
 
 BELIEVED, SAFETY = 0.5, 1.1
 
@@ -200,7 +200,7 @@ def test_abandoned_runs_of_a_batch_are_given_up(monkeypatch):
         run_to_end(simulation, *arguments, **options)
         ended.append(simulation.progress)
 
-    monkeypatch.setattr("core.batch.run_to_end", watched)
+    monkeypatch.setattr("slipgrasp.core.run.batch.run_to_end", watched)
     runs = simulate_many([case(1, {"simulation.duration": 0.1}), long, long], threads=2)
     next(runs)
     runs.close()

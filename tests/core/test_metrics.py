@@ -5,10 +5,10 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.metrics import metrics_of_trace
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 CASES = [
     ("paper-case-1", {}),

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.loading import (
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
     scenario_from_toml,

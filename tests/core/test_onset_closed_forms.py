@@ -12,9 +12,9 @@ What is left free is set by the least squeeze (both stick) or by Coulomb's law (
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.types import ContactPhase
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase
 
 GRAVITY = 9.81
 HALF_WIDTH = 0.1

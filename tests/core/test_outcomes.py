@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulation import Simulation
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.references.continuous import run_continuous
 from tests.references.sampled import run_sampled
 from tests.references.world import World

@@ -9,10 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 LEFT, RIGHT = 0, 1
 CASES = (1, 2)

@@ -5,11 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from core.exceptions import ScenarioError
-from core.geometry import contact_frame, face_names, outline
-from core.loading import load_scenario, scenario_from_mapping, scenario_from_toml, scenario_to_toml
-from core.scenario import FingerParameters, ObjectParameters
-from core.simulator import simulate
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import FingerParameters, ObjectParameters
+from slipgrasp.core.scenario.geometry import contact_frame, face_names, outline
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    scenario_from_mapping,
+    scenario_from_toml,
+    scenario_to_toml,
+)
 
 CASE = load_scenario("paper-case-1")
 TRIANGLE = ((-0.1, -0.1), (0.12, -0.08), (0.0, 0.15))

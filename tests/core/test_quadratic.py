@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from core.kernel import quadratic
-from core.kernel.compiler import call, from_python
-from core.kernel.records import make_record
+from slipgrasp.core.kernel import quadratic
+from slipgrasp.core.kernel.compiler import call, from_python
+from slipgrasp.core.kernel.records import make_record
 from tests.references.grasp import minimise
 
 largest_violation = from_python(quadratic.largest_violation)

@@ -8,11 +8,11 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 
-from core.loading import scenario_to_toml
-from core.scenario import ControllerParameters, Scenario, TrajectoryParameters
-from core.simulator import simulate
-from core.trace import Trace
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import ControllerParameters, Scenario, TrajectoryParameters
+from slipgrasp.core.scenario.loading import scenario_to_toml
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.references.closed_loop import ClosedLoop
 

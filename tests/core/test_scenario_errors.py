@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 
 CASE = load_scenario("paper-case-1")
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from core.batch import simulate_many
-from core.loading import load_scenario, with_values
-from core.simulation import Simulation
-from core.simulator import run_to_end, simulate
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import run_to_end, simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
@@ -86,7 +86,7 @@ def test_a_seed_gives_the_same_run_bit_for_bit_and_another_seed_another():
 def test_noise_is_the_same_however_the_run_is_cut(monkeypatch):
     scenario = with_values(NOISY, SHORT)
     whole = simulate(scenario)
-    monkeypatch.setattr("core.simulation._STEPS_PER_PIECE", 7)
+    monkeypatch.setattr("slipgrasp.core.run.simulation._STEPS_PER_PIECE", 7)
     pieces = Simulation(scenario)
     run_to_end(pieces, lambda _: None)
     assert np.array_equal(pieces.result().trace.to_rows(), whole.trace.to_rows())

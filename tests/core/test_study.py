@@ -12,11 +12,16 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.study.cost import estimate_cost
-from core.study.definition import Study
-from core.study.loading import check_members, load_study, study_from_mapping, study_to_mapping
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.study.cost import estimate_cost
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import (
+    check_members,
+    load_study,
+    study_from_mapping,
+    study_to_mapping,
+)
 
 FRICTIONS = ("fingers.0.friction", "fingers.1.friction")
 
@@ -161,7 +166,7 @@ def test_toml_with_and_without_quotes_means_the_same(tmp_path: Path) -> None:
 
 
 def test_a_base_file_is_found_from_the_folder_of_the_study(tmp_path: Path) -> None:
-    from core.loading import scenario_to_toml
+    from slipgrasp.core.scenario.loading import scenario_to_toml
 
     heavier = with_values(load_scenario("paper-case-1"), {"object.mass": 1.3})
     (tmp_path / "heavier.toml").write_text(scenario_to_toml(heavier))
@@ -326,7 +331,7 @@ def test_the_cost_grows_with_runs_and_recordings_and_shrinks_with_workers(
 ) -> None:
     # On this clock every run of the base takes equally long.
     clock = SimpleNamespace(perf_counter=itertools.count(step=0.001).__next__)
-    monkeypatch.setattr("core.study.cost.time", clock)
+    monkeypatch.setattr("slipgrasp.core.study.cost.time", clock)
     axis = {"min": 0.5, "max": 2.0, "count": 500}
     short = {"simulation.duration": 0.2}
     study = make_study(set=short, vary={"object.mass": axis}, recordings="none")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 
 CASE_2 = load_scenario("paper-case-2")
 

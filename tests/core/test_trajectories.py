@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.exceptions import ScenarioError
-from core.kernel.evaluate import evaluate_motion
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
-from core.simulator import simulate
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.kernel.evaluate import evaluate_motion
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from tests.references.trajectory import trajectory_of
 
 START = (1.466, 0.366, 0.0)

@@ -12,17 +12,17 @@ from typing import Any
 
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import CONTROL_LAWS
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
-from core.verdict import describe_run, headline_of, title_of
 from slipgrasp.cli.summary import summarize
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run, headline_of, title_of
+from slipgrasp.core.scenario import CONTROL_LAWS
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown
+from slipgrasp.web.panels.outcome_panel import outcome_html
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.core.reading_words import check_words
-from web.panels.outcome_panel import outcome_html
-from web.view import RunStage, RunStatus, Shown
 
 Settings = tuple[str, dict[str, Any]]
 

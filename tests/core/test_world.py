@@ -11,10 +11,10 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.types import ContactPhase, Outcome
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from core.kernel.evaluate import StateEvaluation, evaluate_state
-from core.loading import load_scenario
-from core.scenario import Scenario
+from slipgrasp.core.kernel.evaluate import StateEvaluation, evaluate_state
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State, friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state

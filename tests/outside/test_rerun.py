@@ -13,11 +13,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.trace import SIGNALS
-from recordings import write_recording
-from recordings.schemas import SAMPLE_TOPICS, signals_of
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.recordings import write_recording
+from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, signals_of
 from tests.recordings.reading_display import shown_rows
 from tests.references.closed_loop import ClosedLoop
 

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.continuous import run_continuous
 from tests.references.hands import random_scenario
 from tests.references.hybrid import Run

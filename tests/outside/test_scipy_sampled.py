@@ -8,8 +8,8 @@ both sides learn at different speeds, on which case II depends much (over 74 mm 
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.outside.test_scipy_hybrid import check, paper_case
 from tests.references.continuous import run_continuous
 from tests.references.hybrid import initial_stage

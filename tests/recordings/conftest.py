@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from core.trace import SIGNALS
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.trace import SIGNALS
 
 SLIP_AND_STOP = {"simulation.duration": 0.3}
 LOST_GRIP = {

@@ -10,9 +10,9 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
 
-from core.result import RunResult
-from core.trace import Trace
-from recordings.foxglove import DISPLAY_RATE, FrameClock
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock
 
 __all__ = ["Shown", "matrix", "placed", "read_topic", "shown_rows"]
 

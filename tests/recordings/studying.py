@@ -1,11 +1,11 @@
 """Small studies that are really run, in this process."""
 
-from core.executors import make_executor
-from core.loading import load_scenario, scenario_from_mapping
-from core.study.loading import study_from_mapping
-from recordings.study.conductor import conduct
-from recordings.study.results import StudyResults
-from recordings.study.writer import StudyWriter
+from slipgrasp.core.executors import make_executor
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.writer import StudyWriter
 
 
 def make_study(**document):

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.types import ContactPhase, PhaseChange
-from recordings.alignment import MOST_ALIGNED, match_phase_changes, match_rows
+from slipgrasp.core.trace.types import ContactPhase, PhaseChange
+from slipgrasp.recordings.compare.alignment import MOST_ALIGNED, match_phase_changes, match_rows
 
 STICK, FORWARD = ContactPhase.STICK, ContactPhase.SLIP_FORWARD
 

@@ -14,13 +14,19 @@ from pathlib import Path
 
 import pytest
 
-from core.result import metric_names
-from core.types import Outcome
-from recordings import RecordingStore
-from recordings.exceptions import QueryError
-from recordings.run_folder import RunFolder
-from recordings.run_index import CATALOGUE_NAME, RunIndex
-from recordings.run_query import FIGURES, Condition, RunQuery, parse_end, parse_instant
+from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings import RecordingStore
+from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.store.run_folder import RunFolder
+from slipgrasp.recordings.store.run_index import CATALOGUE_NAME, RunIndex
+from slipgrasp.recordings.store.run_query import (
+    FIGURES,
+    Condition,
+    RunQuery,
+    parse_end,
+    parse_instant,
+)
 
 
 @pytest.fixture

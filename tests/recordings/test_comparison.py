@@ -9,14 +9,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from core.columns import columns_of
-from core.loading import load_scenario, with_values
-from core.metrics import metrics_of_trace
-from core.simulator import simulate
-from core.trace import Trace
-from core.types import Outcome
-from recordings import write_csv
-from recordings.comparison import IncomparableError, ToleranceError, compare
+from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings import write_csv
+from slipgrasp.recordings.compare.comparison import IncomparableError, ToleranceError, compare
 
 CASE_1 = load_scenario("paper-case-1")
 SLIPPERIER = {"fingers.0.friction": 0.25 * 1.01}

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.columns import columns_of
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.trace import Trace
-from recordings.comparison import compare
-from recordings.exceptions import RecordingExistsError
-from recordings.export.animation import write_gif
-from recordings.figures.comparison import draw_comparison
-from recordings.figures.files import save_figure, write_figure
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.figures.animation import write_gif
+from slipgrasp.figures.comparison import draw_comparison
+from slipgrasp.figures.files import save_figure, write_figure
+from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.exceptions import RecordingExistsError
 
 CASE_1 = load_scenario("paper-case-1")
 

@@ -4,8 +4,8 @@ import io
 import numpy as np
 import pytest
 
-from core.types import ContactPhase
-from recordings import csv_columns, write_csv
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings import csv_columns, write_csv
 
 COLUMNS = [
     *("t", "x", "y", "theta", "error_x", "error_y", "error_theta"),

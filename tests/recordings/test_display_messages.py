@@ -9,10 +9,10 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 
-from core.trace import Trace
-from core.types import ContactPhase
-from recordings.foxglove import DISPLAY_RATE, FrameClock, display_layouts
-from recordings.palette import PHASES
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock, display_layouts
+from slipgrasp.recordings.palette import PHASES
 from tests.recordings.reading_display import shown_rows
 
 

@@ -9,13 +9,13 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
-from core.columns import columns_of
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulator import simulate
-from core.types import ContactPhase
-from recordings.export import write_npz, write_parquet
-from recordings.export.animation import MAX_FRAMES, frame_times, write_gif
-from recordings.palette import PHASES
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.figures.animation import MAX_FRAMES, frame_times, write_gif
+from slipgrasp.recordings.export import write_npz, write_parquet
+from slipgrasp.recordings.palette import PHASES
 
 
 def written(write, run, **options):

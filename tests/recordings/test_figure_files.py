@@ -1,10 +1,10 @@
 import matplotlib
 import pytest
 
-from recordings.exceptions import RecordingExistsError, RecordingWriteError
-from recordings.figures import FORMATS, draw_figures, write_figures
-from recordings.reader import read_recording
-from recordings.writer import write_recording
+from slipgrasp.figures import FORMATS, draw_figures, write_figures
+from slipgrasp.recordings.exceptions import RecordingExistsError, RecordingWriteError
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
 
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF-", "png": b"\x89PNG\r\n"}
 

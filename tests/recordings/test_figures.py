@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from core.loading import load_scenario
-from core.simulator import simulate
-from core.types import ContactPhase
-from recordings.figures import draw_figures
-from recordings.figures.panels import finger_colour
-from recordings.figures.slip_times import closer_look
-from recordings.figures.style import paint
-from recordings.palette import PHASES
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.figures import draw_figures
+from slipgrasp.figures.panels import finger_colour
+from slipgrasp.figures.slip_times import closer_look
+from slipgrasp.figures.style import paint
+from slipgrasp.recordings.palette import PHASES
 from tests.recordings.reading_figures import axes_of, bars, quantities, texts, titles
 
 # What the captions of Fig. 5 to 10 list, in their order.

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.patches import Polygon
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulator import simulate
-from recordings.figures import draw_figures, figure_names
-from recordings.figures.schematic import start_pose
-from recordings.figures.slip_times import closer_look
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.figures import draw_figures, figure_names
+from slipgrasp.figures.schematic import start_pose
+from slipgrasp.figures.slip_times import closer_look
 from tests.held_polygon import CORNERS, held_polygon
 from tests.recordings.reading_figures import axes_of, quantities, texts, titles
 

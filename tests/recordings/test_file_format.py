@@ -9,11 +9,11 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Message, Metadata
 from mcap.stream_reader import StreamReader
 
-from core.loading import scenario_from_mapping
-from core.provenance import program_version
-from core.trace import SIGNALS
-from recordings import write_recording
-from recordings.versions import FORMAT_VERSION
+from slipgrasp.core.run.provenance import program_version
+from slipgrasp.core.scenario.loading import scenario_from_mapping
+from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.recordings import write_recording
+from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 DISPLAY_TOPICS = {"/tf", "/scene"}
 SAMPLE_TOPICS = {f"/slipgrasp/{s.topic}" for s in SIGNALS if s.topic != "time"}

@@ -4,10 +4,10 @@ import hashlib
 import struct
 from pathlib import Path
 
-from core.trace import SIGNALS
-from recordings.schemas import OWN_TOPICS, SAMPLE_TOPICS
-from recordings.state_hash import state_hash
-from recordings.versions import FORMAT_VERSION
+from slipgrasp.core.trace.trace import SIGNALS
+from slipgrasp.recordings.file.schemas import OWN_TOPICS, SAMPLE_TOPICS
+from slipgrasp.recordings.file.state_hash import state_hash
+from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 PAGE = Path(__file__).parents[2] / "docs" / "recordings.md"
 ENTRIES = {

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.scenario import Change
-from core.simulator import simulate
-from core.types import ContactPhase
-from recordings import palette, write_recording
-from recordings.foxglove import display_layouts
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Change
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings import palette, write_recording
+from slipgrasp.recordings.file.foxglove import display_layouts
 from tests.held_polygon import held_polygon
 from tests.recordings.reading_display import (
     Shown,

@@ -7,14 +7,16 @@ from importlib import resources
 import pytest
 from foxglove import layouts
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.types import ContactPhase
-from recordings import palette, write_recording
-from recordings.foxglove import SCENE_TOPIC
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings import palette, write_recording
+from slipgrasp.recordings.file.foxglove import SCENE_TOPIC
 from tests.recordings.reading_display import read_topic
 
-LAYOUT = json.loads(resources.files("recordings.foxglove").joinpath("layout.json").read_text())
+LAYOUT = json.loads(
+    resources.files("slipgrasp.recordings.file.foxglove").joinpath("layout.json").read_text()
+)
 PANELS = LAYOUT["configById"]
 SERIES = [series for panel in PANELS.values() for series in panel.get("paths", [])]
 PATH = re.compile(r"(/[\w/]+)\.(\w+)\[(\d)\]")

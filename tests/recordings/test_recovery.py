@@ -8,16 +8,25 @@ import pytest
 
 from benchmarks.faults.damage import assert_prefix, small_run, write_part
 from benchmarks.faults.disk import KINDS, FailingFile, growing_files
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.types import Outcome
-from recordings import DamagedRecordingError, RecordingError, read_recording, write_recording
-from recordings.atomic_file import part_of
-from recordings.exceptions import AlteredRecordingError, NothingToRecoverError, RecordingBusyError
-from recordings.file_lock import try_lock
-from recordings.reader import read_back, read_unfinished
-from recordings.recovery import recover, recover_orphans
-from recordings.writer import RecordingWriter
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings import (
+    DamagedRecordingError,
+    RecordingError,
+    read_recording,
+    write_recording,
+)
+from slipgrasp.recordings.exceptions import (
+    AlteredRecordingError,
+    NothingToRecoverError,
+    RecordingBusyError,
+)
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.file_lock import try_lock
+from slipgrasp.recordings.file.reader import read_back, read_unfinished
+from slipgrasp.recordings.file.recovery import recover, recover_orphans
+from slipgrasp.recordings.file.writer import RecordingWriter
 from tests.recordings.tampering import repack
 
 

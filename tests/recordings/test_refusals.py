@@ -10,11 +10,11 @@ import pytest
 import zstandard
 from mcap.writer import Writer
 
-from core.endings import describe_stop
-from core.metrics import metrics_of_trace
-from core.trace import Trace
-from core.types import Outcome
-from recordings import (
+from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.endings import describe_stop
+from slipgrasp.recordings import (
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
@@ -25,10 +25,10 @@ from recordings import (
     read_recording,
     write_recording,
 )
-from recordings.atomic_file import atomic_file
-from recordings.container import McapContainer
-from recordings.documents import START, start_document
-from recordings.exceptions import RecordingBusyError
+from slipgrasp.recordings.exceptions import RecordingBusyError
+from slipgrasp.recordings.file.atomic_file import atomic_file
+from slipgrasp.recordings.file.container import McapContainer
+from slipgrasp.recordings.file.documents import START, start_document
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +216,7 @@ def test_a_folder_that_does_not_exist_is_named(small, tmp_path):
 
 
 def test_display_messages_of_our_own_are_never_too_many(small, tmp_path, monkeypatch):
-    monkeypatch.setattr("recordings.scan.MAX_UNWANTED_MESSAGES", 0)
+    monkeypatch.setattr("slipgrasp.recordings.file.scan.MAX_UNWANTED_MESSAGES", 0)
     write_recording(small, tmp_path / "run.mcap", display_rate=1000.0)
 
     assert len(read_recording(tmp_path / "run.mcap").trace) == len(small.trace)

@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from core.trace import Trace
-from core.types import ContactPhase, Outcome, PhaseChange
-from recordings import RecordingWriter, read_recording, write_recording
-from recordings.reader import read_as_stated
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
+from slipgrasp.recordings import RecordingWriter, read_recording, write_recording
+from slipgrasp.recordings.file.reader import read_as_stated
 
 
 def test_a_run_reads_back_bit_for_bit(any_run, same_run, tmp_path):

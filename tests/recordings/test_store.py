@@ -7,28 +7,28 @@ from datetime import datetime
 
 import pytest
 
-from core.loading import with_values
-from core.types import RunWarning
-from recordings import (
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.trace.types import RunWarning
+from slipgrasp.recordings import (
     DamagedRecordingError,
     RecordingNotFoundError,
     RecordingStore,
     RecordingWriteError,
     default_data_directory,
-    documents,
     read_recording,
     write_recording,
 )
-from recordings.exceptions import (
+from slipgrasp.recordings.exceptions import (
     AnnotationError,
     ContradictoryRecordingError,
     RecordingChangedError,
     StorageFullError,
     UploadError,
 )
-from recordings.run_folder import RunFolder
-from recordings.run_query import RunQuery
-from recordings.storage_limits import StorageLimits
+from slipgrasp.recordings.file import documents
+from slipgrasp.recordings.store.run_folder import RunFolder
+from slipgrasp.recordings.store.run_query import RunQuery
+from slipgrasp.recordings.store.storage_limits import StorageLimits
 
 
 @pytest.fixture

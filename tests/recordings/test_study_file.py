@@ -9,29 +9,29 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from core.endings import describe_stop, describe_wall_limit
-from core.executors import Cancelled, make_executor
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.simulation import Simulation
-from core.simulator import simulate
-from core.study.definition import Study
-from core.study.loading import study_from_mapping
-from core.types import Outcome
-from recordings.atomic_file import part_of
-from recordings.exceptions import (
+from slipgrasp.core.executors import Cancelled, make_executor
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
+from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
     RecordingBusyError,
     RecordingExistsError,
 )
-from recordings.reader import read_recording
-from recordings.state_hash import state_hash
-from recordings.study.conductor import conduct
-from recordings.study.member import MemberResult
-from recordings.study.reader import open_study
-from recordings.study.rebuild import RebuildError, rebuild
-from recordings.study.rows import StudyRow, row_of
-from recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.state_hash import state_hash
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.member import MemberResult
+from slipgrasp.recordings.study.reader import open_study
+from slipgrasp.recordings.study.rebuild import RebuildError, rebuild
+from slipgrasp.recordings.study.rows import StudyRow, row_of
+from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 NUM_RUNS = 50
 
@@ -158,8 +158,8 @@ def test_an_interrupted_study_goes_on_behind_its_last_row(finished: Path, tmp_pa
 def test_slow_runs_are_written_one_by_one_and_give_the_same_file_in_the_end(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("recordings.study.member.TASK_SECONDS", 0.0)
-    monkeypatch.setattr("recordings.study.conductor.WRITE_INTERVAL", 0.0)
+    monkeypatch.setattr("slipgrasp.recordings.study.member.TASK_SECONDS", 0.0)
+    monkeypatch.setattr("slipgrasp.recordings.study.conductor.WRITE_INTERVAL", 0.0)
     path = tmp_path / "study.mcap"
     first = run_study(make_study(), path, stop_after=7)
     assert [row.index for row in first] == list(range(7))

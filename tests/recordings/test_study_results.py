@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from core.result import metric_names
-from core.simulator import simulate
-from core.types import Outcome
-from recordings.exceptions import QueryError
-from recordings.study.results import StudyResults, read_results
-from recordings.study.rows import StudyRow
-from recordings.study.varied import compared_keys
+from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.results import StudyResults, read_results
+from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.varied import compared_keys
 from tests.recordings.studying import make_study, run_study
 
 SAMPLED = {

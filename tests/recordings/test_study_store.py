@@ -8,20 +8,20 @@ from pathlib import Path
 
 import pytest
 
-from core.executors import make_executor
-from core.loading import load_scenario
-from core.study.definition import Study
-from core.study.loading import study_from_mapping
-from recordings.atomic_file import part_of
-from recordings.exceptions import RecordingNotFoundError, StorageFullError
-from recordings.file_lock import try_lock
-from recordings.storage_limits import StorageLimits
-from recordings.store import RecordingStore
-from recordings.study.conductor import conduct
-from recordings.study.documents import StudyEnd
-from recordings.study.stored_study import StudySidecars
-from recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
-from recordings.study.writer import StudyWriter
+from slipgrasp.core.executors import make_executor
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.recordings.exceptions import RecordingNotFoundError, StorageFullError
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.file_lock import try_lock
+from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.stored_study import StudySidecars
+from slipgrasp.recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
+from slipgrasp.recordings.study.writer import StudyWriter
 
 
 @pytest.fixture

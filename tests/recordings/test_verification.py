@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.columns import columns_of
-from core.endings import describe_stop, describe_wall_limit
-from core.loading import load_scenario, with_values
-from core.metrics import metrics_of_trace
-from core.simulator import Simulation, simulate
-from core.trace import Trace
-from core.types import Outcome, RunWarning
-from recordings import read_recording, write_recording
-from recordings.comparison import compare
-from recordings.exceptions import AlteredRecordingError
-from recordings.reader import read_unfinished
-from recordings.verification import verify, verify_recording
+from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.simulator import Simulation, simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import Outcome, RunWarning
+from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
+from slipgrasp.recordings import read_recording, write_recording
+from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.compare.verification import verify, verify_recording
+from slipgrasp.recordings.exceptions import AlteredRecordingError
+from slipgrasp.recordings.file.reader import read_unfinished
 from tests.recordings.tampering import patch_in_place, repack
 
 OLD_RECORDINGS = sorted((Path(__file__).parent / "data").glob("format-*.mcap"))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
 from tests.references.controller import Law, Unknowns, regressor
 from tests.references.finger import Finger
 from tests.references.hand import Hand, Kinematics, Motion, Parameters, Phase, State

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import regressor
 from tests.references.hand import Kinematics, Parameters, Phase, State

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from core.loading import load_scenario, scenario_from_mapping
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from tests.references.hand import Phase, State
 
 __all__ = [

@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from core.loading import with_values
-from core.result import RunResult
-from core.scenario import Scenario
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
 from tests.references.hand import State
 from tests.references.open_contacts import OPEN, REST_SPEED, Answer, Instant
 from tests.references.world import World

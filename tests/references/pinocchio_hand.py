@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
-from core.scenario import FingerParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, Scenario
 from tests.references.hand import Motion, Phase, State, block_diagonal, friction_rows
 
 __all__ = ["FingerTerms", "PinocchioHand", "describe_hand"]

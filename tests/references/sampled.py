@@ -9,7 +9,7 @@ from itertools import count, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scenario import Scenario
+from slipgrasp.core.scenario import Scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.composite import Composite, stopping
 from tests.references.hybrid import (

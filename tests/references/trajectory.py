@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BPoly, CubicSpline, PPoly
 
-from core.scenario import TrajectoryParameters
+from slipgrasp.core.scenario import TrajectoryParameters
 
 __all__ = ["Trajectory", "trajectory_of"]
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scenario import Patch, Scenario
+from slipgrasp.core.scenario import Patch, Scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hybrid import Guard, unpack
 

@@ -12,9 +12,9 @@ from typing import Any
 import httpx2
 from fastapi import FastAPI
 
-from server.app import create_app, server_config
-from server.settings import Settings
-from server.stopping import StoppableServer
+from slipgrasp.server.app import create_app, server_config
+from slipgrasp.server.settings import Settings
+from slipgrasp.server.stopping import StoppableServer
 from tests.waiting import PATIENCE, wait_until
 
 __all__ = ["RunningServer", "patient_settings", "serve"]

@@ -10,8 +10,12 @@ import pytest
 import viser
 import websockets.asyncio.server
 
-from server.access import RESOURCE_CONTENT_POLICY, check_access, guarded_websocket_listeners
-from server.settings import Settings, SettingsError
+from slipgrasp.server.http.access import (
+    RESOURCE_CONTENT_POLICY,
+    check_access,
+    guarded_websocket_listeners,
+)
+from slipgrasp.server.settings import Settings, SettingsError
 from tests.server.raw_http import Answer, get, post, upgrade
 
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -9,8 +9,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from server.errors import InvalidRequestError, UnreadableBodyError
-from server.json_body import MAX_DEPTH, MAX_NAME_LENGTH, MAX_NAMES, MAX_VALUES, read_json
+from slipgrasp.server.http.errors import InvalidRequestError, UnreadableBodyError
+from slipgrasp.server.http.json_body import (
+    MAX_DEPTH,
+    MAX_NAME_LENGTH,
+    MAX_NAMES,
+    MAX_VALUES,
+    read_json,
+)
 from tests.server.raw_http import exchange, post
 from tests.waiting import PATIENCE
 
@@ -168,7 +174,7 @@ def test_an_unknown_preset_is_refused(client, name, near) -> None:
 def test_a_file_of_the_machine_is_no_scenario(client, tmp_path) -> None:
     file = tmp_path / "scenario.toml"
     file.write_text("title = 'x'")
-    for name in (str(file), "/etc/passwd", "core/presets/paper-case-1.toml"):
+    for name in (str(file), "/etc/passwd", "core/scenario/presets/paper-case-1.toml"):
         (error,) = refused(client, json.dumps({"scenario": name}))
         assert error["field"] == "scenario"
 

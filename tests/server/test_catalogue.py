@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from core.loading import load_scenario, parameter_definitions, preset_names, scenario_from_mapping
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    parameter_definitions,
+    preset_names,
+    scenario_from_mapping,
+)
 
 
 def test_health_says_that_the_service_is_up(client) -> None:

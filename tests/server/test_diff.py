@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from recordings import read_recording
-from recordings.comparison import compare
+from slipgrasp.recordings import read_recording
+from slipgrasp.recordings.compare.comparison import compare
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ import httpx2
 import numpy as np
 import pytest
 
-from recordings.exceptions import RecordingWriteError
-from server.made_files import MadeFiles
+from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.server.http.made_files import MadeFiles
 from tests.server.raw_http import exchange
 from tests.server.serving import RunningServer
 

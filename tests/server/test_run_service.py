@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from benchmarks.faults.disk import KINDS, FailingFile, growing_files
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, with_values
-from core.types import Outcome
-from recordings.store import RecordingStore
-from server.errors import ServiceBusyError
-from server.run_service import RunService
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.runs.run_service import RunService
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 

@@ -13,11 +13,11 @@ from typing import Any
 import httpx2
 import pytest
 
-from core.loading import load_scenario
-from core.simulator import simulate
-from core.types import Outcome
-from recordings.export import csv_columns, write_csv
-from recordings.reader import read_recording
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.export import csv_columns, write_csv
+from slipgrasp.recordings.file.reader import read_recording
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 

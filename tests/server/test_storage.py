@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from recordings.exceptions import FolderInUseError, RecordingWriteError
-from recordings.store import RecordingStore
-from server.service_lock import LOCK_NAME, check_not_served, service_lock
+from slipgrasp.recordings.exceptions import FolderInUseError, RecordingWriteError
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.service_lock import LOCK_NAME, check_not_served, service_lock
 from tests.server.serving import patient_settings, serve
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
@@ -62,7 +62,7 @@ def test_runs_can_be_saved_into_a_folder_that_is_served(tmp_path, short_result) 
 HOLD = """
 import sys
 from pathlib import Path
-from server.service_lock import service_lock
+from slipgrasp.server.service_lock import service_lock
 with service_lock(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()

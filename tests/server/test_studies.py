@@ -11,11 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 import httpx2
 import pytest
 
-from core.loading import load_scenario
-from recordings.study.documents import StudyEnd
-from recordings.study.results import read_results
-from recordings.study.writer import StudyWriter
-from server.study_request import read_study
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.results import read_results
+from slipgrasp.recordings.study.writer import StudyWriter
+from slipgrasp.server.studies.study_request import read_study
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE

@@ -13,11 +13,11 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from core.executors import make_executor
-from recordings.study.conductor import conduct
-from recordings.study.reader import open_study
-from recordings.study.writer import StudyWriter
-from server.study_request import read_study
+from slipgrasp.core.executors import make_executor
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.reader import open_study
+from slipgrasp.recordings.study.writer import StudyWriter
+from slipgrasp.server.studies.study_request import read_study
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE
@@ -75,7 +75,11 @@ def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client
 def workers_of(process: subprocess.Popen[str]) -> list[int]:
     threads = Path(f"/proc/{process.pid}/task").iterdir()
     found = [int(pid) for thread in threads for pid in (thread / "children").read_text().split()]
-    return [pid for pid in found if b"core.executors" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    return [
+        pid
+        for pid in found
+        if b"slipgrasp.core.executors" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    ]
 
 
 def test_no_run_is_lost_or_done_twice_whoever_is_killed(tmp_path, undisturbed):

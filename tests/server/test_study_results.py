@@ -12,11 +12,11 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from core.batch import simulate_many
-from core.loading import load_scenario, with_values
-from recordings.reader import read_recording
-from recordings.state_hash import state_hash
-from recordings.study.results import read_results
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.state_hash import state_hash
+from slipgrasp.recordings.study.results import read_results
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 

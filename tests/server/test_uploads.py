@@ -14,9 +14,9 @@ import httpx2
 import pytest
 from mcap.writer import Writer
 
-from recordings import read_recording, write_recording
-from server import upload_body
-from server.routes.recordings import MAX_UPLOADS
+from slipgrasp.recordings import read_recording, write_recording
+from slipgrasp.server.http import upload_body
+from slipgrasp.server.routes.recordings import MAX_UPLOADS
 from tests.server.raw_http import exchange
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until

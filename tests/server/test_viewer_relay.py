@@ -15,9 +15,9 @@ import websockets.asyncio.client
 import websockets.asyncio.server
 from websockets.exceptions import ConnectionClosed
 
-from server import viewer_relay
-from server.app import create_app
-from server.viewer_relay import MAX_VIEWERS, add_viewer_routes
+from slipgrasp.server.app import create_app
+from slipgrasp.server.viewer import viewer_relay
+from slipgrasp.server.viewer.viewer_relay import MAX_VIEWERS, add_viewer_routes
 from tests.server.raw_http import get
 from tests.server.serving import patient_settings, serve
 from tests.waiting import PATIENCE, wait_until

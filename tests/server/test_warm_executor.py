@@ -9,8 +9,8 @@ from functools import partial
 
 import pytest
 
-from core.executors import ExecutorError, make_executor
-from server.warm_executor import WarmExecutor
+from slipgrasp.core.executors import ExecutorError, make_executor
+from slipgrasp.server.studies.warm_executor import WarmExecutor
 
 INLINE = partial(make_executor, "inline")
 

@@ -81,7 +81,7 @@ class CommandLine:
 @pytest.fixture(scope="session")
 def kernel() -> None:
     """Compiles the simulation once, before the first command is timed."""
-    from core.simulator import prepare_kernel
+    from slipgrasp.core.run.simulator import prepare_kernel
 
     prepare_kernel()
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from recordings import write_recording
-from recordings.comparison import compare
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import write_recording
+from slipgrasp.recordings.compare.comparison import compare
 
 SHORT = {"simulation.duration": 0.3}
 CHANGES = {

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from web.page.keys import KEYS, keys_of
+from slipgrasp.web.page.keys import KEYS, keys_of
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(ROOT.glob("*.md")) + sorted((ROOT / "docs").glob("*.md"))

@@ -8,9 +8,9 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from recordings import csv_columns, write_csv, write_recording
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import csv_columns, write_csv, write_recording
 from tests.slipgrasp.conftest import without_waiting
 
 

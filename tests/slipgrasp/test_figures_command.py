@@ -3,11 +3,11 @@ import sys
 
 import pytest
 
-from core.loading import load_scenario, scenario_to_toml, with_values
-from core.simulator import simulate
-from recordings.figures import FORMATS
-from recordings.writer import write_recording
 from slipgrasp.cli import figures
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml, with_values
+from slipgrasp.figures import FORMATS
+from slipgrasp.recordings.file.writer import write_recording
 from tests.slipgrasp.conftest import without_waiting
 
 PAPER_CASE_1 = ("fig-4-schematic", "fig-5-tracking", "fig-6-estimates", "fig-7-forces")

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from recordings import read_recording
-from recordings.store import RecordingStore
+from slipgrasp.recordings import read_recording
+from slipgrasp.recordings.store.store import RecordingStore
 from tests.waiting import PATIENCE
 
 CASE = ("paper-case-1", "--set", "simulation.duration=1", "--over", "object.mass")

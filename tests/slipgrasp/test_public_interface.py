@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import slipgrasp
-from recordings.reader import read_recording
+from slipgrasp.recordings.file.reader import read_recording
 
 ROOT = Path(__file__).parents[2]
 

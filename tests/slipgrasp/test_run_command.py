@@ -5,11 +5,11 @@ import signal
 import pytest
 from mcap.reader import make_reader
 
-from core.law_choice import with_law
-from core.loading import load_scenario, with_values
-from core.scenario import CONTROL_LAWS
-from core.types import Outcome
-from recordings import read_recording
+from slipgrasp.core.scenario import CONTROL_LAWS
+from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings import read_recording
 
 SHORT = ("paper-case-2", "--set", "simulation.duration=0.3")
 LOST_GRIP = (

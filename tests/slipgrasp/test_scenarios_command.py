@@ -1,6 +1,6 @@
 import pytest
 
-from core.loading import load_scenario, preset_names
+from slipgrasp.core.scenario.loading import load_scenario, preset_names
 
 
 def test_scenarios_lists_the_presets_with_their_titles(slipgrasp):

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from core.simulator import simulate
-from core.study.loading import load_study
-from recordings.reader import read_recording
-from recordings.state_hash import state_hash
-from recordings.study.results import read_results
 from slipgrasp.cli.main import main
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.study.loading import load_study
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.state_hash import state_hash
+from slipgrasp.recordings.study.results import read_results
 from tests.recordings.studying import make_study, run_study
 from tests.waiting import wait_until
 
@@ -200,7 +200,7 @@ def test_a_study_that_was_begun_is_not_mixed_with_another(study, command):
 HELD = """
 import sys, time
 from pathlib import Path
-from recordings.study import conductor
+from slipgrasp.recordings.study import conductor
 from slipgrasp.cli.main import main
 
 conduct = conductor.conduct

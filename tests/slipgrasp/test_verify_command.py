@@ -5,9 +5,9 @@ import urllib.request
 
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.simulator import simulate
-from recordings import write_recording
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings import write_recording
 from tests.recordings.tampering import patch_in_place, repack
 from tests.slipgrasp.test_serve_command import serving
 

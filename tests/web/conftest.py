@@ -15,16 +15,16 @@ from playwright.sync_api import (
     ViewportSize,
 )
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from recordings.store import RecordingStore
-from recordings.stored_run import StoredRun
-from server.viewer_server import ViewerServer
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.app import create_dashboard_app
 from tests import waiting
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.web.driving import pause
-from web.app import create_dashboard_app
 
 PATIENCE = 1000 * waiting.PATIENCE  # [ms]
 SMALL = ViewportSize(width=1000, height=700)

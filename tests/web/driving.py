@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import Locator, Page
 
+from slipgrasp.web.panels.strip import clock_words
 from tests.waiting import wait_until
-from web.timeline.strip import clock_words
 
 __all__ = [
     "SLIP_CHART",

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import viser
 
-from server.viewer_server import ViewerServer
+from slipgrasp.server.viewer.viewer_server import ViewerServer
 
 __all__ = ["ListeningClient"]
 

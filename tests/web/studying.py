@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.loading import load_scenario, with_values
-from core.scenario import Scenario
-from web.study.plan import AxisPlan, Plan
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.web.model.study_plan import AxisPlan, Plan
 
 __all__ = ["PLAN", "quick_scenario"]
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.loading import with_values
-from core.result import RunResult
-from core.simulator import simulate
-from core.trace import Trace, TraceShape
-from web.charts.charts import Chart, Line, charts_of, contact_charts
-from web.charts.columns import Drawing, event_rows, read_rows, rows_to_draw
-from web.timeline.playback import TimeWindow, slip_window, whole_window
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.trace.trace import Trace, TraceShape
+from slipgrasp.web.charts.charts import Chart, Line, charts_of, contact_charts
+from slipgrasp.web.charts.columns import Drawing, event_rows, read_rows, rows_to_draw
+from slipgrasp.web.model.playback import TimeWindow, slip_window, whole_window
 
 
 def long_trace(rows: int) -> Trace:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from web.charts.charts import Chart, charts_of, rate_of_change
-from web.sampling import locate
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.web.charts.charts import Chart, charts_of, rate_of_change
+from slipgrasp.web.model.sampling import locate
 
 
 def chart_of(result: RunResult, key: str) -> Chart:

@@ -12,19 +12,25 @@ import numpy as np
 import pytest
 from viser._messages import GuiUpdateMessage, GuiUplotMessage
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from core.simulator import simulate
-from server.viewer_server import ViewerServer
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.charts.charts import charts_of
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.charts import ToggleLine
+from slipgrasp.web.model.playback import (
+    Playback,
+    TimeWindow,
+    WindowChoice,
+    slip_window,
+    whole_window,
+)
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.charts_panel import ChartsPanel, is_reading_due
+from slipgrasp.web.reducers.charts import ChartsDesk
 from tests.web.listening_gui import ListeningClient
-from web.charts.charts import charts_of
-from web.desks.charts_desk import ChartsDesk
-from web.intents.charts import ToggleLine
-from web.panels.charts_panel import ChartsPanel, is_reading_due
-from web.scenario.draft import Draft
-from web.timeline.playback import Playback, TimeWindow, WindowChoice, slip_window, whole_window
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 
 def view_of(result: RunResult, window: TimeWindow | None = None) -> ViewState:

@@ -8,25 +8,30 @@ from itertools import permutations
 import pytest
 from playwright.sync_api import expect
 
-from core.law_choice import with_law as core_with_law
-from core.loading import load_scenario, preset_names, scenario_from_mapping, with_values
-from core.scenario import CONTROL_LAWS, Change, Scenario
-from core.simulator import simulate
-from core.verdict import describe_run
-from server.viewer_server import ViewerServer
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario import CONTROL_LAWS, Change, Scenario
+from slipgrasp.core.scenario.law_choice import with_law as core_with_law
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    preset_names,
+    scenario_from_mapping,
+    with_values,
+)
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.draft import Draft, Value
+from slipgrasp.web.model.editing import LawNote, Reach
+from slipgrasp.web.model.events import events_of
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.scenario import ChooseReach, Redo, RemoveChange, SetParameter, Undo
+from slipgrasp.web.model.laws import law_change_words, with_law
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.scenario_panel import changes_html
+from slipgrasp.web.reducers.scenario import ScenarioDesk
 from tests.web.conftest import Visitors
 from tests.web.driving import pause_at
-from web.desks.scenario_desk import ScenarioDesk
-from web.intents.intent import Intent
-from web.intents.scenario import ChooseReach, Redo, RemoveChange, SetParameter, Undo
-from web.panels.knobs_panel import KnobsPanel
-from web.panels.scenario_panel import changes_html
-from web.scenario.draft import Draft, Value
-from web.scenario.editing import LawNote, Reach
-from web.scenario.laws import law_change_words, with_law
-from web.timeline.events import events_of
-from web.timeline.playback import Playback, TimeWindow, WindowChoice
-from web.view import RunStage, RunStatus, ViewState
 
 LAW, PERIOD, SAFETY = "controller.kind", "controller.control_period", "controller.grip_safety"
 FIRST = Draft.from_preset("paper-case-2")

@@ -8,29 +8,27 @@ from dataclasses import replace
 from html import unescape
 from xml.etree import ElementTree
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from recordings.comparison import compare
-from recordings.store import RecordingStore
-from recordings.stored_run import StoredRun
-from server.viewer_server import ViewerServer
-from web.compare.pairing import with_pale_run
-from web.compare.state import Comparing
-from web.compare.words import amount, column_words, number, scale_of, value_words
-from web.intents.compare import (
-    SwapRuns,
-)
-from web.intents.intent import Intent
-from web.library.replay import open_replay
-from web.library.shelf import Shelf
-from web.page.intents_schema import PageGestures
-from web.panels.compare_html import MOST_PHASE_CHANGES, findings_html, first_divergence
-from web.panels.compare_panel import NONE, ON_SCREEN, ComparePanel, compare_html
-from web.scenario.draft import Draft
-from web.showing import show, show_replay
-from web.timeline.playback import WindowChoice
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.compare import Comparing
+from slipgrasp.web.model.compare_words import amount, column_words, number, scale_of, value_words
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.compare import SwapRuns
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.pairing import with_pale_run
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.replay import open_replay
+from slipgrasp.web.model.shelf import Shelf
+from slipgrasp.web.model.showing import show, show_replay
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.panels.compare_html import MOST_PHASE_CHANGES, findings_html, first_divergence
+from slipgrasp.web.panels.compare_panel import NONE, ON_SCREEN, ComparePanel, compare_html
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 FINGERS = ("left", "right")

@@ -9,13 +9,11 @@ from dataclasses import replace
 
 import pytest
 
-from core.result import RunResult
-from recordings.store import RecordingStore
-from recordings.stored_run import StoredRun
-from tests.waiting import PATIENCE
-from web.compare.pairing import can_swap, pair_of, with_pale_run
-from web.desks.compare_desk import CompareDesk
-from web.intents.compare import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.compare import (
     CompareRuns,
     CompareUnreadable,
     EndComparison,
@@ -23,14 +21,16 @@ from web.intents.compare import (
     RunsOpened,
     SwapRuns,
 )
-from web.intents.intent import Intent
-from web.library.replay import open_replay
-from web.library.shelf import Shelf
-from web.panels.compare_panel import compare_html
-from web.scenario.draft import Draft
-from web.showing import show, show_replay
-from web.timeline.playback import WindowChoice, slip_window
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.pairing import can_swap, pair_of, with_pale_run
+from slipgrasp.web.model.playback import WindowChoice, slip_window
+from slipgrasp.web.model.replay import open_replay
+from slipgrasp.web.model.shelf import Shelf
+from slipgrasp.web.model.showing import show, show_replay
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.compare_panel import compare_html
+from slipgrasp.web.reducers.compare import CompareDesk
+from tests.waiting import PATIENCE
 
 REST = 1.0
 

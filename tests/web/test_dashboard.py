@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from core.types import ContactPhase
-from recordings.store import RecordingStore
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.web.charts.charts import CHART_TABS
+from slipgrasp.web.model.colours import PHASES
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
 from tests.web.driving import knob, number_field, pause_at, picture, set_number, slip_at_end
-from web.charts.charts import CHART_TABS
-from web.colours import PHASES
 
 MOVE_TWENTY_TIMES = """async slider => {
     for (let i = 0; i < 20; i += 1) {

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.exceptions import ScenarioError
-from core.loading import with_values
-from core.result import RunResult
-from core.scenario import Change
-from core.simulator import simulate
-from web.scenario.draft import Draft, TimedEdit, Value, change_time
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Change
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.web.model.draft import Draft, TimedEdit, Value, change_time
 
 MASS, FRICTION, WIDTH = "object.mass", "fingers.0.friction", "object.half_width"
 

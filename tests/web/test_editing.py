@@ -7,13 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, scenario_from_toml, scenario_to_toml
-from core.result import RunResult
-from core.scenario import Change, Pulse
-from web.desks.scenario_desk import ScenarioDesk
-from web.intents.compare import EndComparison
-from web.intents.intent import Intent
-from web.intents.scenario import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Change, Pulse
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, scenario_to_toml
+from slipgrasp.web.model.draft import Draft, TimedEdit
+from slipgrasp.web.model.editing import Editing, Reach
+from slipgrasp.web.model.history import History
+from slipgrasp.web.model.incidents import Incidence
+from slipgrasp.web.model.intents.compare import EndComparison
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.scenario import (
     ChoosePreset,
     ChooseReach,
     Happen,
@@ -26,12 +29,9 @@ from web.intents.scenario import (
     SetParameter,
     Undo,
 )
-from web.scenario.draft import Draft, TimedEdit
-from web.scenario.editing import Editing, Reach
-from web.scenario.history import History
-from web.scenario.incidents import Incidence
-from web.timeline.playback import Playback, TimeWindow, WindowChoice
-from web.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.reducers.scenario import ScenarioDesk
 
 MASS, INERTIA = "object.mass", "object.inertia"
 

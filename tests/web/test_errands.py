@@ -7,8 +7,8 @@ import threading
 
 import pytest
 
+from slipgrasp.web.workers.errands import Errands
 from tests.waiting import PATIENCE
-from web.errands import Errands
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Change
-from core.simulator import simulate
-from core.types import Outcome
-from web.timeline.events import EventKind, events_of, neighbouring_event_time
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Change
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.web.model.events import EventKind, events_of, neighbouring_event_time
 
 
 @pytest.fixture(scope="module")

@@ -10,20 +10,15 @@ from xml.etree import ElementTree
 
 import pytest
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from server.viewer_server import ViewerServer
-from tests.waiting import PATIENCE
-from tests.web.listening_gui import ListeningClient
-from tests.web.test_charts_panel import view_of
-from web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
-from web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
-from web.charts.state import ChartsView
-from web.desks.export_desk import ExportDesk
-from web.export.state import ExportFile, Exporting, file_name
-from web.export.worker import ExportWorker
-from web.intents.export import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
+from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
+from slipgrasp.web.model.charts import ChartsView
+from slipgrasp.web.model.export import ExportFile, Exporting, file_name
+from slipgrasp.web.model.intents.export import (
     CancelExport,
     ExportCharts,
     ExportFailed,
@@ -32,10 +27,15 @@ from web.intents.export import (
     ExportPicture,
     ExportReplay,
 )
-from web.intents.intent import Intent
-from web.panels.export_panel import ExportPanel
-from web.timeline.playback import slip_window
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.playback import slip_window
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.export_panel import ExportPanel
+from slipgrasp.web.reducers.export import ExportDesk
+from slipgrasp.web.workers.export_worker import ExportWorker
+from tests.waiting import PATIENCE
+from tests.web.listening_gui import ListeningClient
+from tests.web.test_charts_panel import view_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 

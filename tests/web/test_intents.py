@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.result import RunResult
-from web.desks.playback_desk import PlaybackDesk
-from web.intents.mailbox import Mailbox, coalesce
-from web.intents.playback import Seek, Step, TogglePlay
-from web.intents.scenario import ChoosePreset, ResetScenario, SetParameter, Undo
-from web.pacing import FRAME_INTERVAL, FramePacer, is_save_due
-from web.scenario.draft import Draft
-from web.scenario.preview_worker import is_outdated
-from web.timeline.playback import Playback, TimeWindow, WindowChoice
-from web.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.mailbox import Mailbox, coalesce
+from slipgrasp.web.model.intents.playback import Seek, Step, TogglePlay
+from slipgrasp.web.model.intents.scenario import ChoosePreset, ResetScenario, SetParameter, Undo
+from slipgrasp.web.model.pacing import FRAME_INTERVAL, FramePacer, is_save_due
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.reducers.playback import PlaybackDesk
+from slipgrasp.web.workers.preview_worker import is_outdated
 
 
 def test_only_the_last_value_of_a_dragged_knob_counts() -> None:

@@ -8,20 +8,20 @@ from time import monotonic
 import pytest
 import viser
 
-from core.exceptions import FieldError, ScenarioError
-from core.loading import load_scenario, parameter_definitions, with_values
-from core.scenario import Scenario
-from server.viewer_server import ViewerServer
-from web.intents.intent import Intent
-from web.panels.knobs_panel import KnobsPanel
-from web.panels.parameter_inputs import as_text, parse_text
-from web.panels.slider_range import slider_range
-from web.scenario.draft import Draft
-from web.scenario.editing import Gesture
-from web.scenario.incidents import push_at
-from web.scenario.parameter_groups import Entry, group_parameters, knob_label, value_words
-from web.timeline.playback import Playback, TimeWindow, WindowChoice
-from web.view import RunStage, RunStatus, ViewState
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.editing import Gesture
+from slipgrasp.web.model.incidents import push_at
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.parameter_groups import Entry, group_parameters, knob_label, value_words
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.slider_range import slider_range
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.parameter_inputs import as_text, parse_text
 
 NAMES = ("left", "right")
 GAIN, MASS = "controller.position_gain", "object.mass"

@@ -8,13 +8,11 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from core.result import RunResult
-from recordings.store import RecordingStore
-from recordings.stored_run import StoredRun
-from tests.waiting import PATIENCE
-from web.errands import Errands
-from web.intents.intent import Intent
-from web.intents.recordings import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
     DeleteRecording,
     RecordingChanged,
@@ -23,8 +21,10 @@ from web.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from web.library.librarian import Librarian
-from web.library.shelf import OUTCOME_CHOICES, ROWS_PER_PAGE, ShelfFilter
+from slipgrasp.web.model.shelf import OUTCOME_CHOICES, ROWS_PER_PAGE, ShelfFilter
+from slipgrasp.web.workers.errands import Errands
+from slipgrasp.web.workers.librarian import Librarian
+from tests.waiting import PATIENCE
 
 ALL = ShelfFilter()
 HOSTILE = "<img src=x onerror=alert(1)>"

@@ -6,16 +6,20 @@ from dataclasses import replace
 
 import pytest
 
-from core.result import RunResult
-from web.desks.link_desk import LinkDesk, linked_time
-from web.intents.intent import Intent
-from web.intents.link import OpenLink
-from web.intents.recordings import OpenRecording, RecordingOpened, RecordingUnreadable
-from web.library.replay import Replay
-from web.scenario.draft import Draft
-from web.showing import show_replay
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, ViewState
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.link import OpenLink
+from slipgrasp.web.model.intents.recordings import (
+    OpenRecording,
+    RecordingOpened,
+    RecordingUnreadable,
+)
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.showing import show_replay
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.reducers.link import LinkDesk, linked_time
 
 RUN = "abcdefghijkl"
 NUMBER = 1

@@ -9,19 +9,19 @@ from dataclasses import dataclass, replace
 import pytest
 import viser
 
-from core.loading import load_scenario
-from server.viewer_server import ViewerServer
-from web.camera import FrontCamera
-from web.desks.picture_desk import PictureDesk
-from web.intents.intent import Intent
-from web.intents.picture import PageMeasured, SetLook, ToggleDark
-from web.look import Look
-from web.page.intents_schema import PageGestures
-from web.panels.look_panel import LookPanel
-from web.room import MARGIN, Room, guess_room, panel_sizes
-from web.scenario.draft import Draft
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, ViewState
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.picture import PageMeasured, SetLook, ToggleDark
+from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.room import MARGIN, Room, guess_room, panel_sizes
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.panels.look_panel import LookPanel
+from slipgrasp.web.reducers.picture import PictureDesk
 
 ROOM = Room(1440, 900, 740, 900, 220)
 

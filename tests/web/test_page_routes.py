@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import httpx2
 import pytest
 
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.playback import Seek, TogglePlay
+from slipgrasp.web.page.head import head_html
 from tests.server.raw_http import get, post
 from tests.server.serving import RunningServer
 from tests.waiting import PATIENCE
-from web.intents.intent import Intent
-from web.intents.playback import Seek, TogglePlay
-from web.page.head import head_html
 
 
 @dataclass

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page
 
-from core.types import ContactPhase
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.colours import PHASES
 from tests.waiting import wait_until
 from tests.web.driving import pause_at, picture, set_number
-from web.colours import PHASES
 
 pytestmark = [
     pytest.mark.browser,

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from core.result import RunResult
-from web.intents.intent import Intent
-from web.intents.picture import FrameHand
-from web.intents.playback import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.picture import FrameHand
+from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
     GoToEdge,
@@ -21,8 +21,8 @@ from web.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from web.timeline.play_head import choice_after, moved
-from web.timeline.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.play_head import choice_after, moved
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 
 PLAYING = Playback(time=1.5, window=TimeWindow(1.0, 3.0), speed=0.5, playing=True)
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.result import RunResult
-from web.timeline.playback import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.playback import (
     SPEEDS,
     Playback,
     TimeWindow,

@@ -9,18 +9,18 @@ from xml.etree import ElementTree
 
 import pytest
 
-from core.result import RunResult
-from server.viewer_server import ViewerServer
-from web.intents.playback import Seek, SetSpeed
-from web.library.replay import Replay
-from web.page.intents_schema import PageGestures
-from web.page.keys import KEYS, keys_html, keys_of
-from web.panels.beacon_panel import BeaconPanel, linked_run
-from web.panels.playback_panel import PlaybackPanel
-from web.scenario.draft import Draft
-from web.timeline.playback import Playback, WindowChoice, start_playback
-from web.timeline.transport import transport_html
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.playback import Seek, SetSpeed
+from slipgrasp.web.model.playback import Playback, WindowChoice, start_playback
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.page.keys import KEYS, keys_html, keys_of
+from slipgrasp.web.panels.beacon_panel import BeaconPanel, linked_run
+from slipgrasp.web.panels.playback_panel import PlaybackPanel
+from slipgrasp.web.panels.transport import transport_html
 
 
 @pytest.fixture

@@ -10,18 +10,18 @@ from pathlib import Path
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.scenario import Scenario
-from recordings.store import RecordingStore
-from server.run_service import RunService
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.runs import RunFinished, RunSaved, SaveFailed
+from slipgrasp.web.workers.preview_worker import PreviewWorker
+from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE
-from web.intents.intent import Intent
-from web.intents.runs import RunFinished, RunSaved, SaveFailed
-from web.scenario.preview_worker import PreviewWorker
-from web.scenario.saved_runs import SavedRuns
 
 CASE = load_scenario("paper-case-1")
 # Ten minutes in steps of 10 µs: long enough to be given up.

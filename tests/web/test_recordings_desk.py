@@ -7,13 +7,12 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from core.result import RunResult
-from recordings.store import RecordingStore
-from recordings.stored_run import StoredRun
-from tests.waiting import PATIENCE
-from web.desks.recordings_desk import RecordingsDesk, relist_interval
-from web.intents.intent import Intent
-from web.intents.recordings import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
     ChooseRecording,
     DeleteRecording,
@@ -24,10 +23,11 @@ from web.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from web.library.shelf import ROWS_PER_PAGE, Notice, Shelf
-from web.scenario.draft import Draft
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.shelf import ROWS_PER_PAGE, Notice, Shelf
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.reducers.recordings import RecordingsDesk, relist_interval
+from tests.waiting import PATIENCE
 
 
 def first_view() -> ViewState:

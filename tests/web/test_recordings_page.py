@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from core.result import RunResult
-from recordings.store import RecordingStore
-from recordings.writer import write_recording
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.web.app import create_dashboard_app
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 from tests.web.conftest import visitors_of
 from tests.web.driving import fill, number_field
-from web.app import create_dashboard_app
 
 pytestmark = [
     pytest.mark.browser,

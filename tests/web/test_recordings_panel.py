@@ -8,16 +8,16 @@ from html import escape
 
 import pytest
 
-from core.result import RunResult
-from recordings.store import RecordingStore, StoredRun
-from server.viewer_server import ViewerServer
-from web.intents.intent import Intent
-from web.library.shelf import Notice, Shelf, ShelfFilter
-from web.panels.recordings_html import chosen_html, distinct_names, row_words, rows_html
-from web.panels.recordings_panel import RecordingsPanel
-from web.scenario.draft import Draft
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.store.store import RecordingStore, StoredRun
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.shelf import Notice, Shelf, ShelfFilter
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.recordings_html import chosen_html, distinct_names, row_words, rows_html
+from slipgrasp.web.panels.recordings_panel import RecordingsPanel
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 

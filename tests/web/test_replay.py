@@ -11,22 +11,22 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
-from core.display_name import name_run
-from core.kernel import entry
-from core.result import RunResult
-from core.types import ContactPhase
-from recordings.atomic_file import part_of
-from recordings.exceptions import ForeignRecordingError, RecordingNotFoundError
-from recordings.reader import read_recording
-from recordings.store import RecordingStore
-from recordings.writer import write_recording
+from slipgrasp.core.kernel import entry
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.display_name import name_run
+from slipgrasp.recordings.exceptions import ForeignRecordingError, RecordingNotFoundError
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.web.app import create_dashboard_app
+from slipgrasp.web.model.colours import PHASES
+from slipgrasp.web.model.replay import moment_words, open_replay
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 from tests.web.conftest import visitors_of
 from tests.web.driving import number_field, pause, pause_at, picture, set_number
-from web.app import create_dashboard_app
-from web.colours import PHASES
-from web.library.replay import moment_words, open_replay
 
 # The playback panel says whether it shows a live run; above it there is nothing but the scene.
 ABOVE_PLAYBACK = 355

@@ -9,27 +9,33 @@ from pathlib import Path
 
 import pytest
 
-from core.exceptions import ScenarioError
-from recordings.store import RecordingStore
-from recordings.study.study_store import StudyStore
-from server.run_service import RunService
-from server.study_service import StudyService
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.compare import EndComparison
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.scenario import (
+    ChoosePreset,
+    Redo,
+    ResetScenario,
+    SetParameter,
+    Undo,
+)
+from slipgrasp.web.model.pacing import FramePacer
+from slipgrasp.web.model.playback import TimeWindow, WindowChoice
+from slipgrasp.web.model.replay import open_replay
+from slipgrasp.web.model.showing import show_replay
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.page.session_directory import SessionDirectory
+from slipgrasp.web.reducers.runs import RunDesk
+from slipgrasp.web.reducers.scenario import ScenarioDesk
+from slipgrasp.web.services import Services
+from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE
-from web.desks.run_desk import RunDesk
-from web.desks.scenario_desk import ScenarioDesk
-from web.intents.compare import EndComparison
-from web.intents.intent import Intent
-from web.intents.scenario import ChoosePreset, Redo, ResetScenario, SetParameter, Undo
-from web.library.replay import open_replay
-from web.pacing import FramePacer
-from web.page.session_directory import SessionDirectory
-from web.scenario.draft import Draft
-from web.scenario.saved_runs import SavedRuns
-from web.services import Services
-from web.showing import show_replay
-from web.timeline.playback import TimeWindow, WindowChoice
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
 
 MASS, INERTIA = "object.mass", "object.inertia"
 

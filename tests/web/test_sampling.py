@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from core.result import RunResult
-from core.types import ContactPhase
-from web.sampling import Sampler, locate
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.sampling import Sampler, locate
 
 
 def test_a_stored_time_gives_the_very_bits_of_the_stored_row(case_2: RunResult) -> None:

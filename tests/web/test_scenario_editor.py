@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from core.loading import load_scenario, scenario_from_toml, scenario_to_toml
-from core.scenario import Change, ObjectParameters, Pulse, Scenario
-from recordings.store import RecordingStore
+from slipgrasp.core.scenario import Change, ObjectParameters, Pulse, Scenario
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, scenario_to_toml
+from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.driving import number_field, pause_at, set_number, slip_at_end

@@ -9,19 +9,19 @@ from typing import Any
 import pytest
 import viser
 
-from core.exceptions import FieldError
-from core.loading import preset_names
-from core.result import RunResult
-from server.viewer_server import ViewerServer
-from web.intents.intent import Intent
-from web.intents.scenario import ChoosePreset, ChooseReach, ResetScenario, Undo
-from web.library.replay import Replay
-from web.panels.scenario_file_panel import ScenarioFilePanel, file_errors_html
-from web.panels.scenario_panel import ScenarioPanel, changes_html, ghost_html, reach_html
-from web.scenario.draft import Draft
-from web.scenario.editing import Editing, Reach
-from web.timeline.playback import Playback, TimeWindow, WindowChoice
-from web.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.editing import Editing, Reach
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.scenario import ChoosePreset, ChooseReach, ResetScenario, Undo
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.scenario_file_panel import ScenarioFilePanel, file_errors_html
+from slipgrasp.web.panels.scenario_panel import ScenarioPanel, changes_html, ghost_html, reach_html
 
 MASS = "object.mass"
 

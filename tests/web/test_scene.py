@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from core.geometry import ContactFrame, contact_frame, joint_points
-from core.result import RunResult
-from web.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, stands_at
-from web.colours import PHASES, glow
-from web.sampling import Sample, Sampler
-from web.scene.glass import glass, lettering
-from web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
-from web.scene.marks import (
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, joint_points
+from slipgrasp.web.model.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, stands_at
+from slipgrasp.web.model.colours import PHASES, glow
+from slipgrasp.web.model.sampling import Sample, Sampler
+from slipgrasp.web.scene.glass import glass, lettering
+from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
+from slipgrasp.web.scene.marks import (
     ContactMarks,
     FullScale,
     MarkSizes,
@@ -24,7 +24,7 @@ from web.scene.marks import (
     dashed,
     sizes_on_hand,
 )
-from web.scene.shapes import circle, extrude, lift, tapered_bar
+from slipgrasp.web.scene.shapes import circle, extrude, lift, tapered_bar
 
 SIZES = MarkSizes(0.02, 0.02, 0.1, 0.1, 0.05, 0.005, 0.005, 0.05)
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])

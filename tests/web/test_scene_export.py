@@ -12,16 +12,16 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page
 
-from core.loading import load_scenario, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from core.types import ContactPhase
-from core.verdict import headline_of
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.charts.replay_page import MAX_FRAMES, frame_times, write_html
+from slipgrasp.web.model.colours import PHASES
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, hide_warning
 from tests.web.driving import picture_at_rest
-from web.colours import PHASES
-from web.export.replay_page import MAX_FRAMES, frame_times, write_html
 
 
 def write(result: RunResult, path: Path) -> Path:

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 import viser
 
-from core.loading import load_scenario, scenario_from_mapping, with_values
-from core.result import RunResult
-from core.simulator import simulate
-from server.viewer_server import ViewerServer
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.colours import PHASES
+from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.scene.scene import Scene
+from slipgrasp.web.scene.surfaces import surfaces_for
 from tests.held_polygon import CORNERS, held_polygon
-from web.colours import PHASES
-from web.look import Look
-from web.sampling import Sampler
-from web.scene.scene import Scene
-from web.scene.surfaces import surfaces_for
 
 MOST_UPDATES = 36
 THIRD_FINGER = {"base": (1.466, -1.3), "face": "bottom", "contact_offset": 0.02, "friction": 0.3}

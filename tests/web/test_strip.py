@@ -8,12 +8,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from core.result import RunResult
-from core.types import ContactPhase
-from web.colours import PHASES, css
-from web.timeline.playback import Playback, TimeWindow, slip_window
-from web.timeline.strip import axis_ticks, phase_spans, strip_html
-from web.view import Ghost, Shown
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.colours import PHASES, css
+from slipgrasp.web.model.playback import Playback, TimeWindow, slip_window
+from slipgrasp.web.model.view import Ghost, Shown
+from slipgrasp.web.panels.strip import axis_ticks, phase_spans, strip_html
 
 
 def playback(result: RunResult) -> Playback:

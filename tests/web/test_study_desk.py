@@ -11,19 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from core.loading import load_scenario
-from core.study.definition import Study
-from recordings.store import RecordingStore
-from recordings.study.study_store import StudyStore
-from server.live_study import StudyState
-from server.study_service import StudyService
-from tests.server.serving import patient_settings
-from tests.waiting import PATIENCE, wait_until
-from tests.web.studying import PLAN, quick_scenario
-from web.desks.study_desk import StudyDesk
-from web.intents.intent import Intent
-from web.intents.recordings import OpenRecording
-from web.intents.study import (
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.server.studies.live_study import StudyState
+from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.recordings import OpenRecording
+from slipgrasp.web.model.intents.study import (
     CancelStudy,
     ChooseComparison,
     ChooseVaried,
@@ -36,12 +33,15 @@ from web.intents.study import (
     StartStudy,
     StudiesListed,
 )
-from web.scenario.draft import Draft
-from web.study.plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
-from web.study.state import Followed, StudyView
-from web.study.words import progress_words
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.study import Followed, StudyView
+from slipgrasp.web.model.study_plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
+from slipgrasp.web.model.study_words import progress_words
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.reducers.study import StudyDesk
+from tests.server.serving import patient_settings
+from tests.waiting import PATIENCE, wait_until
+from tests.web.studying import PLAN, quick_scenario
 
 WEIGHT = "controller.lyapunov_weight"
 

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from core.study.definition import Study
-from recordings.study.results import StudyResults
+from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.web.charts.study_map import MOST_CELLS, draw_map, ticks_of
+from slipgrasp.web.model.study_map import MapPicture, locate
+from slipgrasp.web.model.study_plan import study_of
+from slipgrasp.web.panels.map_html import map_html
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import PLAN, quick_scenario
-from web.study.drawing import MOST_CELLS, draw_map, ticks_of
-from web.study.map_html import map_html
-from web.study.picture import MapPicture, locate
-from web.study.plan import study_of
 
 
 @pytest.fixture(scope="module")

@@ -8,25 +8,31 @@ from pathlib import Path
 
 import pytest
 
-from core.result import RunResult
-from recordings.study.study_store import StoredStudy
-from server.live_study import StudyState, StudyStatus
-from server.viewer_server import ViewerServer
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.study.study_store import StoredStudy
+from slipgrasp.server.studies.live_study import StudyState, StudyStatus
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.charts.study_map import draw_map
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.study import Followed, Member, Price, StudyView
+from slipgrasp.web.model.study_map import MapPicture
+from slipgrasp.web.model.study_plan import COMPARISONS, offers_of, study_of
+from slipgrasp.web.model.study_words import (
+    list_label,
+    number_words,
+    progress_words,
+    share_words,
+    time_words,
+)
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.study_html import plan_html, summary_html
+from slipgrasp.web.panels.study_inputs import run_of_places
+from slipgrasp.web.panels.study_panel import StudyPanel
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import PLAN, quick_scenario
-from web.intents.intent import Intent
-from web.library.replay import Replay
-from web.panels.study_inputs import run_of_places
-from web.panels.study_panel import StudyPanel
-from web.scenario.draft import Draft
-from web.study.drawing import draw_map
-from web.study.html import plan_html, summary_html
-from web.study.picture import MapPicture
-from web.study.plan import COMPARISONS, offers_of, study_of
-from web.study.state import Followed, Member, Price, StudyView
-from web.study.words import list_label, number_words, progress_words, share_words, time_words
-from web.timeline.playback import WindowChoice
-from web.view import RunStage, RunStatus, Shown, ViewState
 
 PLANNED = StudyView(offers=offers_of(quick_scenario()), plan=PLAN)
 STORED = StoredStudy(

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from core.exceptions import ScenarioError
-from core.loading import load_scenario, parameter_definitions, preset_names
-from core.study.loading import check_members
-from tests.web.studying import PLAN, quick_scenario
-from web.scenario.parameter_names import names_of
-from web.study.plan import (
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, preset_names
+from slipgrasp.core.study.loading import check_members
+from slipgrasp.web.model.parameter_names import names_of
+from slipgrasp.web.model.study_plan import (
     COMPARISONS,
     MAX_STEPS,
     MIN_STEPS,
@@ -22,6 +21,7 @@ from web.study.plan import (
     offers_of,
     study_of,
 )
+from tests.web.studying import PLAN, quick_scenario
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -58,7 +58,7 @@ def test_only_an_unchanged_preset_is_called_by_its_name() -> None:
 def test_timed_changes_of_the_draft_are_part_of_what_varies() -> None:
     scenario = load_scenario("paper-case-1").to_mapping()
     scenario["changes"] = [{"time": 0.1, "parameter": "object.mass", "value": 1.2}]
-    from core.loading import scenario_from_mapping
+    from slipgrasp.core.scenario.loading import scenario_from_mapping
 
     base = scenario_from_mapping(scenario)
     assert study_of(PLAN, base, "paper-case-1").base.changes == base.changes

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, WebSocket, expect
 
-from recordings.store import RecordingStore
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.web.model.events import neighbouring_event_time
+from slipgrasp.web.model.playback import slip_window
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, SMALL, Visitors
 from tests.web.driving import pause_at
 from tests.web.serving_process import ServerProcess
-from web.timeline.events import neighbouring_event_time
-from web.timeline.playback import slip_window
 
 pytestmark = [
     pytest.mark.browser,

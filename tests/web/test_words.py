@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from core.exceptions import FieldError, ScenarioError
-from core.loading import load_scenario, with_values
-from core.parameter_words import key_words, unit_words
-from core.result import RunResult
-from core.simulator import simulate
-from core.types import Outcome, Reason, RunWarning
-from core.verdict import describe_run
-from web.panels.outcome_panel import outcome_html
-from web.scenario.parameter_names import in_page_words
-from web.view import RunStage, RunStatus, Shown
-from web.words import error_words
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
+from slipgrasp.core.words.parameter_words import key_words, unit_words
+from slipgrasp.web.model.parameter_names import in_page_words
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown
+from slipgrasp.web.model.words import error_words
+from slipgrasp.web.panels.outcome_panel import outcome_html
 
 DROPPED = Reason(
     code="contact_separation",

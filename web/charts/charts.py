@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.loading import parameter_definitions
-from core.parameter_words import key_words, unit_words
-from core.result import RunResult
-from core.trace import JOINTS_PER_FINGER
-from web.colours import FINGERS, MUTED, Rgb
-from web.sampling import Spot
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
+from slipgrasp.core.words.parameter_words import key_words, unit_words
+from slipgrasp.web.model.colours import FINGERS, MUTED, Rgb
+from slipgrasp.web.model.sampling import Spot
 
 __all__ = [
     "CHART_TABS",

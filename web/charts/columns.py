@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from core.trace import Trace
-from core.types import ContactPhase
-from web.charts.charts import Chart, Line
-from web.sampling import locate
-from web.timeline.playback import TimeWindow
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.model.playback import TimeWindow
+from slipgrasp.web.model.sampling import locate
 
 __all__ = ["Drawing", "event_rows", "is_slipping", "read_rows", "rows_inside", "rows_to_draw"]
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from core.result import RunResult
-from core.trace import Trace
-from web.charts.charts import Chart, charts_of
-from web.charts.columns import Drawing, event_rows, rows_inside
-from web.charts.state import ChartsView
-from web.timeline.playback import TimeWindow
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.web.charts.charts import Chart, charts_of
+from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
+from slipgrasp.web.model.charts import ChartsView
+from slipgrasp.web.model.playback import TimeWindow
 
 __all__ = ["ChartedRun", "DrawnChart", "drawn_charts", "remarks_on"]
 

@@ -14,11 +14,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from recordings.figures.files import save_figure
-from recordings.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
-from recordings.palette import MARK, SHADE, Rgb
-from web.charts.charts import Line
-from web.charts.drawn import DrawnChart, remarks_on
+from slipgrasp.figures.files import save_figure
+from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
+from slipgrasp.recordings.palette import MARK, SHADE, Rgb
+from slipgrasp.web.charts.charts import Line
+from slipgrasp.web.charts.drawn import DrawnChart, remarks_on
 
 __all__ = ["ChartsHeading", "charts_svg", "draw_charts_figure"]
 

@@ -10,9 +10,9 @@ import json
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from web.charts.charts import Chart, Line
-from web.colours import css, legible
-from web.page.markup import click_attribute
+from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.model.colours import css, legible
+from slipgrasp.web.page.markup import click_attribute
 
 __all__ = ["head_html", "note_html", "readings_html"]
 

@@ -9,10 +9,10 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
-from web.charts.charts import Chart, Line
-from web.charts.drawn import DrawnChart
-from web.charts.html import head_html
-from web.colours import SHADE, css, legible
+from slipgrasp.web.charts.charts import Chart, Line
+from slipgrasp.web.charts.drawn import DrawnChart
+from slipgrasp.web.charts.html import head_html
+from slipgrasp.web.model.colours import SHADE, css, legible
 
 __all__ = ["Plot"]
 

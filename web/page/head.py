@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from web.page.keys import keys_html
-from web.page.static_files import STATIC_PATH
+from slipgrasp.web.page.keys import keys_html
+from slipgrasp.web.page.static_files import STATIC_PATH
 
 __all__ = ["head_html"]
 

@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
-from web.intents.charts import ToggleLine
-from web.intents.compare import EndComparison, SwapRuns
-from web.intents.intent import Intent
-from web.intents.link import OpenLink
-from web.intents.picture import FrameHand, PageMeasured
-from web.intents.playback import (
+from slipgrasp.web.model.intents.charts import ToggleLine
+from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.link import OpenLink
+from slipgrasp.web.model.intents.picture import FrameHand, PageMeasured
+from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
     GoToEdge,
@@ -24,11 +24,17 @@ from web.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from web.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
-from web.intents.scenario import Redo, RemoveChange, RemoveChanges, RemoveIncident, Undo
-from web.intents.study import OpenMember, SeePlan
-from web.room import Room
-from web.timeline.playback import WindowChoice
+from slipgrasp.web.model.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
+from slipgrasp.web.model.intents.scenario import (
+    Redo,
+    RemoveChange,
+    RemoveChanges,
+    RemoveIncident,
+    Undo,
+)
+from slipgrasp.web.model.intents.study import OpenMember, SeePlan
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.room import Room
 
 __all__ = ["MAX_GESTURES", "Gesture", "PageGestures"]
 

@@ -16,7 +16,7 @@ def click_attribute(kind: str, **fields: Any) -> str:
     """The attribute of an element that asks for something when it is clicked.
 
     Args:
-        kind: What it asks for, a kind of `web.page.intents_schema`.
+        kind: What it asks for, a kind of `slipgrasp.web.page.intents_schema`.
         fields: The rest of it.
     """
     return _attribute("data-sg-intent", kind, fields)
@@ -27,7 +27,7 @@ def clickable(hint: str, kind: str, **fields: Any) -> str:
 
     Args:
         hint: One sentence on what a click does; shown while the mouse rests on it.
-        kind: What it asks for, a kind of `web.page.intents_schema`.
+        kind: What it asks for, a kind of `slipgrasp.web.page.intents_schema`.
         fields: The rest of it.
     """
     return f'role="button" tabindex="0" title="{escape(hint)}" {click_attribute(kind, **fields)}'
@@ -37,7 +37,7 @@ def change_attribute(kind: str, **fields: Any) -> str:
     """The attribute of an input or a select that asks for something when its value changes.
 
     Args:
-        kind: What it asks for, a kind of `web.page.intents_schema`.
+        kind: What it asks for, a kind of `slipgrasp.web.page.intents_schema`.
         fields: The rest of it; `CHOSEN` stands for the value.
     """
     return _attribute("data-sg-change", kind, fields)
@@ -47,7 +47,8 @@ def visible_attribute(kind: str) -> str:
     """The attribute of an element that tells when it comes into sight, and when it no longer is.
 
     Args:
-        kind: What it tells that with, a kind of `web.page.intents_schema` with ``is_visible``.
+        kind: What it tells that with, a kind of `slipgrasp.web.page.intents_schema` with
+        ``is_visible``.
     """
     return _attribute("data-sg-visible", kind, {})
 

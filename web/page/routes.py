@@ -5,12 +5,12 @@ from __future__ import annotations
 from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
 from pydantic import ValidationError
 
-from server.dependencies import JSON_TYPE, read_values
-from server.errors import InvalidRequestError, invalid_fields
-from server.viewer_relay import ViewerRelay
-from web.page.intents_schema import PageGestures
-from web.page.session_directory import SessionDirectory
-from web.page.static_files import STATIC_PATH, static_file
+from slipgrasp.server.dependencies import JSON_TYPE, read_values
+from slipgrasp.server.http.errors import InvalidRequestError, invalid_fields
+from slipgrasp.server.viewer.viewer_relay import ViewerRelay
+from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.page.session_directory import SessionDirectory
+from slipgrasp.web.page.static_files import STATIC_PATH, static_file
 
 __all__ = ["add_page_routes"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import threading
 
-from web.intents.intent import Send
+from slipgrasp.web.model.intents.intent import Send
 
 __all__ = ["SessionDirectory"]
 

@@ -21,7 +21,7 @@ def static_file(name: str) -> tuple[bytes, str] | None:
 def _static_files() -> dict[str, tuple[bytes, str]]:
     return {
         file.name: (file.read_bytes(), media_type)
-        for file in resources.files("web.page").iterdir()
+        for file in resources.files("slipgrasp.web.page").iterdir()
         for suffix, media_type in _MEDIA_TYPES.items()
         if file.name.endswith(suffix)
     }

@@ -8,8 +8,8 @@ from html import escape
 
 import viser
 
-from web.timeline.playback import Playback, TimeWindow
-from web.view import RunStage, ViewState
+from slipgrasp.web.model.playback import Playback, TimeWindow
+from slipgrasp.web.model.view import RunStage, ViewState
 
 __all__ = ["BeaconPanel", "beacon_html", "linked_run"]
 

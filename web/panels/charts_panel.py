@@ -8,14 +8,14 @@ from itertools import zip_longest
 
 import viser
 
-from web.charts.charts import CHART_TABS
-from web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
-from web.charts.html import note_html, readings_html
-from web.charts.plot import Plot
-from web.charts.state import ChartsView
-from web.sampling import locate
-from web.timeline.playback import Playback, TimeWindow
-from web.view import Ghost, Shown, ViewState
+from slipgrasp.web.charts.charts import CHART_TABS
+from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
+from slipgrasp.web.charts.html import note_html, readings_html
+from slipgrasp.web.charts.plot import Plot
+from slipgrasp.web.model.charts import ChartsView
+from slipgrasp.web.model.playback import Playback, TimeWindow
+from slipgrasp.web.model.sampling import locate
+from slipgrasp.web.model.view import Ghost, Shown, ViewState
 
 __all__ = ["ChartsPanel", "is_reading_due"]
 

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
-from core.field_errors import template_key, template_keys
-from core.parameter_differences import ParameterDifference
-from core.parameter_words import belief_words, key_words, unit_words
-from recordings.comparison import Comparison
-from recordings.differences import PhaseDifference, SignalDifference
-from web.colours import PHASES, css
-from web.compare.words import (
+from slipgrasp.core.scenario.differences import ParameterDifference
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
+from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.recordings.compare.differences import PhaseDifference, SignalDifference
+from slipgrasp.web.model.colours import PHASES, css
+from slipgrasp.web.model.compare_words import (
     MISSING,
     Scale,
     amount,
@@ -24,8 +24,8 @@ from web.compare.words import (
     time_words,
     value_words,
 )
-from web.page.markup import clickable
-from web.words import PHASE_HINTS
+from slipgrasp.web.model.words import PHASE_HINTS
+from slipgrasp.web.page.markup import clickable
 
 __all__ = ["findings_html", "first_divergence"]
 

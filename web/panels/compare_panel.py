@@ -6,17 +6,17 @@ from html import escape
 
 import viser
 
-from core.verdict import headline_of
-from recordings.stored_run import StoredRun
-from web.compare.pairing import can_swap, pair_of
-from web.intents.compare import CompareRuns
-from web.intents.intent import Send
-from web.library.replay import moment_words
-from web.page.markup import click_attribute
-from web.panels.compare_html import findings_html, first_divergence
-from web.panels.outcome_panel import box_html
-from web.panels.recordings_html import row_words
-from web.view import Shown, ViewState
+from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.web.model.intents.compare import CompareRuns
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.pairing import can_swap, pair_of
+from slipgrasp.web.model.replay import moment_words
+from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.page.markup import click_attribute
+from slipgrasp.web.panels.compare_html import findings_html, first_divergence
+from slipgrasp.web.panels.outcome_panel import box_html
+from slipgrasp.web.panels.recordings_html import row_words
 
 __all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]
 

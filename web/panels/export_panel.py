@@ -6,13 +6,18 @@ from html import escape
 
 import viser
 
-from server.schemas import API_PATH
-from web.colours import tone
-from web.export.state import Exporting
-from web.intents.export import CancelExport, ExportCharts, ExportPicture, ExportReplay
-from web.intents.intent import Intent, Send
-from web.panels.beacon_panel import linked_run
-from web.view import ViewState
+from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.web.model.colours import tone
+from slipgrasp.web.model.export import Exporting
+from slipgrasp.web.model.intents.export import (
+    CancelExport,
+    ExportCharts,
+    ExportPicture,
+    ExportReplay,
+)
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.panels.beacon_panel import linked_run
 
 __all__ = ["ExportPanel", "export_html", "picture_html"]
 

@@ -8,27 +8,27 @@ from html import escape
 
 import viser
 
-from core.exceptions import FieldError
-from core.law_choice import LAW
-from core.loading import parameter_definitions
-from core.parameters import Parameter
-from core.scenario import Scenario
-from web.colours import tone
-from web.intents.intent import Send
-from web.page.keys import keys_of
-from web.panels.parameter_inputs import Knob, add_knob
-from web.scenario.draft import Draft, change_time
-from web.scenario.editing import Editing, LawNote
-from web.scenario.incidents import is_of_incident
-from web.scenario.parameter_groups import (
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.web.model.colours import tone
+from slipgrasp.web.model.draft import Draft, change_time
+from slipgrasp.web.model.editing import Editing, LawNote
+from slipgrasp.web.model.incidents import is_of_incident
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.parameter_groups import (
     Entry,
     Group,
     group_parameters,
     incident_groups,
     incident_title,
 )
-from web.view import RunStage, ViewState
-from web.words import error_words
+from slipgrasp.web.model.view import RunStage, ViewState
+from slipgrasp.web.model.words import error_words
+from slipgrasp.web.page.keys import keys_of
+from slipgrasp.web.panels.parameter_inputs import Knob, add_knob
 
 __all__ = ["KnobsPanel", "error_html"]
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import viser
 
-from web.intents.intent import Send
-from web.intents.picture import SetLook, ToggleDark
-from web.look import LARGEST_FORCE_SCALE, LEAST_FORCE_SCALE, Look
-from web.view import ViewState
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.picture import SetLook, ToggleDark
+from slipgrasp.web.model.look import LARGEST_FORCE_SCALE, LEAST_FORCE_SCALE, Look
+from slipgrasp.web.model.view import ViewState
 
 __all__ = ["LookPanel"]
 

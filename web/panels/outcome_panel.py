@@ -9,14 +9,14 @@ from html import escape
 
 import viser
 
-from core.result import RunResult
-from core.types import ContactPhase
-from core.verdict import Verdict, describe_run
-from core.wording import milliseconds
-from web.colours import FINGERS, GHOST, PHASES, css, sign, tone
-from web.library.replay import Replay
-from web.scenario.parameter_names import in_page_words
-from web.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.verdict import Verdict, describe_run
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.phrases import milliseconds
+from slipgrasp.web.model.colours import FINGERS, GHOST, PHASES, css, sign, tone
+from slipgrasp.web.model.parameter_names import in_page_words
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
 
 __all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html", "welcome_html"]
 

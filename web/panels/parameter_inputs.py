@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 import viser
 
-from core.parameters import Parameter
-from web.intents.intent import Send
-from web.intents.scenario import SetParameter
-from web.panels.slider_range import round_step, slider_range
-from web.scenario.draft import Value
-from web.scenario.incidents import is_of_incident
-from web.scenario.parameter_groups import Entry
-from web.scenario.rows import numbers_of, parse_rows, row_parameters
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.web.model.draft import Value
+from slipgrasp.web.model.incidents import is_of_incident
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.scenario import SetParameter
+from slipgrasp.web.model.parameter_groups import Entry
+from slipgrasp.web.model.rows import numbers_of, parse_rows, row_parameters
+from slipgrasp.web.model.slider_range import round_step, slider_range
 
 __all__ = [
     "Knob",

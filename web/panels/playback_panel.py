@@ -7,15 +7,25 @@ from html import escape
 
 import viser
 
-from core.scenario import Scenario
-from web.colours import BELIEVED_CONE, CONE, GHOST, PHASES, PUSH, WATER, Rgb, css, sign
-from web.intents.intent import Send
-from web.page.intents_schema import PageGestures
-from web.page.keys import KEYS, keys_of
-from web.timeline.strip import clock_words, strip_html
-from web.timeline.transport import transport_html
-from web.view import Ghost, Shown, ViewState
-from web.words import PHASE_HINTS, PHASE_WORDS
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.web.model.colours import (
+    BELIEVED_CONE,
+    CONE,
+    GHOST,
+    PHASES,
+    PUSH,
+    WATER,
+    Rgb,
+    css,
+    sign,
+)
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.view import Ghost, Shown, ViewState
+from slipgrasp.web.model.words import PHASE_HINTS, PHASE_WORDS
+from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.page.keys import KEYS, keys_of
+from slipgrasp.web.panels.strip import clock_words, strip_html
+from slipgrasp.web.panels.transport import transport_html
 
 __all__ = ["PlaybackPanel", "caption_html"]
 

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any, NamedTuple
 
-from core.types import Outcome
-from recordings.stored_run import StoredRun
-from server.routes.recordings import UPLOAD_PATH
-from server.schemas import API_PATH
-from web.colours import tone
-from web.library.replay import moment_words
-from web.library.shelf import ROWS_PER_PAGE, Shelf
-from web.page.markup import clickable
-from web.panels.outcome_panel import box_html
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.routes.recordings import UPLOAD_PATH
+from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.web.model.colours import tone
+from slipgrasp.web.model.replay import moment_words
+from slipgrasp.web.model.shelf import ROWS_PER_PAGE, Shelf
+from slipgrasp.web.page.markup import clickable
+from slipgrasp.web.panels.outcome_panel import box_html
 
 __all__ = ["RowWords", "chosen_html", "distinct_names", "row_words", "rows_html", "upload_html"]
 

@@ -6,19 +6,19 @@ from typing import Any
 
 import viser
 
-from recordings.stored_run import StoredRun
-from web.intents.compare import CompareRuns
-from web.intents.intent import Send
-from web.intents.recordings import (
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.web.model.intents.compare import CompareRuns
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
     DeleteRecording,
     FilterRecordings,
     OpenRecording,
 )
-from web.library.shelf import OUTCOME_CHOICES, Shelf
-from web.panels.confirmation import ask_to_confirm
-from web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
-from web.view import ViewState
+from slipgrasp.web.model.shelf import OUTCOME_CHOICES, Shelf
+from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.panels.confirmation import ask_to_confirm
+from slipgrasp.web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
 
 __all__ = ["RecordingsPanel"]
 

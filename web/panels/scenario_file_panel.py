@@ -6,13 +6,13 @@ from html import escape
 
 import viser
 
-from core.exceptions import FieldError
-from core.loading import scenario_to_toml
-from core.scenario import Scenario
-from web.colours import tone
-from web.intents.intent import Send
-from web.intents.scenario import LoadScenario
-from web.view import ViewState
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import scenario_to_toml
+from slipgrasp.web.model.colours import tone
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.scenario import LoadScenario
+from slipgrasp.web.model.view import ViewState
 
 __all__ = ["ScenarioFilePanel", "file_errors_html"]
 

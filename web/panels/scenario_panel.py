@@ -7,11 +7,14 @@ from typing import Any
 
 import viser
 
-from core.law_choice import LAW
-from core.loading import preset_names
-from core.verdict import scenario_title
-from web.intents.intent import Intent, Send
-from web.intents.scenario import (
+from slipgrasp.core.run.verdict import scenario_title
+from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
+from slipgrasp.web.model.editing import Reach
+from slipgrasp.web.model.incidents import Incidence, incident_words
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.intents.scenario import (
     ChoosePreset,
     ChooseReach,
     Happen,
@@ -19,16 +22,13 @@ from web.intents.scenario import (
     ResetScenario,
     Undo,
 )
-from web.page.keys import keys_of
-from web.page.markup import click_attribute
-from web.panels.parameter_inputs import as_text
-from web.scenario.draft import Draft, TimedEdit, change_time
-from web.scenario.editing import Reach
-from web.scenario.incidents import Incidence, incident_words
-from web.scenario.laws import law_change_words, main_changes
-from web.scenario.parameter_groups import value_words
-from web.timeline.playback import Playback
-from web.view import Ghost, ViewState
+from slipgrasp.web.model.laws import law_change_words, main_changes
+from slipgrasp.web.model.parameter_groups import value_words
+from slipgrasp.web.model.playback import Playback
+from slipgrasp.web.model.view import Ghost, ViewState
+from slipgrasp.web.page.keys import keys_of
+from slipgrasp.web.page.markup import click_attribute
+from slipgrasp.web.panels.parameter_inputs import as_text
 
 __all__ = ["ScenarioPanel", "changes_html", "ghost_html", "reach_html"]
 

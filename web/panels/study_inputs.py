@@ -8,16 +8,12 @@ from typing import Any
 import numpy as np
 import viser
 
-from core.study.definition import Axis, Study
-from web.intents.intent import Send
-from web.intents.study import (
-    ChooseComparison,
-    ChooseVaried,
-    OpenMember,
-    SetRange,
-)
-from web.scenario.parameter_names import names_of
-from web.study.plan import (
+from slipgrasp.core.study.definition import Axis, Study
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.study import ChooseComparison, ChooseVaried, OpenMember, SetRange
+from slipgrasp.web.model.parameter_names import names_of
+from slipgrasp.web.model.study import StudyView
+from slipgrasp.web.model.study_plan import (
     MAX_STEPS,
     MIN_STEPS,
     NO_COMPARISON,
@@ -25,8 +21,7 @@ from web.study.plan import (
     Offer,
     comparisons_for,
 )
-from web.study.state import StudyView
-from web.study.words import value_words
+from slipgrasp.web.model.study_words import value_words
 
 __all__ = ["MemberInputs", "PlanInputs", "run_of_places"]
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import viser
 
-from server.live_study import StudyState
-from web.intents.intent import Send
-from web.intents.study import (
+from slipgrasp.server.studies.live_study import StudyState
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.study import (
     CancelStudy,
     ListStudies,
     OpenStudy,
@@ -16,13 +16,13 @@ from web.intents.study import (
     SizeMap,
     StartStudy,
 )
-from web.page.markup import visible_attribute
-from web.panels.study_inputs import MemberInputs, PlanInputs
-from web.study.html import links_html, plan_html, summary_html
-from web.study.map_html import map_html
-from web.study.state import Followed, StudyView
-from web.study.words import list_label
-from web.view import ViewState
+from slipgrasp.web.model.study import Followed, StudyView
+from slipgrasp.web.model.study_words import list_label
+from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.page.markup import visible_attribute
+from slipgrasp.web.panels.map_html import map_html
+from slipgrasp.web.panels.study_html import links_html, plan_html, summary_html
+from slipgrasp.web.panels.study_inputs import MemberInputs, PlanInputs
 
 __all__ = ["StudyPanel"]
 

@@ -6,12 +6,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame
-from core.types import ContactPhase
-from web.colours import BELIEVED_CONE, CONE, CONE_INSIDE, PHASES, Rgb, glow
-from web.sampling import Sample
-from web.scene.detail import Detail, Follower
-from web.scene.marks import (
+from slipgrasp.core.scenario.geometry import ContactFrame
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.colours import BELIEVED_CONE, CONE, CONE_INSIDE, PHASES, Rgb, glow
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.marks import (
     FullScale,
     MarkSizes,
     cone_edges,
@@ -19,7 +19,7 @@ from web.scene.marks import (
     contact_marks,
     dashed,
 )
-from web.scene.shapes import circle, extrude, lift, polyline, position
+from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
 
 __all__ = ["ContactView"]
 

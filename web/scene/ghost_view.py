@@ -8,17 +8,17 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame, contact_frame, inner_radius, outline
-from core.scenario import Scenario
-from web.sampling import Sample
-from web.scene.detail import Detail, Follower
-from web.scene.hand_view import FingerFrames, LinkShape
-from web.scene.layout import SceneLayout
-from web.scene.lens_view import LENS_DEPTH
-from web.scene.marks import MarkSizes, sizes_in_lens, sizes_on_hand
-from web.scene.object_view import HALF_DEPTH, PoseFrame
-from web.scene.shapes import circle, extrude, lift, polyline, position
-from web.scene.surfaces import Surfaces
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, inner_radius, outline
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.hand_view import FingerFrames, LinkShape
+from slipgrasp.web.scene.layout import SceneLayout
+from slipgrasp.web.scene.lens_view import LENS_DEPTH
+from slipgrasp.web.scene.marks import MarkSizes, sizes_in_lens, sizes_on_hand
+from slipgrasp.web.scene.object_view import HALF_DEPTH, PoseFrame
+from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
+from slipgrasp.web.scene.surfaces import Surfaces
 
 __all__ = ["GhostView"]
 

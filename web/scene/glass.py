@@ -14,8 +14,8 @@ import viser
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from web.colours import Rgb
-from web.scene.shapes import position
+from slipgrasp.web.model.colours import Rgb
+from slipgrasp.web.scene.shapes import position
 
 __all__ = ["Pane", "add_pane", "glass", "lettering"]
 

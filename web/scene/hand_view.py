@@ -8,10 +8,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.scenario import FingerParameters
-from web.scene.detail import Detail, Follower
-from web.scene.shapes import circle, extrude, lift, polyline, position, tapered_bar, turn
-from web.scene.surfaces import Surfaces
+from slipgrasp.core.scenario import FingerParameters
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position, tapered_bar, turn
+from slipgrasp.web.scene.surfaces import Surfaces
 
 __all__ = ["FingerFrames", "HandView", "LinkShape"]
 

@@ -10,14 +10,14 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import contact_frame, inner_radius
-from core.scenario import Patch, Scenario
-from web.colours import PUSH, WATER, WAVES, glow
-from web.sampling import Sample
-from web.scene.detail import Detail, Follower
-from web.scene.layout import SceneLayout
-from web.scene.marks import FullScale, sizes_in_lens, sizes_on_hand
-from web.scene.shapes import arc, extrude, lift, polyline, position
+from slipgrasp.core.scenario import Patch, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
+from slipgrasp.web.model.colours import PUSH, WATER, WAVES, glow
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.layout import SceneLayout
+from slipgrasp.web.scene.marks import FullScale, sizes_in_lens, sizes_on_hand
+from slipgrasp.web.scene.shapes import arc, extrude, lift, polyline, position
 
 __all__ = ["PushView", "WetSpots", "spot_in_lens", "spot_on_face"]
 

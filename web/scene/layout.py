@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import joint_points, outline
-from core.result import RunResult
-from core.scenario import ObjectParameters
-from web.sampling import Sampler
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import ObjectParameters
+from slipgrasp.core.scenario.geometry import joint_points, outline
+from slipgrasp.web.model.sampling import Sampler
 
 __all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
 

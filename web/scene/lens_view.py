@@ -12,17 +12,17 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame
-from core.types import ContactPhase
-from web.colours import PHASES
-from web.sampling import Sample
-from web.scene.contact_view import ContactView
-from web.scene.detail import Detail, Follower
-from web.scene.glass import Pane, add_pane, glass, lettering
-from web.scene.layout import SceneLayout, nice_at_least
-from web.scene.marks import FullScale, sizes_in_lens
-from web.scene.shapes import circle, lift, polyline, position
-from web.scene.surfaces import Surfaces
+from slipgrasp.core.scenario.geometry import ContactFrame
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.colours import PHASES
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.contact_view import ContactView
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.glass import Pane, add_pane, glass, lettering
+from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
+from slipgrasp.web.scene.marks import FullScale, sizes_in_lens
+from slipgrasp.web.scene.shapes import circle, lift, polyline, position
+from slipgrasp.web.scene.surfaces import Surfaces
 
 __all__ = ["LENS_DEPTH", "LensView", "spot_ring"]
 

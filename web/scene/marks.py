@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame
-from web.sampling import Sample
-from web.scene.shapes import arc
+from slipgrasp.core.scenario.geometry import ContactFrame
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.shapes import arc
 
 __all__ = [
     "ContactMarks",

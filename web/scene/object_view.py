@@ -8,13 +8,13 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame, inner_radius, outline
-from core.scenario import ObjectParameters
-from web.colours import GHOST
-from web.sampling import Sample
-from web.scene.detail import Detail, Follower
-from web.scene.shapes import circle, extrude, lift, polyline, position, turn
-from web.scene.surfaces import Surfaces
+from slipgrasp.core.scenario import ObjectParameters
+from slipgrasp.core.scenario.geometry import ContactFrame, inner_radius, outline
+from slipgrasp.web.model.colours import GHOST
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position, turn
+from slipgrasp.web.scene.surfaces import Surfaces
 
 __all__ = ["HALF_DEPTH", "ObjectView", "PoseFrame"]
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.result import RunResult
-from web.sampling import Sample
-from web.scene.layout import SceneLayout, nice_at_least
-from web.scene.marks import FullScale
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
+from slipgrasp.web.scene.marks import FullScale
 
 __all__ = ["RunFacts", "run_facts"]
 

@@ -9,23 +9,23 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from core.geometry import ContactFrame, contact_frame, inner_radius, outline
-from core.result import RunResult
-from core.scenario import Scenario
-from web.look import Look
-from web.sampling import Sample
-from web.scene.contact_view import ContactView
-from web.scene.detail import Detail
-from web.scene.ghost_view import GhostView
-from web.scene.hand_view import HandView
-from web.scene.incident_view import PushView, WetSpots
-from web.scene.layout import SceneLayout, lay_out
-from web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
-from web.scene.marks import sizes_on_hand
-from web.scene.object_view import ObjectView
-from web.scene.run_facts import RunFacts, run_facts
-from web.scene.shapes import position
-from web.scene.surfaces import surfaces_for
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, inner_radius, outline
+from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.contact_view import ContactView
+from slipgrasp.web.scene.detail import Detail
+from slipgrasp.web.scene.ghost_view import GhostView
+from slipgrasp.web.scene.hand_view import HandView
+from slipgrasp.web.scene.incident_view import PushView, WetSpots
+from slipgrasp.web.scene.layout import SceneLayout, lay_out
+from slipgrasp.web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
+from slipgrasp.web.scene.marks import sizes_on_hand
+from slipgrasp.web.scene.object_view import ObjectView
+from slipgrasp.web.scene.run_facts import RunFacts, run_facts
+from slipgrasp.web.scene.shapes import position
+from slipgrasp.web.scene.surfaces import surfaces_for
 
 __all__ = ["Scene", "Stage"]
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from web.colours import GROUND, JOINT, LENS, LINK, MOUNT, MUTED, OBJECT, OBJECT_EDGE, Rgb
+from slipgrasp.web.model.colours import (
+    GROUND,
+    JOINT,
+    LENS,
+    LINK,
+    MOUNT,
+    MUTED,
+    OBJECT,
+    OBJECT_EDGE,
+    Rgb,
+)
 
 __all__ = ["Surfaces", "surfaces_for"]
 

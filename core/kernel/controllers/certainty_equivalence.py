@@ -5,12 +5,12 @@ The adaptive laws command the same torque and change the estimates.
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.grasp import choose_grasp_force, keep_limits, minimise_forces
-from core.kernel.kinematics import to_inertial_frame
-from core.kernel.records import Record
-from core.kernel.reduced import inertial_force
-from core.kernel.wrench import distribute_wrench, find_squeeze, share_wrench
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.grasp import choose_grasp_force, keep_limits, minimise_forces
+from slipgrasp.core.kernel.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.reduced import inertial_force
+from slipgrasp.core.kernel.wrench import distribute_wrench, find_squeeze, share_wrench
 
 
 @compiled

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.compiler import compiled
-from core.kernel.controllers.theorem_3 import gradient_rates
-from core.kernel.kinematics import to_contact_frame
-from core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
-from core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, Record
-from core.kernel.reduced import inertial_force
-from core.kernel.regressor import unit_force
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.controllers.theorem_3 import gradient_rates
+from slipgrasp.core.kernel.kinematics import to_contact_frame
+from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, Record
+from slipgrasp.core.kernel.reduced import inertial_force
+from slipgrasp.core.kernel.regressor import unit_force
 
 # What the law remembers from tick to tick, and its intermediate values.
 COMPOSITE_MEMORY = np.dtype(

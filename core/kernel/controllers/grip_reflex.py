@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.records import Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import Record
 
 
 @compiled

@@ -6,20 +6,20 @@ masses and of friction, in the workspace; it writes tip forces, or rates of its 
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.controllers.certainty_equivalence import command_forces
-from core.kernel.controllers.composite import learn
-from core.kernel.controllers.grip_reflex import squeeze_harder
-from core.kernel.controllers.kinds import (
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.controllers.certainty_equivalence import command_forces
+from slipgrasp.core.kernel.controllers.composite import learn
+from slipgrasp.core.kernel.controllers.grip_reflex import squeeze_harder
+from slipgrasp.core.kernel.controllers.kinds import (
     CERTAINTY_EQUIVALENCE,
     COMPOSITE,
     GRIP_REFLEX,
     PD_GRAVITY,
 )
-from core.kernel.controllers.pd_gravity import command_grip
-from core.kernel.controllers.theorem_3 import gradient_rates
-from core.kernel.controllers.theorem_4 import pull_back
-from core.kernel.records import Record
+from slipgrasp.core.kernel.controllers.pd_gravity import command_grip
+from slipgrasp.core.kernel.controllers.theorem_3 import gradient_rates
+from slipgrasp.core.kernel.controllers.theorem_4 import pull_back
+from slipgrasp.core.kernel.records import Record
 
 
 @compiled

@@ -7,11 +7,11 @@ those the controller believes in at the start.
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.controllers.kinds import GRIP_REFLEX
-from core.kernel.kinematics import to_inertial_frame
-from core.kernel.records import Record
-from core.kernel.wrench import share_wrench
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.controllers.kinds import GRIP_REFLEX
+from slipgrasp.core.kernel.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.wrench import share_wrench
 
 
 @compiled

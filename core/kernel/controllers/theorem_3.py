@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from core.kernel.compiler import compiled
-from core.kernel.linear import solve_transposed
-from core.kernel.records import Record
-from core.kernel.regressor import multiply_regressor
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.linear import solve_transposed
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.regressor import multiply_regressor
 
 
 @compiled

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernel.compiler import compiled
-from core.kernel.controllers.kinds import THEOREM_4
-from core.kernel.records import Record
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.controllers.kinds import THEOREM_4
+from slipgrasp.core.kernel.records import Record
 
 
 @compiled

@@ -1,0 +1,16 @@
+"""Lays out the packages as they lie when installed, as links in build/links.
+
+Linters find modules by folders: this shows them each folder beside slipgrasp/ as a room inside it.
+"""
+
+import os
+import shutil
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+LINKS = ROOT / "build" / "links" / "slipgrasp"
+
+shutil.rmtree(LINKS, ignore_errors=True)
+shutil.copytree(ROOT / "slipgrasp", LINKS, copy_function=os.symlink)
+for room in ("core", "recordings", "figures", "server", "web"):
+    shutil.copytree(ROOT / room, LINKS / room, copy_function=os.symlink)

@@ -1,0 +1,254 @@
+"""A run in progress: stretches of constant parameters, advanced in short pieces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel import entry as kernel
+from slipgrasp.core.kernel.jump import LEFT_FACE, REACHED, RUNNING
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import (
+    ROWS_BEFORE_PAUSE,
+    last_row,
+    make_outlet,
+    make_progress,
+    rows_in,
+)
+from slipgrasp.core.run.metrics import compute_metrics
+from slipgrasp.core.run.noise import provide_noise
+from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.run.result import RunResult, RunSummary
+from slipgrasp.core.run.schedule import Schedule
+from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.validation import check_scenario
+from slipgrasp.core.trace.trace import Trace, TraceShape
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
+from slipgrasp.core.words.endings import describe_end
+from slipgrasp.core.words.warnings import describe_warnings
+
+__all__ = ["Simulation"]
+
+_STEPS_PER_PIECE = 1000
+
+
+class Simulation:
+    """One run in progress, advanced piece by piece so that it can be watched and stopped.
+
+    Attributes:
+        scenario: What is simulated.
+        shape: Shape of its trace.
+        outcome: How it ended, None while it goes on.
+    """
+
+    def __init__(self, scenario: Scenario, *, keep_trace: bool = True) -> None:
+        """Prepares the run.
+
+        Args:
+            scenario: What to simulate.
+            keep_trace: Whether to store the trace; without it only `summary` can be had.
+
+        Raises:
+            ScenarioError: If the scenario cannot be simulated.
+        """
+        check_scenario(scenario)
+        self.scenario = scenario
+        self.outcome: Outcome | None = None
+        self._reason: Reason | None = None
+        self.shape = TraceShape(
+            len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
+        )
+        self._run = _initial_run(scenario)
+        self._keeps_trace = keep_trace
+        self._outlet = make_outlet(
+            keeps_rows=keep_trace, chatter_changes=scenario.simulation.chatter_changes
+        )
+        self._schedule = Schedule(scenario)
+        self._model = self._schedule.pack()
+        self._first = True
+        self._same_ticks = False
+        self._rows: list[np.ndarray] = []
+        self._changes: list[PhaseChange] = []
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run has ended."""
+        return self.outcome is not None
+
+    @property
+    def time(self) -> float:
+        """Simulation time reached [s]."""
+        return float(self._run.now)
+
+    @property
+    def progress(self) -> float:
+        """Simulated share of the duration, 0 to 1."""
+        return min(1.0, self.time / self.scenario.simulation.duration)
+
+    def advance(self) -> None:
+        """Advances by one piece of at most about 50 ms of computing."""
+        if self.finished:
+            return
+        if self._model.sensors.noisy:
+            provide_noise(self._run, self.scenario)
+        status = kernel.advance(
+            self._model,
+            self._run,
+            self._outlet,
+            self._schedule.stretch_end,
+            first=self._first,
+            same_ticks=self._same_ticks,
+            max_steps=_STEPS_PER_PIECE,
+        )
+        self._collect()
+        contact, slips = int(self._run.concerned), self._slips()
+        if status == REACHED and not self._schedule.is_last:
+            self._begin_stretch(self._schedule.pass_instant(*slips))
+        elif status == LEFT_FACE and self._schedule.cross_edge(contact, *slips):
+            self._begin_stretch([])
+        elif status != RUNNING:
+            self._finish(status)
+
+    def end(self, outcome: Outcome, reason: Reason) -> None:
+        """Ends the run early for a reason outside the model; what was simulated is kept."""
+        if not self.finished:
+            self.outcome, self._reason = outcome, reason
+
+    def result(self) -> RunResult:
+        """What there is so far; ``stopped`` if the run has not ended."""
+        assert self._keeps_trace, "a run that keeps no trace has only a summary"
+        outcome = self.outcome or Outcome.STOPPED
+        return RunResult(
+            scenario=self.scenario,
+            trace=Trace.from_rows(self.shape, self.all_rows()),
+            phase_changes=tuple(self._changes),
+            outcome=outcome,
+            reason=self._reason,
+            warnings=describe_warnings(self._run),
+            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            provenance=present_provenance(),
+        )
+
+    def all_rows(self) -> np.ndarray:
+        """The trace so far as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
+        rows = rows_in(self._outlet, self.shape.num_columns)
+        if self._run.tally.rows == 0:
+            return _start_row(self.shape, self.scenario)
+        if self._rows:
+            return np.concatenate([*self._rows, rows])
+        # The buffer is written on while the run goes on.
+        return rows if self.finished else rows.copy()
+
+    @property
+    def num_rows(self) -> int:
+        """Rows of the trace so far."""
+        return sum(map(len, self._rows)) + int(self._outlet.num_rows)
+
+    def trace_from(self, row: int) -> Trace:
+        """The rows of the trace so far, from one of them on; they never change any more."""
+        blocks = [*self._rows, rows_in(self._outlet, self.shape.num_columns)]
+        parts: list[np.ndarray] = []
+        end = self.num_rows
+        while end > row:
+            block = blocks.pop()
+            start = end - len(block)
+            parts.append(block[max(row - start, 0) :])
+            end = start
+        parts.append(np.empty((0, self.shape.num_columns)))
+        return Trace.from_rows(self.shape, np.concatenate(parts[::-1]))
+
+    def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
+        """The phase changes so far, from one of them on."""
+        return tuple(self._changes[index:])
+
+    def summary(self) -> RunSummary:
+        """The same without trace."""
+        outcome = self.outcome or Outcome.STOPPED
+        first = 6 + 2 * self.shape.num_contacts
+        estimates = self._run.step.start.x[first : first + len(self.shape.unknowns)]
+        return RunSummary(
+            scenario=self.scenario,
+            outcome=outcome,
+            reason=self._reason,
+            end_time=float(self._run.tally.time),
+            estimates=dict(zip(self.shape.unknowns, estimates.tolist(), strict=True)),
+            metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
+            warnings=describe_warnings(self._run),
+        )
+
+    def _collect(self) -> None:
+        """Takes rows and phase changes out of the kernel's buffers."""
+        run, outlet = self._run, self._outlet
+        if outlet.num_rows > ROWS_BEFORE_PAUSE:
+            self._rows.append(rows_in(outlet, self.shape.num_columns).copy())
+            outlet.num_rows = 0
+        if self._keeps_trace:
+            for t, contact, before, after in outlet.changes[: run.num_changes].tolist():
+                self._changes.append(
+                    PhaseChange(
+                        time=t,
+                        contact=int(contact),
+                        from_phase=ContactPhase(int(before)),
+                        to_phase=ContactPhase(int(after)),
+                    )
+                )
+        run.num_changes = 0
+
+    def _slips(self) -> tuple[np.ndarray, np.ndarray]:
+        """Slip of every fingertip and its velocity [m, m/s]."""
+        n, state = self.shape.num_contacts, self._run.step.start.x
+        return state[6 : 6 + n], state[6 + n : 6 + 2 * n]
+
+    def _begin_stretch(self, changes: list[Change]) -> None:
+        """Goes over to the constants that hold from now on."""
+        before, self._model = self._model, self._schedule.pack()
+        for change in changes:
+            _reset_estimate(self._run, self._schedule.present, change)
+        self._same_ticks = before.law.period == self._model.law.period
+        self._first = False
+        self._run.begun = 0
+
+    def _finish(self, status: int) -> None:
+        if status == REACHED:
+            assert self._run.tally.time == self.scenario.simulation.duration
+            self.outcome = Outcome.COMPLETED
+            return
+        contact = int(self._run.concerned)
+        trace = Trace.from_rows(self.shape, self._last_row())
+        self.outcome, self._reason = describe_end(
+            status, contact, self.scenario, self._schedule.present, trace, self.time
+        )
+
+    def _last_row(self) -> np.ndarray:
+        if self._run.tally.rows == 0:
+            return _start_row(self.shape, self.scenario)
+        if self._keeps_trace:
+            rows = rows_in(self._outlet, self.shape.num_columns)
+            return rows[-1:] if len(rows) else self._rows[-1][-1:]
+        return last_row(self._model, self._run)
+
+
+def _initial_run(scenario: Scenario) -> Record:
+    run = make_progress()
+    offset = 6 + 2 * len(scenario.fingers)
+    run.step.start.x[:3] = scenario.trajectory.start
+    run.step.start.x[offset : offset + len(scenario.estimates)] = [
+        estimate.initial for estimate in scenario.estimates
+    ]
+    return run
+
+
+def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
+    """A timed change of an initial estimate sets the estimate anew."""
+    head, _, tail = change.parameter.partition(".")
+    index, _, field = tail.partition(".")
+    if head == "estimates" and field == "initial":
+        offset = 6 + 2 * len(scenario.fingers)
+        run.step.start.x[offset + int(index)] = scenario.estimates[int(index)].initial
+        run.pending_rates[int(index)] = 0.0
+
+
+def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
+    """All that is known of a run whose first row is not finite: where it starts."""
+    row = np.zeros((1, shape.num_columns))
+    row[0, 1:4] = scenario.trajectory.start
+    return row

@@ -1,0 +1,92 @@
+"""Runs scenarios to their ends, and prepares the kernel that does it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from slipgrasp.core.kernel import entry as kernel
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
+
+__all__ = ["kernel_is_cached", "kernel_progress", "prepare_kernel", "run_to_end", "simulate"]
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    progress: Callable[[float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    wall_limit: float | None = None,
+) -> RunResult:
+    """Runs a scenario to its end.
+
+    Args:
+        scenario: What to simulate.
+        progress: Called with the simulated share, 0 to 1, after every piece.
+        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        wall_limit: Computing time after which the run ends as ``limit`` [s].
+
+    Returns:
+        The run; physics never raises, see ``outcome`` and ``reason``.
+
+    Raises:
+        ScenarioError: If the scenario cannot be simulated.
+    """
+    simulation = Simulation(scenario)
+
+    def watch(simulation: Simulation) -> None:
+        if progress is not None:
+            progress(simulation.progress)
+
+    run_to_end(simulation, watch, should_stop=should_stop, wall_limit=wall_limit)
+    return simulation.result()
+
+
+def run_to_end(
+    simulation: Simulation,
+    watch: Callable[[Simulation], None],
+    *,
+    should_stop: Callable[[], bool] | None = None,
+    wall_limit: float | None = None,
+) -> None:
+    """Advances a simulation until it has ended.
+
+    Args:
+        simulation: What to advance.
+        watch: Called after every piece, the last one too; it may end the run.
+        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        wall_limit: Computing time after which the run ends as ``limit`` [s].
+    """
+    started = time.monotonic()
+    while not simulation.finished:
+        simulation.advance()
+        watch(simulation)
+        if simulation.finished:
+            break
+        if should_stop is not None and should_stop():
+            simulation.end(Outcome.STOPPED, describe_stop(simulation.time))
+        elif wall_limit is not None and time.monotonic() - started > wall_limit:
+            simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
+
+
+def prepare_kernel(progress: Callable[[float], None] | None = None) -> None:
+    """Loads the compiled kernel, compiling it the first time; safe to call from any thread.
+
+    Args:
+        progress: Called with the share of the kernel that is ready, 0 to 1.
+    """
+    kernel.prepare(progress)
+
+
+def kernel_progress() -> float:
+    """Share of the kernel that is loaded or lies compiled on disk, 0 to 1."""
+    return kernel.share_ready()
+
+
+def kernel_is_cached() -> bool:
+    """Whether no compilation is needed any more; otherwise the next run waits for it."""
+    return kernel_progress() == 1.0

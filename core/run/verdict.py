@@ -1,0 +1,320 @@
+"""How a run went, in words: held or not, why, who slipped, how hard it squeezed, what to try.
+
+The command line, the figures and the page all tell it with these words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from slipgrasp.core.run.result import RunResult, RunSummary
+from slipgrasp.core.scenario import CONTROL_LAWS, FingerParameters, Scenario
+from slipgrasp.core.scenario.loading import load_scenario, preset_names
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase, Outcome
+from slipgrasp.core.words.hints import (
+    Situation,
+    any_of,
+    change_law,
+    lower,
+    raise_,
+    scenario_at,
+    squeeze_harder,
+    start_nearer_to_the_truth,
+    stop_slip_earlier,
+)
+from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
+from slipgrasp.core.words.placement import describe_offset, is_far_off
+
+__all__ = ["Verdict", "describe_run", "headline_of", "scenario_title", "title_of"]
+
+Tone = Literal["good", "warning", "bad"]
+
+_ENDED_EARLY = {
+    Outcome.SEPARATED: "Lost: a fingertip came off the object",
+    Outcome.LEFT_FACE: "Lost: a fingertip slid off its face",
+    Outcome.SINGULAR: "Ended: a finger became straight or folded",
+    Outcome.CHATTERING: "Chatters between stick and slip",
+    Outcome.INCONSISTENT: "Ended: no phase of the contacts is consistent",
+    Outcome.DIVERGED: "Ended: the motion cannot be computed any further",
+    Outcome.LIMIT: "Cut short: a limit was reached",
+    Outcome.STOPPED: "Stopped",
+    Outcome.FAILED: "Failed",
+    Outcome.RECOVERED: "Recovered from an unfinished recording",
+}
+
+_LEAST_FORCE = 1e-3
+_ROUNDING = 1e-6
+_NO_WAY = 1e-15  # [m]
+_MOST = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """How a run went.
+
+    Attributes:
+        tone: Whether that is good news.
+        headline: It in a few words.
+        sentences: What happened.
+        suggestion: What to try next, with parameters by their dotted keys.
+    """
+
+    tone: Tone
+    headline: str
+    sentences: tuple[str, ...]
+    suggestion: str
+
+
+def describe_run(result: RunResult) -> Verdict:
+    """Says in words how a run ended, what slipped, and what to try."""
+    reason, found = result.reason, _find_overestimates(result)
+    cause = (sentence(reason.message),) if reason is not None and reason.message else ()
+    belief = map(_describe_belief, found[:1])
+    facts = (_describe_slips(result), *belief, *_describe_squeeze(result))
+    hint = reason.hint if reason is not None else _suggest(result, found)
+    return Verdict(_tone(result), headline_of(result), (*cause, *facts), sentence(hint))
+
+
+def headline_of(run: RunResult | RunSummary) -> str:
+    """How a run went, in a few words."""
+    metrics = run.metrics
+    if run.outcome is not Outcome.COMPLETED:
+        return _ENDED_EARLY[run.outcome]
+    if metrics.held:
+        body = scenario_at(run.scenario, run.end_time).object
+        offset = describe_offset(body, metrics.final_tracking_error)
+        return f"Held, {offset}" if offset else "Held"
+    if metrics.slipping_at_end:
+        return "Not held: still slipping at the end"
+    return "Not settled: it has only just stopped slipping"
+
+
+def title_of(run: RunResult | RunSummary) -> str:
+    """What stands over a run: its `scenario_title`, if the run came to the end that this tells."""
+    is_preset = run.scenario.title in _presets_by_title()
+    return scenario_title(run.scenario) if run.outcome is Outcome.COMPLETED or not is_preset else ""
+
+
+def scenario_title(scenario: Scenario) -> str:
+    """The title of a scenario; empty where it is that of a preset from which it differs.
+
+    The title of a preset says how the preset goes: nothing else may be called by it.
+    """
+    return scenario.title if _presets_by_title().get(scenario.title, scenario) == scenario else ""
+
+
+@cache
+def _presets_by_title() -> dict[str, Scenario]:
+    return {scenario.title: scenario for scenario in map(load_scenario, preset_names())}
+
+
+def _tone(result: RunResult) -> Tone:
+    if result.outcome is not Outcome.COMPLETED:
+        return "bad"
+    return "good" if result.metrics.held else "warning"
+
+
+def _describe_slips(result: RunResult) -> str:
+    """Who slipped how far, and until when; else how near it came to that."""
+    names, paths = result.scenario.finger_names, result.metrics.slip_path
+    slipped = [i for i, path in enumerate(paths) if path > 0.0]
+    if not slipped:
+        return f"No fingertip slipped{_describe_least_margin(result)}."
+    lengths = joined([f"{length_words(paths[i])} {names[i]}" for i in slipped])
+    who = _fingertips([names[i] for i in slipped], len(names))
+    return f"{who} slipped, {lengths}{_describe_end_of_slip(result)}."
+
+
+def _fingertips(names: Sequence[str], total: int) -> str:
+    """Some of the fingertips, as the subject of a sentence."""
+    if len(names) == 1:
+        return f"The {names[0]} fingertip"
+    if len(names) == total:
+        return "Both fingertips" if total == 2 else "All fingertips"
+    return f"The {joined(names)} fingertips"
+
+
+def _describe_end_of_slip(result: RunResult) -> str:
+    last = result.metrics.last_slip_time
+    if last is None or result.metrics.slipping_at_end:
+        return ""
+    return f", and stopped at t = {milliseconds(last)}"
+
+
+def _describe_least_margin(result: RunResult) -> str:
+    """How much more tangential force would have made a fingertip slip, where and when."""
+    margins = [
+        (margin, contact)
+        for contact, margin in enumerate(result.metrics.minimum_friction_margin)
+        if margin is not None
+    ]
+    if not margins or len(result.trace) < 2:
+        return ""
+    least, contact = min(margins)
+    if least < 0.0:
+        # Only where the run ended because no phase was right.
+        return ""
+    trace = result.trace
+    # In the first row the forces of the first control update do not act yet.
+    row = 1 + int(np.argmin(trace.friction_margin[1:, contact]))
+    where = result.scenario.finger_names[contact]
+    when = milliseconds(float(trace.times[row]))
+    return f"; the least margin was {least:.2g} N, {where} at t = {when}"
+
+
+class _Overestimate(NamedTuple):
+    """A belief in more friction than there was, with which a fingertip began to slip.
+
+    Attributes:
+        finger: What the finger is called.
+        share: Part of all its slip that it slid before it stuck again, 0 to 1.
+        estimate: Index of the estimate.
+        time: When the slip began [s].
+        believed: The friction that the controller believed in.
+        true: The friction there was.
+    """
+
+    finger: str
+    share: float
+    estimate: int
+    time: float
+    believed: float
+    true: float
+
+
+def _find_overestimates(result: RunResult) -> list[_Overestimate]:
+    """First slips that began because the law trusted in friction that was not there, in order."""
+    onsets = (_overestimate_at_onset(result, k) for k in range(len(result.scenario.estimates)))
+    return sorted((found for found in onsets if found), key=lambda found: found.time)
+
+
+def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | None:
+    """What an estimate of friction was when its contact first slipped, if that was too much."""
+    scenario, trace = result.scenario, result.trace
+    keys = [f"fingers.{i}.friction" for i in range(len(scenario.fingers))]
+    key = scenario.estimates[index].parameter
+    rows = np.flatnonzero(trace.phase[:, keys.index(key)]) if key in keys else []
+    if len(rows) == 0 or rows[0] == 0:
+        return None
+    contact, row = keys.index(key), int(rows[0])
+    time = float(trace.times[row])
+    present = scenario_at(scenario, time + _ROUNDING)
+    controller = present.controller
+    if not CONTROL_LAWS[controller.kind].uses_friction or controller.grasp_force != "minimum":
+        return None
+    believed = float(trace.estimates[row - 1, index])
+    true = float(trace.friction_coefficient[row, contact])
+    sticking = true * _static_over_kinetic(present.fingers[contact])
+    most = controller.maximum_normal_force
+    is_bounded = most is not None and trace.normal_force[row, contact] >= most * (1.0 - _ROUNDING)
+    if is_bounded or believed <= controller.grip_safety * sticking * (1.0 + _ROUNDING):
+        return None
+    share = _share_of_first_slip(trace, contact, row)
+    return _Overestimate(scenario.finger_names[contact], share, index, time, believed, true)
+
+
+def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
+    """The part of all its slip that a fingertip slides from a row on until it sticks."""
+    ways = np.abs(np.diff(trace.slip[:, contact]))
+    rests = np.flatnonzero(trace.phase[row:, contact] == ContactPhase.STICK)
+    first = ways[: row + int(rests[0])] if len(rests) else ways
+    return float(first.sum() / max(ways.sum(), _NO_WAY))
+
+
+def _static_over_kinetic(finger: FingerParameters) -> float:
+    """How many times more friction a contact has in stick, the same on a patch."""
+    static = finger.static_friction
+    return static / finger.friction if static is not None and finger.friction > 0.0 else 1.0
+
+
+def _describe_belief(found: _Overestimate) -> str:
+    """What the controller believed of the friction when too little force let a fingertip slip."""
+    if found.time == 0.0:
+        return (
+            f"The controller began by believing in friction {found.believed:.3g} where there is "
+            f"{found.true:.3g}, so it squeezed too little."
+        )
+    return (
+        f"When the {found.finger} fingertip began to slip, at t = {milliseconds(found.time)}, the "
+        f"controller believed in friction {found.believed:.3g} where there was {found.true:.3g}, "
+        "so it squeezed too little."
+    )
+
+
+def _describe_squeeze(result: RunResult) -> Iterator[str]:
+    """How hard the contact nearest to slip presses at the end, against the least that holds."""
+    trace = result.trace
+    friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
+    tangential = np.abs(trace.tangential_force[-1])
+    sticks = (trace.phase[-1] == ContactPhase.STICK).all() and (friction > 0.0).all()
+    if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
+        return
+    needed = tangential / np.where(friction > 0.0, friction, 1.0)
+    i = int(np.argmin(normal - needed))
+    yield (
+        f"At the end the {result.scenario.finger_names[i]} fingertip presses with "
+        f"{normal[i]:.1f} N; with less than {needed[i]:.1f} N it would slip."
+    )
+
+
+def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> str:
+    """What to try after a run that went to its end, from what happened."""
+    present, metrics = scenario_at(result.scenario, result.end_time), result.metrics
+    at_end = Situation(start=result.scenario, scenario=present, last=result.trace[-1:])
+    if metrics.slipping_at_end:
+        return any_of(
+            stop_slip_earlier(at_end),
+            squeeze_harder(at_end),
+            start_nearer_to_the_truth(at_end),
+            change_law(at_end),
+        )
+    longer = list(raise_(present, "simulation.duration"))
+    if longer and not metrics.held:
+        return f"{longer[0]}, to see whether it stays at rest"
+    if metrics.held and is_far_off(present.object, metrics.final_tracking_error):
+        return _suggest_to_come_nearer(at_end)
+    if not any(path > 0.0 for path in metrics.slip_path):
+        return _suggest_to_let_it_slip(at_end)
+    return _suggest_less_slip(at_end, found)
+
+
+def _suggest_to_come_nearer(situation: Situation) -> str:
+    """A held object hangs where feedback and a wrong belief balance, or is still on its way."""
+    options = any_of(
+        start_nearer_to_the_truth(situation),
+        raise_(situation.scenario, "controller.position_gain"),
+        change_law(situation),
+    )
+    return f"{options}, to bring it nearer to where it was wanted"
+
+
+def _suggest_to_let_it_slip(situation: Situation) -> str:
+    options = any_of(
+        ["lower fingers.*.friction"], lower(situation.scenario, situation.law.holds_with)
+    )
+    return f"{options}, until a fingertip slips"
+
+
+def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> str:
+    """Less slip on the way to a grasp that holds."""
+    believe = _believe_in_less_friction(situation.start, found)
+    options = [believe, stop_slip_earlier(situation)]
+    if not believe:
+        options = [start_nearer_to_the_truth(situation), squeeze_harder(situation), options[1]]
+    return f"{any_of(*options)}, for less slip"
+
+
+def _believe_in_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> list[str]:
+    """Lower beliefs, where the first ones led to most of the slip and their bounds allow it."""
+    at_once = [one for one in found if one.time == 0.0 and one.share >= _MOST]
+    lowest = [start.estimates[one.estimate].minimum for one in at_once]
+    if any(low is not None and low >= one.true for low, one in zip(lowest, at_once, strict=True)):
+        return []
+    below = [f"estimates.{one.estimate}.initial below {one.true:.3g}" for one in at_once]
+    return [f"set {joined(below)}"] * bool(below)

@@ -1,0 +1,120 @@
+"""Setting a parameter by its dotted key, in a scenario or in the plain values of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields, replace
+from functools import cache, partial
+from typing import Any
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Change, Estimate, Patch, Pulse, Scenario, SetPoint
+from slipgrasp.core.scenario.field_errors import (
+    full_scenario,
+    key_of_first,
+    template_key,
+    template_keys,
+    unknown_key,
+)
+from slipgrasp.core.scenario.parameters import describe
+
+__all__ = ["assign", "replaced"]
+
+_PLAIN_TYPES = (float, int, bool, str, list, tuple)
+
+
+def replaced(node: Any, path: list[str], value: Any) -> Any:
+    """A part of a scenario with one value set, None if it has no such place."""
+    if not path:
+        return tuple(value) if isinstance(value, list) else value
+    head, rest = path[0], path[1:]
+    if isinstance(node, tuple):
+        if not _is_index(head, len(node)):
+            return None
+        index = int(head)
+        inner = replaced(node[index], rest, value)
+        return None if inner is None else (*node[:index], inner, *node[index + 1 :])
+    if head not in getattr(node, "__dataclass_fields__", ()) or type(value) not in _PLAIN_TYPES:
+        return None
+    inner = replaced(getattr(node, head), rest, value)
+    return None if inner is None else replace(node, **{head: inner})
+
+
+def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -> FieldError | None:
+    """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
+    *parents, last = key.split(".")
+    node: Any = mapping
+    for i, part in enumerate(parents):
+        node = _child(node, part, ".".join(parents[: i + 1]))
+        if node is None:
+            return unknown_key(scenario, key)
+    if isinstance(node, list) and _is_index(last, len(node)):
+        node[int(last)] = value
+    elif isinstance(node, list) and last == str(len(node)) and key_of_first(key) in _all_keys():
+        node.append(value)
+    elif isinstance(node, dict) and (last in node or _is_field(key)):
+        parameter = template_keys().get(template_key(key))
+        if value is None and parameter is not None and parameter.optional:
+            node.pop(last, None)
+        else:
+            node[last] = value
+    else:
+        return unknown_key(scenario, key)
+    return None
+
+
+@cache
+def _all_keys() -> frozenset[str]:
+    """The keys of every number that the first entries of the lists can have."""
+    return frozenset(describe(full_scenario()))
+
+
+def _is_field(key: str) -> bool:
+    """Whether some scenario has a value there, or a list of values."""
+    return not template_keys().keys().isdisjoint((template_key(key), template_key(f"{key}.0")))
+
+
+def _child(node: Any, part: str, key: str) -> Any:
+    """Steps into plain values; the next entry of a list that can grow is made on the way.
+
+    Args:
+        node: A table or a list.
+        part: Which of its entries.
+        key: Dotted key of that entry.
+    """
+    if isinstance(node, list):
+        place = key.rpartition(".")[0]
+        if place in _NEW_ENTRIES and part == str(len(node)):
+            node.append(_NEW_ENTRIES[place]())
+        return node[int(part)] if _is_index(part, len(node)) else None
+    if not isinstance(node, dict):
+        return None
+    if part not in node and key_of_first(f"{key}.0") in _all_keys():
+        node[part] = []
+    return node.get(part)
+
+
+def _defaults(kind: Any) -> dict[str, Any]:
+    """What a new entry of a list starts with, as plain values, so that parts of it can be set."""
+    defaults = {field.name: field.default for field in fields(kind)}
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in defaults.items()
+        if value is not MISSING and value is not None
+    }
+
+
+def _is_index(part: str, length: int) -> bool:
+    return part.isascii() and part.isdigit() and len(part) < 5 and int(part) < length
+
+
+# What the next entry of a list starts with.
+_NEW_ENTRIES: Mapping[str, Callable[[], dict[str, Any] | list[Any]]] = {
+    "estimates": partial(_defaults, Estimate),
+    "pulses": partial(_defaults, Pulse),
+    "patches": partial(_defaults, Patch),
+    "changes": partial(_defaults, Change),
+    "trajectory.set_points": partial(_defaults, SetPoint),
+    "trajectory.table": list,
+    "object.corners": list,
+}

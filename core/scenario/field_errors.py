@@ -1,0 +1,175 @@
+"""What is wrong with the fields of a scenario, in words: field, value, limit and the way out."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import pydantic
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import (
+    Change,
+    Estimate,
+    FingerParameters,
+    ObjectParameters,
+    Patch,
+    Pulse,
+    Scenario,
+    SetPoint,
+    TrajectoryParameters,
+)
+from slipgrasp.core.scenario.parameters import Parameter, describe
+
+__all__ = [
+    "echo",
+    "field_errors",
+    "full_scenario",
+    "key_of_first",
+    "nearest",
+    "shortened",
+    "single_error",
+    "template_key",
+    "template_keys",
+    "unknown_key",
+]
+
+
+def unknown_key(scenario: Scenario, key: str) -> FieldError:
+    """The error for a key that no parameter has, with the nearest one that there is."""
+    keys = list(describe(scenario))
+    message = f"unknown parameter '{shortened(key)}'{nearest(key, keys)}"
+    return FieldError(field=shortened(key), value=None, limit=None, message=message)
+
+
+def nearest(word: str, words: Iterable[str]) -> str:
+    """What was perhaps meant, as the end of a sentence; empty if nothing is near."""
+    close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def field_errors(error: pydantic.ValidationError) -> list[FieldError]:
+    """Pydantic's findings as field errors, one per field, with unit and limit in words."""
+    found: dict[str, FieldError] = {}
+    for item in error.errors(include_url=False, include_context=False):
+        path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
+        key = ".".join(path)
+        if key not in found:
+            found[key] = _field_error(key, item)
+    # A wrong entry makes its list look too short as well; only the entry is worth telling.
+    parents = {key[:i] for key in found for i, letter in enumerate(key) if letter == "."}
+    return [error for key, error in found.items() if key not in parents]
+
+
+def _is_type_label(part: str) -> bool:
+    return part in ("float", "str", "int") or part.startswith(
+        ("tuple[", "constrained", "function-")
+    )
+
+
+def _field_error(key: str, item: Any) -> FieldError:
+    kind, value = item["type"], item["input"]
+    if kind == "unexpected_keyword_argument":
+        siblings = [
+            k.rpartition(".")[2]
+            for k in template_keys()
+            if k.rpartition(".")[0] == template_key(key).rpartition(".")[0]
+        ]
+        near = nearest(key.rpartition(".")[2], siblings or template_keys())
+        return FieldError(
+            field=shortened(key),
+            value=None,
+            limit=None,
+            message=f"unknown parameter '{shortened(key)}'{near}",
+        )
+    parameter = template_keys().get(template_key(key))
+    limit = parameter.limit if parameter else None
+    shown = echo(value)
+    if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
+        return FieldError(field=key, value=None, limit=limit, message=f"{key} is missing")
+    told = (
+        "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
+    )
+    # The limit of a choice lists its words already.
+    is_choice = kind == "literal_error" and limit
+    problem = "" if is_choice else f": {item['msg'][:1].lower()}{item['msg'][1:]}"
+    allowed = f"; allowed: {limit}" if limit else ""
+    return FieldError(
+        field=key,
+        value=shown,
+        limit=limit,
+        message=f"{key or 'the scenario'}{told}{problem}{allowed}",
+    )
+
+
+@cache
+def template_keys() -> dict[str, Parameter]:
+    """Parameters by template key: with 0 for every index of a list.
+
+    A component that may be something else than the first of its list, such as the angle of a
+    pose, has a key of its own.
+    """
+    found: dict[str, Parameter] = {}
+    for key, parameter in describe(full_scenario()).items():
+        first, own = _with_zeros(key), key_of_first(key)
+        same = found.setdefault(first, replace(parameter, key=first))
+        if (parameter.unit, parameter.limit) != (same.unit, same.limit):
+            found.setdefault(own, replace(parameter, key=own))
+    return found
+
+
+def full_scenario() -> Scenario:
+    """A scenario with an entry in every list; it could not be simulated."""
+    return Scenario(
+        object=ObjectParameters(corners=((0.0, 0.0),)),
+        fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
+        trajectory=TrajectoryParameters(
+            set_points=(SetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0)),),
+            table=((0.0, 0.0, 0.0, 0.0),),
+        ),
+        pulses=(Pulse(time=0.0),),
+        patches=(Patch(face="left"),),
+        estimates=(Estimate(parameter="object.mass", initial=1.0),),
+        changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
+    )
+
+
+def template_key(key: str) -> str:
+    """The key in `template_keys` of what a key of some scenario stands for."""
+    own = key_of_first(key)
+    return own if own in template_keys() else _with_zeros(key)
+
+
+def _with_zeros(key: str) -> str:
+    return ".".join("0" if part.isdigit() else part for part in key.split("."))
+
+
+def key_of_first(key: str) -> str:
+    """The key of the same component in the first entry of every list: 0 for all other indices."""
+    head, _, last = key.rpartition(".")
+    return f"{_with_zeros(head)}.{last}" if head else last
+
+
+def echo(value: Any) -> float | int | bool | str | None:
+    """What may be repeated to the user: finite numbers and short printable text."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return value if abs(value) < 10**15 else "a huge integer"
+    return shortened(value) if isinstance(value, str) else None
+
+
+def shortened(text: str) -> str:
+    """The beginning of a text, as it may be repeated to the user."""
+    return "".join(c if c.isprintable() else "?" for c in text[:80])
+
+
+def single_error(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
+    """A scenario error with one entry."""
+    return ScenarioError([FieldError(field=field, value=echo(value), limit=limit, message=message)])

@@ -1,0 +1,136 @@
+"""Where fingers stand, and where their tips touch the object (docs/model.md, Contact)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
+
+__all__ = [
+    "ContactFrame",
+    "contact_frame",
+    "face_names",
+    "inner_radius",
+    "joint_points",
+    "outline",
+    "smallest_extent",
+    "tip_distance",
+]
+
+
+class ContactFrame(NamedTuple):
+    """Anchor, tangent and inward normal of a contact in the object frame, and its slip range.
+
+    Attributes:
+        anchor: Contact point at zero slip (x, y) [m].
+        tangent: Unit vector of positive slip; the normal is the tangent turned by -90 degrees.
+        normal: Unit vector into the object.
+        slip_minimum: Slip at which the fingertip passes the end of the face [m].
+        slip_maximum: The same at the other end [m].
+    """
+
+    anchor: tuple[float, float]
+    tangent: tuple[float, float]
+    normal: tuple[float, float]
+    slip_minimum: float
+    slip_maximum: float
+
+
+_TANGENTS = {
+    "left": (0.0, 1.0),
+    "right": (0.0, -1.0),
+    "bottom": (-1.0, 0.0),
+    "top": (1.0, 0.0),
+}
+
+
+def face_names(body: ObjectParameters) -> tuple[str, ...]:
+    """What the faces of an object are called: by side, or edge-0, edge-1 … of a polygon."""
+    if body.corners:
+        return tuple(f"edge-{k}" for k in range(len(body.corners)))
+    return tuple(_TANGENTS)
+
+
+def outline(body: ObjectParameters) -> NDArray[np.float64]:
+    """Corners of the object, counterclockwise, in its own frame, shape ``(corners, 2)`` [m]."""
+    if body.corners:
+        return np.array(body.corners)
+    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return signs * (body.half_width, body.face_half_length)
+
+
+def inner_radius(body: ObjectParameters) -> float:
+    """Distance from the centre of mass to the nearest face of the object [m]."""
+    if not body.corners:
+        return min(body.half_width, body.face_half_length)
+    corners = outline(body)
+    sides = np.roll(corners, -1, axis=0) - corners
+    areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
+    return float((areas / np.hypot(*sides.T)).min())
+
+
+def smallest_extent(body: ObjectParameters) -> float:
+    """Least distance of two parallel lines between which the object fits [m]."""
+    corners = outline(body)
+    sides = np.roll(corners, -1, axis=0) - corners
+    normals = np.stack([-sides[:, 1], sides[:, 0]], axis=1) / np.hypot(*sides.T)[:, None]
+    # Of a convex polygon one of these lines holds a whole side.
+    return float(np.ptp(normals @ corners.T, axis=1).min())
+
+
+def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFrame:
+    """The frame in which a fingertip slides on its face.
+
+    Args:
+        body: The object.
+        finger: The finger that touches it, on one of its `face_names`.
+    """
+    offset = finger.contact_offset
+    if body.corners:
+        return _edge_frame(body, int(finger.face.removeprefix("edge-")), offset)
+    tx, ty = _TANGENTS[finger.face]
+    nx, ny = ty, -tx
+    vertical = finger.face in ("left", "right")
+    depth = body.half_width if vertical else body.face_half_length
+    reach = body.face_half_length if vertical else body.half_width
+    anchor = (-depth * nx + offset * tx, -depth * ny + offset * ty)
+    return ContactFrame(anchor, (tx, ty), (nx, ny), -reach - offset, reach - offset)
+
+
+def _edge_frame(body: ObjectParameters, edge: int, offset: float) -> ContactFrame:
+    """From corner K to the next the object lies on the left: the tangent runs the other way."""
+    (x0, y0), (x1, y1) = body.corners[edge], body.corners[(edge + 1) % len(body.corners)]
+    length = math.hypot(x1 - x0, y1 - y0)
+    tx, ty = (x0 - x1) / length, (y0 - y1) / length
+    anchor = (0.5 * (x0 + x1) + offset * tx, 0.5 * (y0 + y1) + offset * ty)
+    return ContactFrame(anchor, (tx, ty), (ty, -tx), -0.5 * length - offset, 0.5 * length - offset)
+
+
+def joint_points(
+    finger: FingerParameters, joint_positions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Where the base, the joints and the tip of a finger stand, shape ``(..., joints + 1, 2)`` [m].
+
+    Args:
+        finger: Base and link lengths.
+        joint_positions: Joint angles, each relative to the link before, ``(..., joints)`` [rad].
+    """
+    angles = np.cumsum(joint_positions, axis=-1)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    links = np.asarray(finger.link_lengths)[:, None] * directions
+    base = np.broadcast_to(np.asarray(finger.base), (*angles.shape[:-1], 1, 2))
+    return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
+
+
+def tip_distance(scenario: Scenario, index: int) -> float:
+    """Distance from the base of a finger to its contact point in the start pose [m]."""
+    finger = scenario.fingers[index]
+    ax, ay = contact_frame(scenario.object, finger).anchor
+    x, y, angle = scenario.trajectory.start
+    tip_x = x + math.cos(angle) * ax - math.sin(angle) * ay
+    tip_y = y + math.sin(angle) * ax + math.cos(angle) * ay
+    return math.hypot(tip_x - finger.base[0], tip_y - finger.base[1])

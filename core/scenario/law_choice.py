@@ -1,0 +1,222 @@
+"""Choosing a control law for a scenario, with the settings that the law needs and is meant for.
+
+Whoever sets ``controller.kind`` alone gets the law in the settings of another one. Here it comes
+with its own (`slipgrasp.core.scenario.laws`); what suits it already stays as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from slipgrasp.core.scenario import (
+    CONTROL_LAWS,
+    SAMPLED_CONTROL,
+    Change,
+    ControlLaw,
+    Estimate,
+    LawSetting,
+    Scenario,
+)
+from slipgrasp.core.scenario.field_errors import nearest, shortened, single_error
+from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
+
+__all__ = [
+    "LAW",
+    "LawChoice",
+    "SettingChange",
+    "choose_law",
+    "describe_settings",
+    "law_keys",
+    "law_settings",
+    "with_law",
+]
+
+LAW = "controller.kind"
+
+_GRIP_FORCE = "controller.grip_force"
+_FIRMNESS = 1.5
+_LARGEST_GRIP = 1e4
+
+
+class SettingChange(NamedTuple):
+    """A parameter that was set with a law: its dotted key, its value before, and now."""
+
+    key: str
+    old: Any
+    new: Any
+
+
+@dataclass(frozen=True, slots=True)
+class LawChoice:
+    """A scenario with another law.
+
+    Attributes:
+        scenario: The scenario.
+        settings: What was set beside the law.
+    """
+
+    scenario: Scenario
+    settings: tuple[SettingChange, ...] = ()
+
+
+def with_law(scenario: Scenario, kind: str) -> Scenario:
+    """The scenario with a control law for the whole run, and the settings it is meant for.
+
+    Args:
+        scenario: The base; one that has the law already is given back as it is.
+        kind: Name of the law, such as ``composite``.
+
+    Raises:
+        ScenarioError: If there is no such law, or something in the scenario rules it out.
+    """
+    return choose_law(scenario, kind).scenario
+
+
+def choose_law(scenario: Scenario, kind: str) -> LawChoice:
+    """The same, and what was set for it.
+
+    Args:
+        scenario: The base.
+        kind: Name of the law.
+
+    Raises:
+        ScenarioError: If there is no such law, or something in the scenario rules it out.
+    """
+    if kind not in CONTROL_LAWS:
+        known = ", ".join(CONTROL_LAWS)
+        near = nearest(kind, CONTROL_LAWS)
+        message = f"'{shortened(kind)}' is no control law{near}; laws: {known}"
+        raise single_error(LAW, kind, f"one of {known}", message)
+    constant = replace(scenario, changes=tuple(_apart_from_laws(scenario)))
+    if constant == scenario and kind == scenario.controller.kind:
+        return LawChoice(scenario)
+    settings = law_settings(constant, kind)
+    before = parameter_definitions(constant)
+    changes = tuple(SettingChange(key, before[key].value, new) for key, new in settings.items())
+    return LawChoice(with_values(constant, {LAW: kind, **settings}), changes)
+
+
+def law_settings(scenario: Scenario, kind: str) -> dict[str, float]:
+    """What must be set beside the law, by dotted key; nothing where the scenario has it already.
+
+    Args:
+        scenario: What the law is to work with.
+        kind: Name of the law.
+    """
+    if kind == scenario.controller.kind:
+        return {}
+    law = CONTROL_LAWS[kind]
+    unsuitable = {
+        setting.key: setting.value
+        for setting in _settings_of(law, scenario)
+        if not getattr(scenario.controller, setting.key.rpartition(".")[2]) > setting.above
+    }
+    bounds = dict(_missing_bounds(scenario)) if law.bounded else {}
+    return {**unsuitable, **dict(_grip(law, scenario)), **bounds}
+
+
+def law_keys(scenario: Scenario) -> tuple[str, ...]:
+    """Dotted keys of everything that may be set together with a law, whichever it is."""
+    settings = (SAMPLED_CONTROL, *(each for law in CONTROL_LAWS.values() for each in law.settings))
+    bounds = (
+        f"estimates.{i}.{bound}"
+        for i in range(len(scenario.estimates))
+        for bound in ("minimum", "maximum")
+    )
+    return tuple(dict.fromkeys((*(setting.key for setting in settings), _GRIP_FORCE, *bounds)))
+
+
+def describe_settings(changes: Sequence[SettingChange]) -> str:
+    """What was set, in words: ``control every 1 ms, grip safety 1.05``; empty if nothing was."""
+    words = dict.fromkeys(_words_of(change) for change in changes if change.old != change.new)
+    return ", ".join(words)
+
+
+def _apart_from_laws(scenario: Scenario) -> Iterator[Change]:
+    """The timed changes without those of the law, and of what was set with it at that time."""
+    times = {change.time for change in scenario.changes if change.parameter == LAW}
+    own = {LAW, *law_keys(scenario)}
+    for change in scenario.changes:
+        if not (change.time in times and change.parameter in own):
+            yield change
+
+
+def _settings_of(law: ControlLaw, scenario: Scenario) -> Iterator[LawSetting]:
+    """The settings of a law that matter in the control it will have."""
+    if law.sampled:
+        yield SAMPLED_CONTROL
+    is_sampled = law.sampled or scenario.controller.control_period > 0.0
+    yield from (each for each in law.settings if is_sampled or not each.when_sampled)
+
+
+def _grip(law: ControlLaw, scenario: Scenario) -> Iterator[tuple[str, float]]:
+    """A grip force that is not above the greatest allowed, and carries the object if it must."""
+    if law.uses_friction:
+        return
+    present, most = scenario.controller.grip_force, scenario.controller.maximum_normal_force
+    wanted = max(present, _carrying_grip(scenario)) if law.firm else present
+    wanted = min(wanted, _LARGEST_GRIP if most is None else most)
+    if wanted != present:
+        yield _GRIP_FORCE, wanted
+
+
+def _carrying_grip(scenario: Scenario) -> float:
+    """Normal force whose friction carries the object, and half as much again, in newtons [N].
+
+    F_n = 1.5 m_o g / (n mu): each of n fingertips carries its share of the weight m_o g with the
+    least friction mu of all.
+    """
+    friction = min(finger.friction for finger in scenario.fingers)
+    weight = scenario.object.mass * scenario.simulation.gravity
+    if friction == 0.0:
+        return 0.0
+    return float(math.ceil(_FIRMNESS * weight / (len(scenario.fingers) * friction)))
+
+
+def _missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
+    """Physical bounds for the estimates that have none.
+
+    What is estimated, or believed at first, may be of unusual size: it lies well within then.
+    No bounds fit a first belief that nothing physical has.
+    """
+    for i, estimate in enumerate(scenario.estimates):
+        unknown = parse_unknown(scenario, estimate.parameter)
+        assert unknown is not None, "validated scenarios name only what can be estimated"
+        low, high = PHYSICAL_BOUNDS[unknown.kind]
+        values = tuple(_values_met(scenario, i, estimate))
+        least, most = min(values), max(values)
+        if least <= 0.0:
+            continue
+        if estimate.minimum is None:
+            yield f"estimates.{i}.minimum", low if low < least else 0.5 * least
+        if estimate.maximum is None:
+            yield f"estimates.{i}.maximum", high if most < high else 2.0 * most
+
+
+def _values_met(scenario: Scenario, index: int, estimate: Estimate) -> Iterator[float]:
+    """All that an estimate and what it stands for are during a run, as far as is known before."""
+    keys = (estimate.parameter, f"estimates.{index}.initial")
+    definitions = parameter_definitions(scenario)
+    for value in (
+        *(definitions[key].value for key in keys),
+        *(change.value for change in scenario.changes if change.parameter in keys),
+    ):
+        assert isinstance(value, (float, int)), "validated scenarios have numbers there"
+        yield value
+
+
+def _words_of(change: SettingChange) -> str:
+    """One setting in words; all bounds in the same."""
+    head, _, name = change.key.rpartition(".")
+    if head != "controller":
+        within = "within physical bounds" if change.new is not None else "without bounds"
+        return f"estimates {within}"
+    if change.key == SAMPLED_CONTROL.key:
+        period = f"every {1e3 * change.new:g} ms"
+        return f"control {period}" if change.new > 0.0 else "continuous control"
+    unit = {"slip_stop": " m/s²", "grip_force": " N"}.get(name, "")
+    return f"{name.replace('_', ' ')} {change.new:g}{unit}"

@@ -1,0 +1,227 @@
+"""From names, files and plain values to a validated scenario, and back to TOML."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pydantic
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.assignment import assign, replaced
+from slipgrasp.core.scenario.field_errors import field_errors, full_scenario, nearest, single_error
+from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
+from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.timed_changes import check_changes
+from slipgrasp.core.scenario.validation import check_scenario
+
+__all__ = [
+    "load_scenario",
+    "parameter_definitions",
+    "preset_names",
+    "scenario_from_mapping",
+    "scenario_from_toml",
+    "scenario_to_toml",
+    "settable_parameters",
+    "with_values",
+]
+
+_MAX_FILE_BYTES = 1_000_000
+
+
+def preset_names() -> tuple[str, ...]:
+    """Names of the scenarios that come with the program, the paper's cases first."""
+    folder = resources.files("slipgrasp.core.scenario") / "presets"
+    names = [f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")]
+    return tuple(sorted(names, key=lambda name: (not name.startswith("paper-"), name)))
+
+
+@cache
+def _load_preset(name: str) -> Scenario:
+    text = (resources.files("slipgrasp.core.scenario") / "presets" / f"{name}.toml").read_text(
+        encoding="utf-8"
+    )
+    return scenario_from_mapping(tomllib.loads(text))
+
+
+def load_scenario(source: str | Path) -> Scenario:
+    """Loads a preset by name or a TOML file by path.
+
+    Args:
+        source: Preset name, or path of a scenario file.
+
+    Returns:
+        The validated scenario.
+
+    Raises:
+        ScenarioError: If there is no such preset or file, or it is not valid.
+    """
+    name = str(source)
+    if name in preset_names():
+        return _load_preset(name)
+    path = Path(source)
+    if not path.suffix and not path.exists():
+        known = ", ".join(preset_names())
+        raise single_error(
+            "scenario",
+            name,
+            known,
+            f"no preset or file '{name}'{nearest(name, preset_names())}; presets: {known}",
+        )
+    if not path.is_file():
+        raise single_error(
+            "scenario",
+            name,
+            None,
+            f"no scenario file '{name}'; presets: {', '.join(preset_names())}",
+        )
+    if path.stat().st_size > _MAX_FILE_BYTES:
+        raise _too_large(name)
+    mapping = _parse_toml(path.read_bytes(), name)
+    fill_in_table(mapping, path.parent)
+    return scenario_from_mapping(mapping)
+
+
+def scenario_from_toml(content: bytes, name: str) -> Scenario:
+    """Reads a scenario from the content of a TOML file.
+
+    Args:
+        content: What the file holds; it cannot name other files.
+        name: What it is called, for messages.
+
+    Raises:
+        ScenarioError: If it is too large, no TOML, or not a valid scenario.
+    """
+    return scenario_from_mapping(_parse_toml(content, name))
+
+
+def _parse_toml(content: bytes, name: str) -> dict[str, Any]:
+    if len(content) > _MAX_FILE_BYTES:
+        raise _too_large(name)
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise single_error(
+            "scenario", name, "TOML", f"'{name}' is not valid TOML: {error}"
+        ) from error
+
+
+def _too_large(name: str) -> ScenarioError:
+    return single_error(
+        "scenario",
+        name,
+        "1 MB",
+        f"'{name}' is larger than 1 MB; a scenario is a small TOML file",
+    )
+
+
+def scenario_from_mapping(mapping: Any) -> Scenario:
+    """Validates nested plain values (from JSON or TOML) into a scenario.
+
+    Raises:
+        ScenarioError: With one entry per wrong field.
+    """
+    refuse_table_name(mapping)
+    try:
+        text = json.dumps(mapping, default=repr)
+        scenario = _adapter().validate_json(text)
+    except pydantic.ValidationError as error:
+        raise ScenarioError(field_errors(error)) from error
+    except (ValueError, RecursionError, TypeError) as error:
+        raise single_error(
+            "", None, None, f"the scenario cannot be read: {type(error).__name__}"
+        ) from error
+    check_scenario(scenario)
+    check_changes(scenario, with_values)
+    return scenario
+
+
+def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """The scenario with some parameters set by dotted key.
+
+    Args:
+        scenario: The base.
+        values: Dotted key to plain value, such as ``{"object.mass": 1.4}``.
+
+    Raises:
+        ScenarioError: For an unknown key (with the nearest name) or a value out of bounds.
+    """
+    quick = _with_plain_values(scenario, values)
+    if quick is not None:
+        return quick
+    mapping = json.loads(json.dumps(scenario.to_mapping()))
+    errors = [e for key, value in values.items() if (e := assign(scenario, mapping, key, value))]
+    if errors:
+        raise ScenarioError(errors)
+    return scenario_from_mapping(mapping)
+
+
+def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
+    """Every parameter of a scenario by dotted key; of the first preset if none is given."""
+    return describe(scenario if scenario is not None else load_scenario(preset_names()[0]))
+
+
+def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
+    """Every parameter by dotted key, and without value those that lists lack: of a first entry."""
+    definitions = parameter_definitions(scenario)
+    for key, parameter in describe(full_scenario()).items():
+        if not key.startswith("fingers."):
+            definitions.setdefault(key, replace(parameter, value=None))
+    return definitions
+
+
+def scenario_to_toml(scenario: Scenario) -> str:
+    """The scenario as a TOML file that loads back to an equal scenario."""
+    mapping = scenario.to_mapping()
+    lines = [f"title = {_toml(mapping['title'])}"]
+    for name, tables in mapping.items():
+        if name == "title":
+            continue
+        header = f"[{name}]" if isinstance(tables, dict) else f"[[{name}]]"
+        for table in [tables] if isinstance(tables, dict) else tables:
+            lines += ["", header, *(f"{key} = {_toml(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+@cache
+def _adapter() -> pydantic.TypeAdapter[Scenario]:
+    return pydantic.TypeAdapter(Scenario)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value)
+
+
+def _with_plain_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario | None:
+    """The same in a quarter of the time, for numbers and words at places that exist.
+
+    Returns:
+        None where that will not do, or something is wrong with a value.
+    """
+    if scenario.changes:
+        return None
+    changed: Any = scenario
+    try:
+        for key, value in values.items():
+            changed = replaced(changed, key.split("."), value)
+            if changed is None:
+                return None
+    except pydantic.ValidationError:
+        return None
+    check_scenario(changed)
+    return changed

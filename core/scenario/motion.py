@@ -1,0 +1,114 @@
+"""The desired motion of the object."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Ge, Le, Len
+from pydantic.dataclasses import dataclass
+
+from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario.parameters import Quantity
+
+__all__ = ["MAX_SET_POINTS", "MAX_TABLE_ROWS", "SetPoint", "TrajectoryParameters"]
+
+MAX_SET_POINTS = 50
+MAX_TABLE_ROWS = 250
+
+Angle = Annotated[float, Ge(-3.2), Le(3.2)]
+Acceleration = Annotated[float, Ge(-100.0), Le(100.0)]
+Time = Annotated[float, Ge(0.0), Le(600.0)]
+Amplitude = Annotated[float, Ge(-10.0), Le(10.0)]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SetPoint:
+    """A pose to move to, with the least jerk, from wherever the set-point before has led."""
+
+    time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When the move begins.", "s")]
+    duration: Annotated[float, Ge(1e-3), Le(600.0), Quantity("How long the move takes.", "s")]
+    pose: Annotated[
+        tuple[Coordinate, Coordinate, Angle],
+        Quantity("Object pose (x, y, theta) at its end.", "m, m, rad"),
+    ]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class TrajectoryParameters:
+    """The desired motion of the object; ``kind`` tells which of the fields are used."""
+
+    kind: Annotated[
+        Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
+        Quantity(
+            "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
+            "rotation (turn and back), shake, or a table of poses."
+        ),
+    ] = "coast"
+    start: Annotated[
+        tuple[Coordinate, Coordinate, Angle],
+        Quantity("Object pose (x, y, theta) at the start, desired and actual.", "m, m, rad"),
+    ] = (1.466, 0.366, 0.0)
+    acceleration: Annotated[
+        tuple[Acceleration, Acceleration, Acceleration],
+        Quantity(
+            "coast: desired acceleration (x, y, theta) while speeding up; its opposite while "
+            "braking.",
+            "m/s², m/s², rad/s²",
+        ),
+    ] = (0.0, 0.0256, 0.0)
+    acceleration_time: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity(
+            "How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"
+        ),
+    ] = 1.0
+    coast_time: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity("coast: how long it moves at constant speed in between.", "s"),
+    ] = 5.0
+    period: Annotated[
+        float,
+        Ge(0.01),
+        Le(600.0),
+        Quantity("circle, rotation, shake: time of one cycle at full speed.", "s"),
+    ] = 2.0
+    cycles: Annotated[
+        float,
+        Ge(1e-3),
+        Le(1e4),
+        Quantity("circle, rotation, shake: how many cycles until it rests.", "1"),
+    ] = 2.0
+    radius: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity("circle: its radius; it begins at the bottom.", "m"),
+    ] = 0.05
+    angle: Annotated[
+        float,
+        Ge(-3.2),
+        Le(3.2),
+        Quantity("rotation: how far it turns before it turns back.", "rad"),
+    ] = 0.3
+    amplitude: Annotated[
+        tuple[Amplitude, Amplitude, Amplitude],
+        Quantity("shake: amplitude (x, y, theta) of the oscillation.", "m, m, rad"),
+    ] = (0.0, 0.02, 0.0)
+    set_points: Annotated[
+        tuple[SetPoint, ...],
+        Len(0, MAX_SET_POINTS),
+        Quantity("set-points: the moves, one after another."),
+    ] = ()
+    table: Annotated[
+        tuple[tuple[Time, Coordinate, Coordinate, Angle], ...],
+        Len(0, MAX_TABLE_ROWS),
+        Quantity(
+            "table: rows of time and pose (t, x, y, theta), joined by a smooth curve; in a "
+            "scenario file also the name of a CSV file beside it.",
+            "s, m, m, rad",
+        ),
+    ] = ()

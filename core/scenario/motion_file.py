@@ -1,0 +1,132 @@
+"""The table of a desired motion from a CSV file beside the scenario file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import MAX_TABLE_ROWS
+from slipgrasp.core.scenario.field_errors import shortened, single_error
+
+__all__ = ["fill_in_table", "refuse_table_name"]
+
+_FIELD = "trajectory.table"
+_COLUMNS = ("t", "x", "y", "theta")
+_MAX_BYTES = 200_000
+_MOST = f"{MAX_TABLE_ROWS} rows"
+
+
+def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
+    """Puts the rows of the file that ``trajectory.table`` names, if it names one, in its place.
+
+    Args:
+        mapping: A scenario as plain values, changed in place.
+        folder: Where its file lies; nothing outside of it is read.
+
+    Raises:
+        ScenarioError: If the file is not there, or holds no table.
+    """
+    name = _table_name(mapping)
+    if name is not None:
+        mapping["trajectory"]["table"] = _parse(_read(name, folder), shortened(name))
+
+
+def refuse_table_name(mapping: Any) -> None:
+    """Raises if ``trajectory.table`` is still a name: where there is no folder, none is looked up.
+
+    Raises:
+        ScenarioError: If it is.
+    """
+    name = _table_name(mapping)
+    if name is not None:
+        raise _error(
+            name,
+            "rows of t, x, y, theta",
+            "a file name is looked up only for a scenario file on the disk of the program; give "
+            "the rows themselves",
+        )
+
+
+def _table_name(mapping: Any) -> str | None:
+    trajectory = mapping.get("trajectory") if isinstance(mapping, dict) else None
+    table = trajectory.get("table") if isinstance(trajectory, dict) else None
+    return table if isinstance(table, str) else None
+
+
+def _read(name: str, folder: Path) -> str:
+    """The content of a file inside the folder, symbolic links followed."""
+    near = "a file beside the scenario"
+    try:
+        root = folder.resolve()
+        path = (root / name).resolve()
+        present = path.is_file()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise _error(name, near, "there is no such file") from error
+    if not path.is_relative_to(root):
+        raise _error(name, near, "it lies outside the scenario's folder")
+    if not present:
+        raise _error(name, near, "there is no such file")
+    try:
+        with path.open("rb") as file:
+            content = file.read(_MAX_BYTES + 1)
+    except OSError as error:
+        raise _error(name, "a readable file", f"{error.strerror}") from error
+    if len(content) > _MAX_BYTES:
+        raise _error(name, "200 kB", f"larger than 200 kB; a table has at most {_MOST}")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise _error(name, "a CSV file", "not a text file (UTF-8)") from error
+
+
+def _parse(text: str, name: str) -> list[list[float]]:
+    """Rows of four numbers; a first line with the names of the columns is passed over."""
+    rows: list[list[float]] = []
+    reader = csv.reader(io.StringIO(text))
+    try:
+        for cells in reader:
+            cells = [cell.strip() for cell in cells]
+            if not any(cells) or (not rows and _is_header(cells)):
+                continue
+            if len(rows) == MAX_TABLE_ROWS:
+                raise _error(name, _MOST, f"line {reader.line_num}: more than {_MOST}; keep fewer")
+            rows.append(_parse_row(cells, name, reader.line_num))
+    except csv.Error as error:
+        raise _error(name, "a CSV file", f"line {reader.line_num}: {error}") from error
+    return rows
+
+
+def _is_header(cells: list[str]) -> bool:
+    """Whether these are the columns' names, perhaps with units: ``t [s]``."""
+    return [cell.lower().split("[")[0].split("(")[0].strip() for cell in cells] == list(_COLUMNS)
+
+
+def _parse_row(cells: list[str], name: str, line: int) -> list[float]:
+    if len(cells) != len(_COLUMNS):
+        raise _error(
+            name,
+            "4 columns",
+            f"line {line}: {len(cells)} columns, not the four t, x, y, theta with commas between",
+        )
+    return [
+        _parse_number(cell, name, f"line {line}, column {k + 1} ({_COLUMNS[k]})")
+        for k, cell in enumerate(cells)
+    ]
+
+
+def _parse_number(cell: str, name: str, place: str) -> float:
+    try:
+        number = float(cell)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise _error(name, "a finite number", f"{place}: '{shortened(cell)}' is no finite number")
+    return number
+
+
+def _error(name: str, limit: str, problem: str) -> ScenarioError:
+    return single_error(_FIELD, name, limit, f"{_FIELD} '{shortened(name)}': {problem}")

@@ -1,0 +1,101 @@
+"""Whether what changes during a run may change, and to what it does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import nearest, shortened
+from slipgrasp.core.scenario.parameters import Parameter, describe
+
+__all__ = ["check_changes"]
+
+
+def check_changes(
+    scenario: Scenario, apply: Callable[[Scenario, Mapping[str, object]], Scenario]
+) -> None:
+    """Each timed change must name a changeable parameter and give it an allowed value.
+
+    Args:
+        scenario: The scenario.
+        apply: Gives a scenario with some parameters set by dotted key, if they are allowed.
+
+    Raises:
+        ScenarioError: With one entry per wrong change.
+    """
+    if not scenario.changes:
+        return
+    definitions = describe(replace(scenario, changes=()))
+    errors = dict(_unchangeable(scenario, definitions))
+    present = replace(scenario, changes=())
+    order = sorted(set(range(len(scenario.changes))) - set(errors), key=_time_of(scenario))
+    for _, due in groupby(order, key=_time_of(scenario)):
+        # What is allowed may depend on the changes before, and on those of the same instant.
+        indices = list(due)
+        try:
+            present = apply(present, _values_of(scenario, indices))
+        except ScenarioError as error:
+            errors |= dict(_misfits(scenario, indices, error))
+    if errors:
+        raise ScenarioError([errors[i] for i in sorted(errors)])
+
+
+def _time_of(scenario: Scenario) -> Callable[[int], float]:
+    return lambda index: scenario.changes[index].time
+
+
+def _values_of(scenario: Scenario, indices: Iterable[int]) -> dict[str, object]:
+    changes = [scenario.changes[i] for i in indices]
+    return {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in changes}
+
+
+def _unchangeable(
+    scenario: Scenario, definitions: Mapping[str, Parameter]
+) -> Iterator[tuple[int, FieldError]]:
+    """Changes of what does not exist or cannot change, by index."""
+    for i, change in enumerate(scenario.changes):
+        key = f"changes.{i}.parameter"
+        parameter = definitions.get(change.parameter)
+        if parameter is None and not _is_list_gain(change.parameter, definitions):
+            near = nearest(change.parameter, definitions)
+            yield (
+                i,
+                FieldError(
+                    field=key,
+                    value=shortened(change.parameter),
+                    limit=None,
+                    message=f"{key}: unknown parameter '{shortened(change.parameter)}'{near}",
+                ),
+            )
+        elif parameter is not None and not parameter.changeable:
+            yield (
+                i,
+                FieldError(
+                    field=key,
+                    value=change.parameter,
+                    limit="a parameter that can change during a run",
+                    message=(
+                        f"{key}: '{change.parameter}' cannot change during a run; set it for the "
+                        "whole run instead"
+                    ),
+                ),
+            )
+
+
+def _misfits(
+    scenario: Scenario, indices: Sequence[int], error: ScenarioError
+) -> Iterator[tuple[int, FieldError]]:
+    """What is wrong with the values of the changes at one instant, by index."""
+    for e in error.errors:
+        named = [i for i in indices if scenario.changes[i].parameter == e.field]
+        index = named[0] if named else indices[-1]
+        key = f"changes.{index}.value"
+        yield index, replace(e, field=key, message=f"{key}: {e.message}")
+
+
+def _is_list_gain(key: str, definitions: Mapping[str, Parameter]) -> bool:
+    parent = definitions.get(key.rpartition(".")[0])
+    return parent is not None and parent.kind == "number-or-list" and parent.changeable

@@ -1,0 +1,68 @@
+"""The parameters an adaptive controller can estimate, named by their dotted keys."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+from slipgrasp.core.scenario import Scenario
+
+__all__ = ["PHYSICAL_BOUNDS", "Unknown", "name_unknown", "parse_unknown", "unit_of_unknown"]
+
+
+class Unknown(NamedTuple):
+    """Where an unknown parameter stands: its kind, finger and link (-1 where none)."""
+
+    kind: Literal["object_mass", "object_inertia", "friction", "link_mass"]
+    finger: int
+    link: int
+
+
+PHYSICAL_BOUNDS: Mapping[str, tuple[float, float]] = {
+    "friction": (0.05, 2.0),
+    "object_mass": (0.05, 10.0),
+    "link_mass": (0.05, 10.0),
+    "object_inertia": (0.002, 0.2),
+}
+"""What an unknown of each kind lies within for hands and objects of usual size, SI units."""
+
+_FRICTION = re.compile(r"fingers\.(\d{1,2})\.friction")
+_LINK_MASS = re.compile(r"fingers\.(\d{1,2})\.link_masses\.(\d{1,2})")
+
+
+def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
+    """Finds what a dotted key stands for, or None if it cannot be estimated."""
+    if key == "object.mass":
+        return Unknown("object_mass", -1, -1)
+    if key == "object.inertia":
+        return Unknown("object_inertia", -1, -1)
+    if match := _FRICTION.fullmatch(key):
+        finger = int(match[1])
+        return Unknown("friction", finger, -1) if finger < len(scenario.fingers) else None
+    if match := _LINK_MASS.fullmatch(key):
+        finger, link = int(match[1]), int(match[2])
+        if finger < len(scenario.fingers) and link < len(scenario.fingers[finger].link_masses):
+            return Unknown("link_mass", finger, link)
+    return None
+
+
+def name_unknown(scenario: Scenario, key: str) -> str:
+    """What a dotted key stands for, in words: ``the friction of the left fingertip``."""
+    unknown = parse_unknown(scenario, key)
+    assert unknown is not None, "validated scenarios name only what can be estimated"
+    if unknown.kind == "object_mass":
+        return "the mass of the object"
+    if unknown.kind == "object_inertia":
+        return "the moment of inertia of the object"
+    finger = scenario.finger_names[unknown.finger]
+    if unknown.kind == "friction":
+        return f"the friction of the {finger} fingertip"
+    return f"the mass of link {unknown.link + 1} of the {finger} finger"
+
+
+def unit_of_unknown(scenario: Scenario, key: str) -> str:
+    """SI unit of what a dotted key stands for, with a space before it; empty for friction."""
+    unknown = parse_unknown(scenario, key)
+    assert unknown is not None, "validated scenarios name only what can be estimated"
+    return {"friction": "", "object_inertia": " kg m²"}.get(unknown.kind, " kg")

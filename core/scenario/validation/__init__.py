@@ -1,0 +1,55 @@
+"""What a single field cannot say: conditions between the fields of a scenario."""
+
+from __future__ import annotations
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.validation.control import (
+    check_control,
+    check_gains,
+    check_latency,
+    check_least_gain,
+    check_normal_forces,
+    check_sampled,
+)
+from slipgrasp.core.scenario.validation.estimates import check_estimates
+from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pose
+from slipgrasp.core.scenario.validation.outline import check_outline
+from slipgrasp.core.scenario.validation.times import check_times
+from slipgrasp.core.scenario.validation.trajectory import check_trajectory
+from slipgrasp.core.scenario.validation.world import (
+    check_patches,
+    check_pulses,
+    check_static_friction,
+)
+
+__all__ = ["check_scenario"]
+
+_CHECKS = (
+    check_outline,
+    check_faces,
+    check_start_pose,
+    check_trajectory,
+    check_estimates,
+    check_gains,
+    check_least_gain,
+    check_control,
+    check_normal_forces,
+    check_sampled,
+    check_latency,
+    check_times,
+    check_static_friction,
+    check_patches,
+    check_pulses,
+)
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Raises if the fields of a scenario do not fit together.
+
+    Raises:
+        ScenarioError: With one entry per wrong field.
+    """
+    errors = [error for check in _CHECKS for error in check(scenario)]
+    if errors:
+        raise ScenarioError(errors)

@@ -1,0 +1,145 @@
+"""Whether the gains fit the hand, and the control period the law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+
+__all__ = [
+    "check_control",
+    "check_gains",
+    "check_latency",
+    "check_least_gain",
+    "check_normal_forces",
+    "check_sampled",
+]
+
+MIN_CONTROL_PERIOD = 1e-4
+MIN_POSITION_GAIN = 1e-3
+MAX_LATENCY_PERIODS = 100
+ROUNDING = 1e-12
+
+
+def check_gains(scenario: Scenario) -> Iterator[FieldError]:
+    """A list of gains has one number per coordinate, or per unknown."""
+    num_coordinates = 3 + len(scenario.fingers)
+    sizes = {
+        "velocity_gain": num_coordinates,
+        "lyapunov_weight": num_coordinates,
+        "adaptation_gain": len(scenario.estimates),
+        "initial_deviation": len(scenario.estimates),
+    }
+    for name, size in sizes.items():
+        value = getattr(scenario.controller, name)
+        if isinstance(value, tuple) and len(value) != size:
+            yield FieldError(
+                field=f"controller.{name}",
+                value=len(value),
+                limit=f"{size} numbers",
+                message=f"controller.{name} has {len(value)} numbers; give one number, or {size}",
+            )
+
+
+def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
+    """A tiny K_p makes P12 = Q / (2 K_p) of Eq. 25 huge, and the adaptation with it."""
+    gain = scenario.controller.position_gain
+    for value in gain if isinstance(gain, tuple) else (gain,):
+        if 0.0 < value < MIN_POSITION_GAIN:
+            yield FieldError(
+                field="controller.position_gain",
+                value=value,
+                limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s²",
+                message=(
+                    f"controller.position_gain is {value:g} 1/s²; 0 means no position feedback, "
+                    f"otherwise at least {MIN_POSITION_GAIN:g} 1/s²"
+                ),
+            )
+
+
+def check_control(scenario: Scenario) -> Iterator[FieldError]:
+    """The control period is 0 or long enough."""
+    period = scenario.controller.control_period
+    if 0.0 < period < MIN_CONTROL_PERIOD:
+        yield FieldError(
+            field="controller.control_period",
+            value=period,
+            limit=f"0 or at least {MIN_CONTROL_PERIOD:g} s",
+            message=(
+                f"controller.control_period is {period:g} s; 0 means continuous control, otherwise"
+                f" at least {MIN_CONTROL_PERIOD:g} s"
+            ),
+        )
+
+
+def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
+    """No contact must be pressed harder than it may be."""
+    controller = scenario.controller
+    most = controller.maximum_normal_force
+    names = ["minimum_normal_force"]
+    if not CONTROL_LAWS[controller.kind].uses_friction:
+        names.append("grip_force")
+    for name in names:
+        force = getattr(controller, name)
+        if most is not None and force > most:
+            yield FieldError(
+                field=f"controller.{name}",
+                value=force,
+                limit=f"at most {most:g} N",
+                message=(
+                    f"controller.{name} is {force:g} N, more than controller.maximum_normal_force,"
+                    f" {most:g} N; lower it, or raise or leave out the maximum"
+                ),
+            )
+
+
+def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
+    """What only works at the ticks of sampled control is not asked of continuous control."""
+    if scenario.controller.control_period > 0.0:
+        return
+    for key, value in _needs_ticks(scenario):
+        shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
+        yield FieldError(
+            field=key,
+            value=value,
+            limit="sampled control",
+            message=(
+                f"{key} is {shown}, which needs sampled control; set controller.control_period, "
+                "for example to 0.001 s"
+            ),
+        )
+
+
+def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]:
+    """Keys and values of all that is set although it needs sampled control."""
+    controller, sensing = scenario.controller, scenario.sensing
+    if CONTROL_LAWS[controller.kind].sampled:
+        yield "controller.kind", controller.kind
+    if controller.latency > 0.0:
+        yield "controller.latency", controller.latency
+    for name in ("position_noise", "velocity_noise", "acceleration_noise"):
+        if value := getattr(sensing, name):
+            yield f"sensing.{name}", value
+    for name in ("true_accelerations", "true_phases"):
+        if not getattr(sensing, name):
+            yield f"sensing.{name}", False
+    for name in ("torque_limit", "torque_rate_limit"):
+        if value := getattr(scenario.actuation, name):
+            yield f"actuation.{name}", value
+
+
+def check_latency(scenario: Scenario) -> Iterator[FieldError]:
+    """Not more commands are under way than the queue holds."""
+    controller = scenario.controller
+    longest = MAX_LATENCY_PERIODS * controller.control_period
+    if 0.0 < longest < controller.latency * (1.0 - ROUNDING):
+        yield FieldError(
+            field="controller.latency",
+            value=controller.latency,
+            limit=f"at most {longest:g} s",
+            message=(
+                f"controller.latency is {controller.latency:g} s, more than {MAX_LATENCY_PERIODS} "
+                f"control periods ({longest:g} s); lower it or raise controller.control_period"
+            ),
+        )

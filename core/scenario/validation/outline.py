@@ -1,0 +1,106 @@
+"""Whether the corners of an object are those of a convex polygon around its centre of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import outline
+
+__all__ = ["check_outline"]
+
+MIN_EDGE = 1e-3
+
+Vectors = NDArray[np.float64]
+
+
+def check_outline(scenario: Scenario) -> Iterator[FieldError]:
+    """The corners, if given, go once around the centre of mass, turning left at each."""
+    if not scenario.object.corners:
+        return
+    corners = outline(scenario.object)
+    edges = np.roll(corners, -1, axis=0) - corners
+    # Each check takes for granted what the one before has found.
+    for error in (_count_error(edges), _length_error(edges), _turn_error(edges)):
+        if error is not None:
+            yield error
+            return
+    yield from _centre_errors(corners, edges)
+
+
+def _count_error(edges: Vectors) -> FieldError | None:
+    if len(edges) >= 3:
+        return None
+    return FieldError(
+        field="object.corners",
+        value=len(edges),
+        limit="at least 3 corners, or none",
+        message=(
+            f"object.corners are {len(edges)}; give at least 3, or none for a rectangle of "
+            "half_width and face_half_length"
+        ),
+    )
+
+
+def _length_error(edges: Vectors) -> FieldError | None:
+    lengths = np.hypot(edges[:, 0], edges[:, 1])
+    k = int(lengths.argmin())
+    if lengths[k] >= MIN_EDGE:
+        return None
+    return FieldError(
+        field=f"object.corners.{k}",
+        value=float(lengths[k]),
+        limit=f"edges of at least {MIN_EDGE:g} m",
+        message=(
+            f"object.corners: edge-{k} is {lengths[k]:.3g} m long, at least {MIN_EDGE:g} m are "
+            "needed; move its corners apart or leave one out"
+        ),
+    )
+
+
+def _turn_error(edges: Vectors) -> FieldError | None:
+    following = np.roll(edges, -1, axis=0)
+    turns = np.arctan2(_cross(edges, following), (edges * following).sum(axis=1))
+    # A star turns left at every corner too, but goes around more than once.
+    if turns.min() > 0.0 and turns.sum() < 3.0 * np.pi:
+        return None
+    field, k = "object.corners", (int(turns.argmin()) + 1) % len(edges)
+    if turns.max() < 0.0:
+        words = "run clockwise; give them in the opposite order"
+    elif turns.min() > 0.0:
+        words = "go around more than once, as a star does; give the corners of a convex polygon"
+    else:
+        field = f"object.corners.{k}"
+        words = (
+            f"do not turn left at corner {k}; a convex polygon, counterclockwise, turns left at "
+            "every corner: move or leave out this one"
+        )
+    return FieldError(
+        field=field,
+        value=f"{np.degrees(turns.min()):.3g} degrees",
+        limit="convex, counterclockwise",
+        message=f"object.corners {words}",
+    )
+
+
+def _centre_errors(corners: Vectors, edges: Vectors) -> Iterator[FieldError]:
+    depths = _cross(corners, edges) / np.hypot(edges[:, 0], edges[:, 1])
+    k = int(depths.argmin())
+    if depths[k] <= 0.0:
+        yield FieldError(
+            field="object.corners",
+            value=float(depths[k]),
+            limit="the centre of mass (0, 0) strictly inside",
+            message=(
+                f"object.corners: the centre of mass (0, 0) lies {-depths[k]:.3g} m beyond edge-{k}"
+                "; give the corners as seen from the centre of mass"
+            ),
+        )
+
+
+def _cross(a: Vectors, b: Vectors) -> Vectors:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -1,0 +1,124 @@
+"""Whether the desired motion is continuous in position and velocity, and there at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Scenario, TrajectoryParameters
+from slipgrasp.core.scenario.trajectory import SAME_TIME
+
+__all__ = ["check_trajectory"]
+
+MIN_RAMP = 1e-3
+MIN_TABLE_STEP = 1e-3
+SAME_POSE = 1e-9
+
+
+def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
+    """The fields that this kind of motion uses make a smooth motion from the start pose."""
+    trajectory = scenario.trajectory
+    if trajectory.kind == "set-points":
+        yield from _check_set_points(trajectory)
+    elif trajectory.kind == "table":
+        yield from _check_table(trajectory)
+    elif trajectory.kind != "coast":
+        yield from _check_cycles(trajectory)
+
+
+def _check_set_points(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
+    points = trajectory.set_points
+    if not points:
+        yield _nothing_to_do("set_points", "set-points", "at least one move")
+    for i in range(1, len(points)):
+        end = points[i - 1].time + points[i - 1].duration
+        if points[i].time < end - SAME_TIME:
+            key = f"trajectory.set_points.{i}.time"
+            yield FieldError(
+                field=key,
+                value=points[i].time,
+                limit=f"at least {end:g} s",
+                message=(
+                    f"{key} is {points[i].time:g} s, before the move of set-point {i - 1} is over "
+                    f"at {end:g} s; begin later, or shorten trajectory.set_points.{i - 1}.duration"
+                ),
+            )
+
+
+def _check_cycles(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
+    ramp, room = trajectory.acceleration_time, trajectory.cycles * trajectory.period
+    if ramp < MIN_RAMP:
+        yield FieldError(
+            field="trajectory.acceleration_time",
+            value=ramp,
+            limit=f"at least {MIN_RAMP:g} s",
+            message=(
+                f"trajectory.acceleration_time is {ramp:g} s, so that the velocity would jump; a "
+                f"{trajectory.kind} speeds up from rest in at least {MIN_RAMP:g} s"
+            ),
+        )
+    if ramp > room + SAME_TIME:
+        least = ramp / trajectory.period
+        yield FieldError(
+            field="trajectory.cycles",
+            value=trajectory.cycles,
+            limit=f"at least {least:g}",
+            message=(
+                f"trajectory.cycles is {trajectory.cycles:g}, too few to speed up and brake in "
+                f"{ramp:g} s each; at least {least:g} cycles of {trajectory.period:g} s, or an "
+                f"acceleration_time of at most {room:g} s"
+            ),
+        )
+
+
+def _check_table(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
+    table = trajectory.table
+    if not table:
+        yield _nothing_to_do("table", "table", "rows of t, x, y, theta")
+        return
+    if table[0][0] != 0.0:
+        yield FieldError(
+            field="trajectory.table.0.0",
+            value=table[0][0],
+            limit="0 s",
+            message=(
+                f"trajectory.table.0.0 is {table[0][0]:g} s; the first row is the start, at 0 s"
+            ),
+        )
+    for axis, (value, start) in enumerate(zip(table[0][1:], trajectory.start, strict=True)):
+        if abs(value - start) > SAME_POSE:
+            key = f"trajectory.table.0.{axis + 1}"
+            yield FieldError(
+                field=key,
+                value=value,
+                limit=f"{start:.10g}",
+                message=(
+                    f"{key} is {value:.10g}, but the object starts at {start:.10g}; let the first "
+                    f"row be the start pose, or set trajectory.start.{axis} to it"
+                ),
+            )
+    for i in range(1, len(table)):
+        least = table[i - 1][0] + MIN_TABLE_STEP
+        if table[i][0] < least - SAME_TIME:
+            key = f"trajectory.table.{i}.0"
+            yield FieldError(
+                field=key,
+                value=table[i][0],
+                limit=f"at least {least:g} s",
+                message=(
+                    f"{key} is {table[i][0]:g} s after a row at {table[i - 1][0]:g} s; times "
+                    f"increase from row to row, by at least {MIN_TABLE_STEP:g} s"
+                ),
+            )
+
+
+def _nothing_to_do(name: str, kind: str, content: str) -> FieldError:
+    key = f"trajectory.{name}"
+    return FieldError(
+        field=key,
+        value=0,
+        limit=content,
+        message=(
+            f"{key} is empty, but trajectory.kind is {kind}; give {content}, or choose another kind"
+        ),
+    )

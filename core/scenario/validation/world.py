@@ -1,0 +1,73 @@
+"""Whether friction, patches and pulses make sense on this object and in this run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import face_names
+
+__all__ = ["check_patches", "check_pulses", "check_static_friction"]
+
+
+def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
+    """What sticks has at least the friction of what slips."""
+    for i, finger in enumerate(scenario.fingers):
+        least = finger.friction
+        if finger.static_friction is not None and finger.static_friction < least:
+            yield FieldError(
+                field=f"fingers.{i}.static_friction",
+                value=finger.static_friction,
+                limit=f"at least fingers.{i}.friction, {least:g}",
+                message=(
+                    f"fingers.{i}.static_friction is {finger.static_friction:g}, less than the "
+                    f"friction {least:g} of slip; raise it, lower fingers.{i}.friction, or leave "
+                    "it out for one coefficient"
+                ),
+            )
+
+
+def check_patches(scenario: Scenario) -> Iterator[FieldError]:
+    """A patch lies on a face of the object, and is there for a while before the end."""
+    names = face_names(scenario.object)
+    for i, patch in enumerate(scenario.patches):
+        key = f"patches.{i}"
+        if patch.face not in names:
+            yield FieldError(
+                field=f"{key}.face",
+                value=patch.face,
+                limit=", ".join(names),
+                message=(
+                    f"{key}.face is '{patch.face}', which this object does not have; its faces "
+                    f"are {', '.join(names)}"
+                ),
+            )
+        yield from _check_begin(scenario, f"{key}.start_time", patch.start_time)
+        if patch.end_time is not None and patch.end_time <= patch.start_time:
+            yield FieldError(
+                field=f"{key}.end_time",
+                value=patch.end_time,
+                limit=f"after {patch.start_time:g} s",
+                message=(
+                    f"{key}.end_time is {patch.end_time:g} s, not after its start_time "
+                    f"{patch.start_time:g} s; leave it out for a patch that stays"
+                ),
+            )
+
+
+def check_pulses(scenario: Scenario) -> Iterator[FieldError]:
+    """A pulse begins before the end of the run."""
+    for i, pulse in enumerate(scenario.pulses):
+        yield from _check_begin(scenario, f"pulses.{i}.time", pulse.time)
+
+
+def _check_begin(scenario: Scenario, key: str, t: float) -> Iterator[FieldError]:
+    duration = scenario.simulation.duration
+    if t >= duration:
+        yield FieldError(
+            field=key,
+            value=t,
+            limit=f"before the end at {duration:g} s",
+            message=f"{key} is {t:g} s, not before the end of the run at {duration:g} s",
+        )

@@ -1,0 +1,99 @@
+"""The scenarios that differ in one number: values from one end of a range to the other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import single_error, unknown_key
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.study.definition import apply_values, expand_key
+
+__all__ = ["ParameterRange"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterRange:
+    """A scenario in which one number goes from one value to another.
+
+    Attributes:
+        scenario: The scenario.
+        key: Dotted key of the number; ``fingers.*.friction`` sets all fingers alike.
+        unit: Its SI unit, "1" for pure numbers.
+        whole: Whether it takes whole numbers only.
+        start: Where it begins, in its unit.
+        stop: Where it ends, above or below.
+    """
+
+    scenario: Scenario
+    key: str
+    unit: str
+    whole: bool
+    start: float
+    stop: float
+
+    @classmethod
+    def of(cls, scenario: Scenario, key: str, start: float, stop: float) -> Self:
+        """The range, with its ends rounded for a parameter that takes whole numbers.
+
+        Raises:
+            ScenarioError: If there is no such number, or it is not allowed to be so.
+        """
+        parameter = _find_number(scenario, key)
+        whole = parameter.kind == "integer"
+        if not (math.isfinite(start) and math.isfinite(stop)):
+            raise _no_range(key, start, stop, "two finite numbers")
+        start, stop = (round(end) if whole else float(end) for end in (start, stop))
+        if start == stop:
+            raise _no_range(key, start, stop, "two different values")
+        found = cls(
+            scenario=scenario, key=key, unit=parameter.unit, whole=whole, start=start, stop=stop
+        )
+        for end in (start, stop):
+            found.scenario_at(end)
+        return found
+
+    @property
+    def width(self) -> float:
+        """How far the ends are apart."""
+        return abs(self.stop - self.start)
+
+    def divided(self, steps: int) -> list[float]:
+        """Values from start to stop at even steps, or fewer where whole numbers are."""
+        inner = (self.between(self.start, self.stop, k / steps) for k in range(1, steps))
+        return list(dict.fromkeys((self.start, *inner, self.stop)))
+
+    def between(self, a: float, b: float, share: float = 0.5) -> float:
+        """The value at a share of the way from one to another; one of both if none is between."""
+        value = a + (b - a) * share
+        return round(value) if self.whole else value
+
+    def scenario_at(self, value: float) -> Scenario:
+        """The scenario at a value.
+
+        Raises:
+            ScenarioError: If the value is not allowed.
+        """
+        return apply_values(self.scenario, {self.key: value})
+
+
+def _find_number(scenario: Scenario, key: str) -> Parameter:
+    definitions = parameter_definitions(scenario)
+    keys = expand_key(scenario, key)
+    unknown = next((one for one in keys if one not in definitions), None)
+    if unknown is not None:
+        raise ScenarioError([unknown_key(scenario, unknown)])
+    parameter = definitions[keys[0]]
+    if parameter.kind not in ("number", "integer", "number-or-list"):
+        message = f"{key} is a {parameter.kind}, which has no range; choose a number: object.mass"
+        raise ScenarioError([FieldError(field=key, value=None, limit="a number", message=message)])
+    return parameter
+
+
+def _no_range(key: str, start: float, stop: float, needed: str) -> ScenarioError:
+    message = f"{key} from {start:g} to {stop:g} is no range; give {needed}"
+    return single_error(key, start, needed, message)

@@ -1,0 +1,122 @@
+"""The signals of a trace as named columns, one number or phase over time each.
+
+This is the one definition of what a column is called, in which unit it is and in which
+order columns stand: tables in every format, the REST interface and comparisons use it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.core.trace.types import ContactPhase
+
+__all__ = ["TIME_COLUMN", "Column", "columns_of", "labels_of", "short_columns", "units_of"]
+
+TIME_COLUMN = "t"
+
+_PREFIXES = {
+    "times": TIME_COLUMN,
+    "object_pose": "",
+    "tracking_error": "error",
+    "joint_torque": "torque",
+    "estimates": "estimate",
+    "true_parameters": "true_parameter",
+}
+
+_SHORT = (
+    ("times",),
+    ("object_pose",),
+    ("tracking_error",),
+    ("slip", "slip_velocity", "phase", "normal_force", "tangential_force"),
+    ("joint_torque", "joint_position"),
+    ("estimates",),
+)
+"""The signals of the short table; those of one group alternate contact by contact."""
+
+_PHASE_LABELS = {phase.value: phase.label for phase in ContactPhase}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """One number or phase over time.
+
+    Attributes:
+        name: What it is called: ``slip_0``, ``error_x``, ``torque_0_1``, ``estimate_object.mass``.
+        signal: The signal of the trace it belongs to.
+        unit: SI unit, "1" for pure numbers, "" for phases.
+        values: One entry per row of the trace, shape ``(rows,)``.
+    """
+
+    name: str
+    signal: str
+    unit: str
+    values: NDArray[np.float64] | NDArray[np.int8]
+
+    @property
+    def holds_phases(self) -> bool:
+        """Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`."""
+        return np.issubdtype(self.values.dtype, np.integer)
+
+    def phase_labels(self) -> list[str]:
+        """The phases as words; only where it holds phases."""
+        return [_PHASE_LABELS[value] for value in self.values.tolist()]
+
+
+def columns_of(trace: Trace) -> list[Column]:
+    """All columns that a trace has, in the order of `SIGNALS`; the first is the time."""
+    present = (signal for signal in SIGNALS if signal.name not in trace.absent)
+    return [column for signal in present for column in _columns_of(trace, signal)]
+
+
+def short_columns(trace: Trace) -> list[Column]:
+    """The columns of the short table (CSV): what the hand does, contact by contact."""
+    by_name = {signal.name: signal for signal in SIGNALS}
+    groups = [[list(_columns_of(trace, by_name[name])) for name in group] for group in _SHORT]
+    return [
+        column for group in groups for entries in zip(*group, strict=True) for column in entries
+    ]
+
+
+def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
+    """What the entries of a signal are called, one per column; "" for a single number."""
+    contacts = range(shape.num_contacts)
+    if signal.per == "coordinate":
+        return OBJECT_COORDINATES
+    if signal.per == "contact":
+        return tuple(str(contact) for contact in contacts)
+    if signal.per == "joint":
+        joints = range(shape.width(signal) // shape.num_contacts)
+        return tuple(f"{finger}_{joint}" for finger in contacts for joint in joints)
+    return shape.unknowns if signal.per == "unknown" else ("",)
+
+
+def units_of(signal: Signal, shape: TraceShape) -> list[str]:
+    """SI units of the entries of a signal, one per column."""
+    if signal.per == "unknown":
+        definitions = parameter_definitions()
+        return [definitions[_as_of_first_finger(key)].unit for key in shape.unknowns]
+    units = signal.unit.split(", ")
+    # One unit for all, one each, or one for x and y and one for the angle.
+    return [*units[:1] * (shape.width(signal) - len(units)), *units]
+
+
+def _columns_of(trace: Trace, signal: Signal) -> Iterator[Column]:
+    values = getattr(trace, signal.name)
+    prefix = _PREFIXES.get(signal.name, signal.name)
+    labels, units = labels_of(signal, trace.shape), units_of(signal, trace.shape)
+    table = values.reshape(len(values), len(labels))
+    for label, unit, column in zip(labels, units, table.T, strict=True):
+        name = "_".join(part for part in (prefix, label) if part)
+        yield Column(name, signal.name, unit, column)
+
+
+def _as_of_first_finger(key: str) -> str:
+    """The key of the same parameter where every scenario has it."""
+    return re.sub(r"\.\d+", ".0", key)

@@ -1,0 +1,82 @@
+"""Traces as pandas and xarray know data, where those packages are installed."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.trace.columns import Column, columns_of, labels_of, units_of
+from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.core.trace.types import ContactPhase
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+__all__ = ["MissingPackageError", "import_optional", "trace_to_pandas", "trace_to_xarray"]
+
+
+class MissingPackageError(SlipgraspError, ImportError):
+    """A package that only some people need is not installed."""
+
+    def __init__(self, package: str) -> None:
+        super().__init__(f"{package} is not installed; 'pip install {package}' adds it")
+
+
+def import_optional(package: str) -> Any:
+    """Imports a package that this program does not require.
+
+    Raises:
+        MissingPackageError: If it is not installed.
+    """
+    try:
+        return import_module(package)
+    except ModuleNotFoundError as error:
+        if error.name != package:
+            raise
+        raise MissingPackageError(package) from None
+
+
+def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
+    """A trace as a table; see `slipgrasp.core.trace.trace.Trace.to_pandas`."""
+    pandas = import_optional("pandas")
+    time, *columns = columns_of(trace)
+    index = pandas.Index(time.values, name=time.name)
+    frame = pandas.DataFrame({c.name: _values(pandas, c) for c in columns}, index=index)
+    frame.attrs["units"] = {column.name: column.unit for column in (time, *columns)}
+    return frame
+
+
+def trace_to_xarray(trace: Trace) -> xarray.Dataset:
+    """A trace as labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
+    xarray = import_optional("xarray")
+    time, *signals = (signal for signal in SIGNALS if signal.name not in trace.absent)
+    return xarray.Dataset(
+        {signal.name: _variable(trace, signal) for signal in signals},
+        coords={"time": ("time", trace.times, _attributes(time, trace.shape)), **_labels(trace)},
+    )
+
+
+def _values(pandas: Any, column: Column) -> Any:
+    if not column.holds_phases:
+        return column.values
+    words = [phase.label for phase in ContactPhase]
+    return pandas.Categorical(column.phase_labels(), categories=words)
+
+
+def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
+    """What the entries along each dimension but time are called."""
+    labels = {s.per: list(labels_of(s, trace.shape)) for s in SIGNALS if s.per}
+    return {**labels, "contact": list(range(trace.shape.num_contacts))}
+
+
+def _variable(trace: Trace, signal: Signal) -> tuple[Any, ...]:
+    dimensions = ("time", signal.per) if signal.per else ("time",)
+    return (dimensions, getattr(trace, signal.name), _attributes(signal, trace.shape))
+
+
+def _attributes(signal: Signal, shape: TraceShape) -> dict[str, str]:
+    units = units_of(signal, shape)
+    unit = units[0] if len(set(units)) == 1 else ", ".join(units)
+    return {"units": unit, "long_name": signal.text}

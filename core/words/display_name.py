@@ -1,0 +1,315 @@
+"""What a run is called where people tell runs apart: its preset, and what it does otherwise.
+
+A title says what a preset is meant to show. A run that began with it may have gone any other
+way, so its name is made of facts of its scenario alone: ``paper-case-2 · composite · mass 1.4 kg``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from functools import cache, lru_cache
+from itertools import groupby
+from typing import Any, NamedTuple
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import Change, Estimate, Patch, Pulse, Scenario
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.loading import load_scenario, preset_names
+from slipgrasp.core.words.parameter_words import belief_words, key_words, value_words
+
+__all__ = ["file_stem", "name_run", "preset_titles"]
+
+SEPARATOR = " · "
+MOST_FACTS = 4
+MOST_FACTS_FROM_NEAREST = 8
+"""A scenario that differs from every preset in more was not made from one."""
+
+LONGEST_TITLE = 48
+LONGEST_FILE_STEM = 60
+MOST_NUMBERS = 3
+OWN = "own scenario"
+
+_UNNAMED = ("title", "fingers", "estimates", "pulses", "patches", "changes")
+_INSIDE = re.compile(r"^(object|controller|trajectory|sensing|actuation|simulation)\.")
+
+
+class _Fact(NamedTuple):
+    """Something that a run does otherwise, the most telling ones with the lowest rank."""
+
+    rank: int
+    words: str
+
+
+_LAW, _THING, _EVENT, _DETAIL = range(4)
+
+
+@lru_cache(maxsize=1024)
+def name_run(scenario: Scenario) -> str:
+    """The name of every run of a scenario, in one line.
+
+    Args:
+        scenario: What was simulated.
+
+    Returns:
+        The preset and what differs from it, with units; a title of its own instead of the
+        preset; the first facts and how many more there are.
+    """
+    base, facts = _compare_with_presets(scenario)
+    words = [fact.words for fact in sorted(facts, key=lambda fact: fact.rank)]
+    if len(words) > MOST_FACTS:
+        words = [*words[: MOST_FACTS - 1], f"+{len(words) - MOST_FACTS + 1} more"]
+    return SEPARATOR.join([base, *words])
+
+
+def file_stem(name: str) -> str:
+    """A name as every file system takes it: ``paper-case-2-composite-mass-1.4-kg``."""
+    plain = name.replace("²", "2").replace("³", "3")
+    stem = re.sub(r"[^A-Za-z0-9._]+", "-", plain).strip("-.")
+    if len(stem) <= LONGEST_FILE_STEM:
+        return stem
+    # Cut between words: half a number would be another one.
+    whole = stem[: LONGEST_FILE_STEM + 1].rpartition("-")[0]
+    return whole or stem[:LONGEST_FILE_STEM]
+
+
+@cache
+def preset_titles() -> dict[str, str]:
+    """Name of the preset of each title."""
+    return {load_scenario(name).title: name for name in preset_names()}
+
+
+def _compare_with_presets(scenario: Scenario) -> tuple[str, list[_Fact]]:
+    """What the run is based on, and what it does otherwise."""
+    preset = preset_titles().get(scenario.title)
+    if preset is not None:
+        return preset, _facts(load_scenario(preset), scenario)
+    facts = {name: _facts(load_scenario(name), scenario) for name in preset_names()}
+    nearest = min(facts, key=lambda name: len(facts[name]))
+    title = _shortened(scenario.title)
+    if len(facts[nearest]) <= MOST_FACTS_FROM_NEAREST:
+        return title or nearest, facts[nearest]
+    return title or OWN, list(_plain_facts(scenario))
+
+
+def _shortened(title: str) -> str:
+    shown = "".join(c if c.isprintable() else " " for c in title).strip()
+    return shown if len(shown) <= LONGEST_TITLE else f"{shown[: LONGEST_TITLE - 1].rstrip()}…"
+
+
+def _plain_facts(scenario: Scenario) -> Iterator[_Fact]:
+    """What there is to say about a scenario that is like no preset."""
+    yield _Fact(_LAW, scenario.controller.kind)
+    yield _Fact(_THING, f"{len(scenario.fingers)} fingers")
+    yield _Fact(_THING, f"mass {value_words(scenario.object.mass, 'kg')}")
+    yield from _events(replace(scenario, pulses=(), patches=(), changes=()), scenario)
+
+
+def _facts(preset: Scenario, scenario: Scenario) -> list[_Fact]:
+    """What a scenario does otherwise than a preset; what comes with another law is part of it."""
+    found, kind = list(_all_facts(preset, scenario)), scenario.controller.kind
+    if kind == preset.controller.kind:
+        return found
+    beside = set(_all_facts(_with_law(preset, kind), scenario))
+    return [fact for fact in found if fact.rank == _LAW or fact in beside]
+
+
+def _all_facts(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
+    for key, value in _differences(preset, scenario):
+        rank = _THING if key.startswith("object.") else _DETAIL
+        yield _Fact(_LAW if key == "controller.kind" else rank, _value_fact(scenario, key, value))
+    yield from (_Fact(_THING, words) for words in _finger_facts(preset, scenario))
+    yield from _events(preset, scenario)
+    yield from (_Fact(_DETAIL, words) for words in _estimate_facts(preset, scenario))
+
+
+def _with_law(preset: Scenario, kind: str) -> Scenario:
+    try:
+        return with_law(preset, kind)
+    except ScenarioError:  # something in the preset rules the law out
+        return replace(preset, controller=replace(preset.controller, kind=kind))
+
+
+def _differences(old: Any, new: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Keys and new values of what differs, lists of numbers as a whole."""
+    for field in fields(new):
+        if not prefix and field.name in _UNNAMED:
+            continue
+        before, after = getattr(old, field.name), getattr(new, field.name)
+        key = f"{prefix}{field.name}"
+        if before == after:
+            continue
+        if is_dataclass(after):
+            yield from _differences(before, after, f"{key}.")
+        elif field.name.startswith("link_"):
+            pairs = enumerate(zip(before, after, strict=True))
+            yield from ((f"{key}.{i}", own) for i, (was, own) in pairs if was != own)
+        else:
+            yield key, after
+
+
+def _value_fact(scenario: Scenario, key: str, value: Any) -> str:
+    """A parameter and its value, such as ``grip safety 1.05``."""
+    words = _INSIDE.sub("", key)
+    if key == "controller.kind":
+        return str(value)
+    if key == "trajectory.kind":
+        return f"{value} motion"
+    return _said(key_words(words, scenario.finger_names), value, _unit_of(key))
+
+
+def _said(words: str, value: Any, unit: str) -> str:
+    if isinstance(value, bool):
+        return f"{'with' if value else 'without'} {words}"
+    if value is None or value == ():
+        return f"no {words}"
+    if isinstance(value, tuple) and not _is_short(value):
+        return f"other {words}"
+    colon = ":" if words[-1:].isdigit() else ""
+    return f"{words}{colon} {value_words(value, unit)}"
+
+
+def _is_short(value: tuple[Any, ...]) -> bool:
+    return len(value) <= MOST_NUMBERS and all(isinstance(each, (int, float)) for each in value)
+
+
+def _unit_of(key: str) -> str:
+    known = template_keys()
+    parameter = known.get(template_key(key)) or known.get(template_key(f"{key}.0"))
+    return parameter.unit if parameter is not None else ""
+
+
+def _finger_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
+    """What differs at the fingers; what all of them share is said once."""
+    if len(preset.fingers) != len(scenario.fingers):
+        yield f"{len(scenario.fingers)} fingers"
+        return
+    pairs = zip(preset.fingers, scenario.fingers, strict=True)
+    found = [
+        (key, value, i)
+        for i, (old, new) in enumerate(pairs)
+        for key, value in _differences(old, new)
+    ]
+    yield from _grouped(found, scenario, lambda key, name: f"{name} {key_words(key, ())}".strip())
+
+
+def _grouped(
+    found: list[tuple[str, Any, int]], scenario: Scenario, words: Callable[[str, str], str]
+) -> Iterator[str]:
+    """Facts of single fingers; of all fingers together where all have the same value.
+
+    Args:
+        found: Key within the finger, value, and index of the finger.
+        scenario: Whose fingers.
+        words: What a key is called, of a finger with a name, empty for all of them.
+    """
+    for key, members in groupby(sorted(found, key=lambda each: each[0]), lambda each: each[0]):
+        values = {finger: value for _, value, finger in members}
+        unit = _unit_of(f"fingers.0.{key.rpartition(':')[2]}")
+        if len(values) == len(scenario.fingers) and len(set(values.values())) == 1:
+            yield _said(words(key, ""), values[0], unit)
+        else:
+            for finger, value in values.items():
+                yield _said(words(key, scenario.finger_names[finger]), value, unit)
+
+
+def _estimate_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
+    """What the controller believes otherwise, and what it knows or does not."""
+    before = {estimate.parameter: estimate for estimate in preset.estimates}
+    after = {estimate.parameter: estimate for estimate in scenario.estimates}
+    for target in (key for key in before if key not in after):
+        yield f"{_target_words(preset, target)} not estimated"
+    for target in (key for key in after if key not in before):
+        yield f"{_target_words(scenario, target)} estimated"
+    of_fingers: list[tuple[str, Any, int]] = []
+    for target in (key for key in after if key in before):
+        for field, value in _differences(before[target], after[target]):
+            place = re.fullmatch(r"fingers\.(\d+)\.(.+)", target)
+            if place is not None:
+                of_fingers.append((f"{field}:{place[2]}", value, int(place[1])))
+            else:
+                words = belief_words(field, _target_words(scenario, target))
+                yield _said(words, value, _unit_of(target))
+    yield from _grouped(of_fingers, scenario, _belief_words)
+
+
+def _belief_words(key: str, name: str) -> str:
+    field, _, own = key.partition(":")
+    return belief_words(field, f"{name} {key_words(own, ())}".strip())
+
+
+def _target_words(scenario: Scenario, key: str) -> str:
+    return key_words(_INSIDE.sub("", key), scenario.finger_names)
+
+
+def _events(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
+    """Pushes, patches and timed changes: those that are new, and those that are missing."""
+    own = [*scenario.pulses, *scenario.patches, *scenario.changes]
+    others = [*preset.pulses, *preset.patches, *preset.changes]
+    new = [event for event in own if event not in others]
+    gone = [event for event in others if event not in own]
+    for event in sorted(new, key=_time_of):
+        yield _Fact(_EVENT, _event_words(scenario, event))
+    replaced = [_kind_of(event) for event in new]
+    for event in gone:
+        if _kind_of(event) in replaced:
+            replaced.remove(_kind_of(event))
+        else:
+            yield _Fact(_EVENT, f"no {_event_words(scenario, event)}")
+
+
+_Event = Pulse | Patch | Change
+
+
+def _time_of(event: _Event) -> float:
+    return event.start_time if isinstance(event, Patch) else event.time
+
+
+def _kind_of(event: _Event) -> str:
+    return event.parameter if isinstance(event, Change) else type(event).__name__
+
+
+def _event_words(scenario: Scenario, event: _Event) -> str:
+    if isinstance(event, Pulse):
+        return _push_words(event)
+    if isinstance(event, Patch):
+        return _patch_words(event)
+    words = _changed_words(scenario, event)
+    return f"{words} at {value_words(event.time, 's')}"
+
+
+def _push_words(push: Pulse) -> str:
+    """A push; what it shares with the one that a click makes is left out."""
+    usual = Pulse(time=push.time)
+    parts = [
+        value_words(push.force, "N") if push.force != usual.force else "",
+        value_words(push.moment, "N m") if push.moment != usual.moment else "",
+        f"for {value_words(push.duration, 's')}" if push.duration != usual.duration else "",
+    ]
+    return " ".join(["push", *filter(None, parts), f"at {value_words(push.time, 's')}"])
+
+
+def _patch_words(patch: Patch) -> str:
+    """A patch; what it shares with the one that a click makes is left out."""
+    usual = Patch(face=patch.face)
+    same = patch.friction_factor == usual.friction_factor
+    parts = [
+        "wet spot" if patch.friction_factor < 1.0 else "rough spot",
+        f"on {patch.face.replace('-', ' ')}",
+        "" if same else f"× {value_words(patch.friction_factor)}",
+        f"at {value_words(patch.start_time, 's')}" if patch.start_time > 0.0 else "",
+        "" if patch.end_time is None else f"until {value_words(patch.end_time, 's')}",
+    ]
+    return " ".join(filter(None, parts))
+
+
+def _changed_words(scenario: Scenario, change: Change) -> str:
+    head, _, rest = change.parameter.partition(".")
+    index, _, field = rest.partition(".")
+    if head == "estimates" and index.isdigit() and int(index) < len(scenario.estimates):
+        estimate: Estimate = scenario.estimates[int(index)]
+        words = belief_words(field, _target_words(scenario, estimate.parameter))
+        return _said(words, change.value, _unit_of(estimate.parameter))
+    return _value_fact(scenario, change.parameter, change.value)

@@ -1,0 +1,403 @@
+"""Words for the ways in which physics, the law or a limit ends a run (docs/model.md, Outcomes)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from slipgrasp.core.kernel.jump import (
+    CHATTERING,
+    EVENT_STALL,
+    INCONSISTENT,
+    LEFT_FACE,
+    MAX_STEPS,
+    MODEL_SINGULAR,
+    NOT_FINITE,
+    PAINLEVE,
+    SEPARATED,
+    SINGULAR,
+    STEP_UNDERFLOW,
+    STIFF,
+)
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.core.words.hints import (
+    Situation,
+    any_of,
+    bound_estimates,
+    change_law,
+    lower,
+    raise_,
+    sample_control,
+    squeeze_harder,
+    start_nearer_to_the_truth,
+    stop_slip_earlier,
+)
+from slipgrasp.core.words.misbelief import describe_misbelief
+from slipgrasp.core.words.placement import is_far_off
+
+__all__ = ["describe_end", "describe_stop", "describe_wall_limit"]
+
+_SINGULAR_ESTIMATE = 1e6
+_NO_FORCE = 1e-6
+
+
+class _Finding(NamedTuple):
+    """What happened, and where there is one the offending quantity and its limit, SI."""
+
+    message: str
+    value: float | None = None
+    limit: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _End(Situation):
+    """An end of a run: where it stands, and the contact or finger concerned, -1 if none."""
+
+    contact: int
+
+    @property
+    def finger_name(self) -> str:
+        """What the finger concerned is called."""
+        return self.scenario.finger_names[self.contact]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Ending:
+    """How a status of the kernel ends a run, in words.
+
+    Attributes:
+        outcome: Its outcome.
+        code: Code of its reason.
+        explain: Says what happened.
+        hint: Says what to try.
+        of_one_contact: Whether it concerns one contact or finger.
+        by_the_torque: Whether other torques could have prevented it: then a joint that gave all,
+            and what the controller was most wrong about, belong to the reason.
+    """
+
+    outcome: Outcome
+    code: str
+    explain: Callable[[_End], _Finding]
+    hint: Callable[[_End], str]
+    of_one_contact: bool = False
+    by_the_torque: bool = False
+
+
+def describe_end(
+    status: int, contact: int, start: Scenario, present: Scenario, last: Trace, t: float
+) -> tuple[Outcome, Reason]:
+    """Outcome and reason for a status in which the kernel ended.
+
+    Args:
+        status: Status of the kernel other than running or reached.
+        contact: Contact or finger concerned, -1 if none.
+        start: Parameters as the run began.
+        present: Parameters at that time.
+        last: Trace of the last row.
+        t: Simulation time [s].
+    """
+    end = _End(start=start, scenario=present, last=last, contact=contact)
+    if status == STEP_UNDERFLOW and _has_singular_model(end):
+        status = MODEL_SINGULAR
+    ending = _ENDINGS[status]
+    found = ending.explain(end)
+    causes = (_describe_weakness(end), describe_misbelief(present, last))
+    message = f"{found.message} at {t:.5g} s"
+    reason = Reason(
+        code=ending.code,
+        message="; ".join([message, *filter(None, causes * ending.by_the_torque)]),
+        contact=contact if contact >= 0 and ending.of_one_contact else None,
+        time=t,
+        value=found.value,
+        limit=found.limit,
+        hint=ending.hint(end),
+    )
+    return ending.outcome, reason
+
+
+def _has_singular_model(end: _End) -> bool:
+    """Whether the law inverts an estimate of the reduced inertia that cannot be inverted."""
+    return end.law.uses_friction and bool(
+        end.last.estimated_inertia_condition[0] > _SINGULAR_ESTIMATE
+    )
+
+
+def _describe_weakness(end: _End) -> str:
+    """That a joint cannot give more; empty if all can."""
+    if not end.is_torque_limited:
+        return ""
+    limit = end.scenario.actuation.torque_limit
+    return f"a joint gave all that actuation.torque_limit allows, {limit:g} N m"
+
+
+def _explain_separation(end: _End) -> _Finding:
+    """A normal force that falls to zero, or a contact that can only open under the torque."""
+    force = float(end.last.normal_force[0, end.contact]) if end.contact >= 0 else 0.0
+    name = f"the {end.finger_name} fingertip" if end.contact >= 0 else "a fingertip"
+    if abs(force) > _NO_FORCE:
+        message = f"under the torque {name} can only leave: it separated from the object"
+        return _Finding(message, None, 0.0)
+    message = f"the normal force of {name} fell to zero: it separated from the object"
+    return _Finding(message, force, 0.0)
+
+
+def _explain_left_face(end: _End) -> _Finding:
+    slip = float(end.last.slip[0, end.contact])
+    message = f"the {end.finger_name} fingertip slid off the end of its face"
+    return _Finding(message, slip, abs(slip))
+
+
+def _explain_singular(end: _End) -> _Finding:
+    angle = float(end.last.joint_position[0, 2 * end.contact + 1])
+    became = "straight" if math.cos(angle) > 0.0 else "folded"
+    return _Finding(f"the {end.finger_name} finger became {became}", angle, 0.0)
+
+
+def _explain_chattering(end: _End) -> _Finding:
+    simulation, period = end.scenario.simulation, end.controller.control_period
+    # With sampled control they are counted in one period at most.
+    window = min(simulation.chatter_window, period or simulation.chatter_window)
+    changes = simulation.chatter_changes
+    message = f"the contacts chattered: {changes} phase changes within {window:g} s"
+    return _Finding(message, float(changes), float(changes))
+
+
+def _explain_inconsistent(_end: _End) -> _Finding:
+    return _Finding("no combination of stick and slip is consistent with the torque")
+
+
+def _explain_painleve(_end: _End) -> _Finding:
+    message = "the reduced inertia is singular: friction is too high for this pose (Painlevé)"
+    return _Finding(message, None, 0.0)
+
+
+def _explain_singular_model(end: _End) -> _Finding:
+    condition = float(end.last.estimated_inertia_condition[0])
+    return _Finding("the controller's estimate of the reduced inertia became singular", condition)
+
+
+def _explain_underflow(_end: _End) -> _Finding:
+    return _Finding("no step of the integration is small enough: the closed loop diverges")
+
+
+def _explain_stiffness(end: _End) -> _Finding:
+    condition = float(end.last.estimated_inertia_condition[0])
+    message = (
+        "the closed loop is too stiff to follow: its steps became shorter than 1 microsecond on "
+        "the average, where the controller's estimate of the reduced inertia has the condition "
+        f"number {condition:.2g},"
+    )
+    return _Finding(message, condition)
+
+
+def _explain_nonfinite(_end: _End) -> _Finding:
+    return _Finding("the closed loop diverges: a quantity is not finite any more")
+
+
+def _explain_stall(_end: _End) -> _Finding:
+    return _Finding("one instant repeats its events without progress in time")
+
+
+def _explain_max_steps(end: _End) -> _Finding:
+    most = end.scenario.simulation.max_steps
+    return _Finding(f"the limit of {most} steps was reached", float(most), float(most))
+
+
+def _hold_better(end: _End) -> str:
+    return any_of(
+        squeeze_harder(end),
+        stop_slip_earlier(end),
+        start_nearer_to_the_truth(end),
+        change_law(end),
+    )
+
+
+def _stop_before_the_edge(end: _End) -> str:
+    face = end.scenario.fingers[end.contact].face
+    length = "object.corners" if face.startswith("edge") else _LENGTH_OF_FACE[face]
+    earlier = any_of(
+        stop_slip_earlier(end),
+        squeeze_harder(end),
+        start_nearer_to_the_truth(end),
+        change_law(end),
+        otherwise="",
+    )
+    longer = f"use a longer face ({length})"
+    return f"to stop the slip earlier, {earlier}; or {longer}" if earlier else longer
+
+
+_LENGTH_OF_FACE = {
+    "left": "object.face_half_length",
+    "right": "object.face_half_length",
+    "bottom": "object.half_width",
+    "top": "object.half_width",
+}
+
+
+def _stay_within_reach(end: _End) -> str:
+    """Another base or motion; a better grip where the object is far from where it should be."""
+    reach = f"move the base of the {end.finger_name} finger (fingers.{end.contact}.base)"
+    if is_far_off(end.scenario.object, end.last.tracking_error[0].tolist()):
+        return f"{_hold_better(end)}; or {reach}"
+    return f"{reach}, or choose a motion within its reach (trajectory)"
+
+
+def _avoid_chatter(end: _End) -> str:
+    return any_of(squeeze_harder(end), sample_control(end), change_law(end))
+
+
+def _allow_a_solution(end: _End) -> str:
+    return any_of(sample_control(end), _lower_friction(end), ["change the pose"])
+
+
+def _leave_painleve(end: _End) -> str:
+    return any_of(_lower_friction(end), ["change the pose"])
+
+
+def _lower_friction(end: _End) -> list[str]:
+    is_there = any(finger.friction > 0.0 for finger in end.scenario.fingers)
+    return ["lower fingers.*.friction"] * is_there
+
+
+def _keep_the_model_regular(end: _End) -> str:
+    """Bounds where there are none; else slower learning, and better beliefs."""
+    bounds = list(bound_estimates(end))
+    slower = [hint for key in end.law.learns_with for hint in lower(end.scenario, key)]
+    nearer = start_nearer_to_the_truth(end)
+    return any_of(bounds, slower, nearer, change_law(end), otherwise="change the pose")
+
+
+def _calm_the_loop(end: _End) -> str:
+    gains = ("controller.position_gain", "controller.velocity_gain")
+    return any_of(*(lower(end.scenario, key) for key in gains), sample_control(end))
+
+
+def _calm_the_loop_or_bound(end: _End) -> str:
+    return any_of([_calm_the_loop(end)], bound_estimates(end))
+
+
+def _pass_the_instant(end: _End) -> str:
+    nudged = "change simulation.relative_tolerance a little"
+    return any_of([nudged], sample_control(end))
+
+
+def _take_fewer_steps(end: _End) -> str:
+    return any_of(
+        raise_(end.scenario, "simulation.max_steps"), lower(end.scenario, "simulation.duration")
+    )
+
+
+_ENDINGS = {
+    SEPARATED: _Ending(
+        outcome=Outcome.SEPARATED,
+        code="contact_separation",
+        explain=_explain_separation,
+        hint=_hold_better,
+        of_one_contact=True,
+        by_the_torque=True,
+    ),
+    LEFT_FACE: _Ending(
+        outcome=Outcome.LEFT_FACE,
+        code="contact_left_face",
+        explain=_explain_left_face,
+        hint=_stop_before_the_edge,
+        of_one_contact=True,
+        by_the_torque=True,
+    ),
+    SINGULAR: _Ending(
+        outcome=Outcome.SINGULAR,
+        code="singular_jacobian",
+        explain=_explain_singular,
+        hint=_stay_within_reach,
+        of_one_contact=True,
+    ),
+    CHATTERING: _Ending(
+        outcome=Outcome.CHATTERING,
+        code="chatter",
+        explain=_explain_chattering,
+        hint=_avoid_chatter,
+        by_the_torque=True,
+    ),
+    INCONSISTENT: _Ending(
+        outcome=Outcome.INCONSISTENT,
+        code="no_consistent_phase",
+        explain=_explain_inconsistent,
+        hint=_allow_a_solution,
+        by_the_torque=True,
+    ),
+    PAINLEVE: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="painleve",
+        explain=_explain_painleve,
+        hint=_leave_painleve,
+    ),
+    MODEL_SINGULAR: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="model_estimate_singular",
+        explain=_explain_singular_model,
+        hint=_keep_the_model_regular,
+        by_the_torque=True,
+    ),
+    STEP_UNDERFLOW: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="step_underflow",
+        explain=_explain_underflow,
+        hint=_calm_the_loop,
+        by_the_torque=True,
+    ),
+    STIFF: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="stiff_loop",
+        explain=_explain_stiffness,
+        hint=_calm_the_loop,
+        by_the_torque=True,
+    ),
+    NOT_FINITE: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="nonfinite_state",
+        explain=_explain_nonfinite,
+        hint=_calm_the_loop_or_bound,
+    ),
+    EVENT_STALL: _Ending(
+        outcome=Outcome.LIMIT,
+        code="event_stall",
+        explain=_explain_stall,
+        hint=_pass_the_instant,
+    ),
+    MAX_STEPS: _Ending(
+        outcome=Outcome.LIMIT,
+        code="max_steps",
+        explain=_explain_max_steps,
+        hint=_take_fewer_steps,
+    ),
+}
+
+
+def describe_stop(t: float) -> Reason:
+    """The reason of a run that somebody stopped at ``t`` [s]."""
+    return Reason(
+        code="stopped",
+        message=f"stopped on request at {t:.4g} s",
+        contact=None,
+        time=t,
+        value=None,
+        limit=None,
+        hint="run it again to see the rest",
+    )
+
+
+def describe_wall_limit(t: float, wall_limit: float) -> Reason:
+    """The reason of a run that reached its limit of computing time [s] at ``t`` [s]."""
+    return Reason(
+        code="wall_time",
+        message=f"the computing time limit of {wall_limit:g} s was reached at {t:.4g} s",
+        contact=None,
+        time=t,
+        value=None,
+        limit=wall_limit,
+        hint="shorten the run, or raise the limit",
+    )

@@ -1,0 +1,182 @@
+"""What to try next: only what the control law uses and what is not so already.
+
+Every hint is a list of options, each of which names parameters by their dotted keys, with the
+present value where a larger or a smaller one is meant. Where a scenario leaves none of them open,
+the hint says what is left outside the controller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipgrasp.core.scenario import CONTROL_LAWS, ControlLaw, ControllerParameters, Scenario
+from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.unknowns import unit_of_unknown
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.words.misbelief import turns, worst_beliefs
+from slipgrasp.core.words.phrases import joined
+
+__all__ = [
+    "Situation",
+    "any_of",
+    "bound_estimates",
+    "change_law",
+    "lower",
+    "raise_",
+    "sample_control",
+    "scenario_at",
+    "squeeze_harder",
+    "start_nearer_to_the_truth",
+    "stop_slip_earlier",
+]
+
+_NEARLY_ALL = 1.0 - 1e-6
+_SAMPLED = "set controller.control_period to 0.001 s"
+_OUTSIDE = "no setting of this law is left to try: make the object lighter or its faces rougher"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """Where a run stands when something is to be tried.
+
+    Attributes:
+        start: The scenario as the run began.
+        scenario: The scenario with the timed changes so far.
+        last: Trace of the last row.
+    """
+
+    start: Scenario
+    scenario: Scenario
+    last: Trace
+
+    @property
+    def controller(self) -> ControllerParameters:
+        """The controller of that time."""
+        return self.scenario.controller
+
+    @property
+    def law(self) -> ControlLaw:
+        """Facts about its law."""
+        return CONTROL_LAWS[self.controller.kind]
+
+    @property
+    def is_torque_limited(self) -> bool:
+        """Whether a joint gives all that it may."""
+        limit = self.scenario.actuation.torque_limit
+        return limit is not None and np.abs(self.last.joint_torque[0]).max() >= limit
+
+
+def scenario_at(scenario: Scenario, time: float) -> Scenario:
+    """A scenario with the timed changes before some time, and without those to come [s]."""
+    due = sorted((c for c in scenario.changes if c.time < time), key=lambda change: change.time)
+    values = {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in due}
+    return with_values(replace(scenario, changes=()), values)
+
+
+def any_of(*options: Iterable[str], otherwise: str = _OUTSIDE) -> str:
+    """Options as a hint, each once, joined by "or".
+
+    Args:
+        options: Each of them none, one or several.
+        otherwise: The hint where there is none.
+    """
+    found = list(dict.fromkeys(option for several in options for option in several))
+    return joined(found, "or") or otherwise
+
+
+def raise_(scenario: Scenario, key: str) -> Iterator[str]:
+    """To raise a parameter above its value, unless it is as large as may be."""
+    parameter = parameter_definitions(scenario).get(key)
+    if parameter is None or not isinstance(parameter.value, (int, float)):
+        yield f"raise {key}"
+    elif parameter.maximum is None or parameter.value < parameter.maximum:
+        yield f"raise {key} above {parameter.value:g}{_unit(parameter.unit)}"
+
+
+def lower(scenario: Scenario, key: str) -> Iterator[str]:
+    """To lower a parameter below its value, unless it is as small as may be."""
+    parameter = parameter_definitions(scenario).get(key)
+    if parameter is None or not isinstance(parameter.value, (int, float)):
+        yield f"lower {key}"
+    elif parameter.minimum is None or parameter.value > parameter.minimum:
+        yield f"lower {key} below {parameter.value:g}{_unit(parameter.unit)}"
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, (int, float)), "only numbers can be estimated"
+    return float(value)
+
+
+def _unit(unit: str) -> str:
+    return "" if unit in ("", "1") else f" {unit}"
+
+
+def squeeze_harder(situation: Situation) -> Iterator[str]:
+    """What lets the law press the fingertips harder against the object."""
+    scenario, controller = situation.scenario, situation.controller
+    if situation.is_torque_limited:
+        yield from raise_(scenario, "actuation.torque_limit")
+    most, key = controller.maximum_normal_force, "controller.maximum_normal_force"
+    is_bounded = most is not None and situation.last.normal_force[0].max() >= _NEARLY_ALL * most
+    if is_bounded:
+        yield from raise_(scenario, key)
+    elif situation.law.uses_friction and controller.grasp_force == "none":
+        yield "set controller.grasp_force to minimum"
+    elif most is None or situation.law.uses_friction or controller.grip_force < most:
+        yield from raise_(scenario, situation.law.holds_with)
+    else:
+        yield from raise_(scenario, key)
+
+
+def stop_slip_earlier(situation: Situation) -> Iterator[str]:
+    """What lets the law end a slip sooner."""
+    for key in situation.law.stops_slip_with:
+        yield from raise_(situation.scenario, key)
+
+
+def start_nearer_to_the_truth(situation: Situation) -> Iterator[str]:
+    """The beliefs at the start that were farthest from what was true then."""
+    start = situation.start
+    definitions = parameter_definitions(start)
+    believed = [estimate.initial for estimate in start.estimates]
+    true = [_number(definitions[estimate.parameter].value) for estimate in start.estimates]
+    found = worst_beliefs(situation.scenario, believed, true, turns=turns(situation.last))
+    nearer = [
+        f"estimates.{k}.initial nearer to {true[k]:.3g}"
+        f"{unit_of_unknown(start, start.estimates[k].parameter)}"
+        for k in sorted(found)
+    ]
+    if nearer:
+        yield f"set {joined(nearer)}, the truth"
+
+
+def change_law(situation: Situation) -> Iterator[str]:
+    """The law that holds what the others drop, where it is another."""
+    if situation.controller.kind != "composite":
+        yield "use the composite law"
+
+
+def sample_control(situation: Situation) -> Iterator[str]:
+    """Sampled control, where control is continuous."""
+    if situation.controller.control_period == 0.0:
+        yield _SAMPLED
+
+
+def bound_estimates(situation: Situation) -> Iterator[str]:
+    """Bounds that a learning law lacks, first for the estimate that went lowest."""
+    estimates, values = situation.scenario.estimates, situation.last.estimates[0]
+    missing = {
+        k: [
+            f"estimates.{k}.{bound}"
+            for bound in ("minimum", "maximum")
+            if getattr(estimate, bound) is None
+        ]
+        for k, estimate in enumerate(estimates)
+    }
+    open_ends = [k for k, bounds in missing.items() if bounds]
+    if situation.law.learns and open_ends:
+        lowest = min(open_ends, key=lambda k: values[k])
+        yield f"give the estimates bounds ({joined(missing[lowest])} first)"

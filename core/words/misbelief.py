@@ -1,0 +1,81 @@
+"""What a controller was most wrong about, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario.unknowns import name_unknown, parse_unknown, unit_of_unknown
+from slipgrasp.core.trace.trace import Trace
+
+__all__ = ["describe_misbelief", "turns", "worst_beliefs"]
+
+_WORTH_TELLING = math.log(1.3)
+_TURNING = 1e-6  # [rad/s]
+
+
+def describe_misbelief(scenario: Scenario, last: Trace) -> str:
+    """The estimate that is farthest from the truth, in proportion; empty if all are near.
+
+    Args:
+        scenario: Parameters at that time.
+        last: Trace of one row.
+    """
+    believed, true = last.estimates[0].tolist(), last.true_parameters[0].tolist()
+    found = worst_beliefs(scenario, believed, true, turns=turns(last))
+    if not found:
+        return ""
+    worst = found[0]
+    key = scenario.estimates[worst].parameter
+    unit = unit_of_unknown(scenario, key)
+    return (
+        f"the controller believed {name_unknown(scenario, key)} to be {believed[worst]:.3g}{unit}, "
+        f"it is {true[worst]:.3g}{unit}"
+    )
+
+
+def turns(last: Trace) -> bool:
+    """Whether the object turns in the one row of a trace."""
+    return abs(float(last.object_velocity[0, 2])) >= _TURNING
+
+
+def worst_beliefs(
+    scenario: Scenario, believed: Sequence[float], true: Sequence[float], *, turns: bool
+) -> list[int]:
+    """Indices of the estimates of one kind that are far from the truth, in proportion.
+
+    The first is farther off than any other estimate, those of its kind follow; none if all are
+    near. What its law does not use cannot mislead a controller, and what does not turn shows
+    nothing of its moment of inertia and suffers nothing from it: those do not count.
+
+    Args:
+        scenario: Whose estimates.
+        believed: Their values.
+        true: What they should be.
+        turns: Whether the object turns.
+    """
+    uses_friction = CONTROL_LAWS[scenario.controller.kind].uses_friction
+    ignored = {"friction": not uses_friction, "object_inertia": not turns}
+    kinds = [_kind(scenario, estimate.parameter) for estimate in scenario.estimates]
+    distances = [_distance(*pair) for pair in zip(believed, true, strict=True)]
+    far = [
+        k
+        for k, kind in enumerate(kinds)
+        if distances[k] >= _WORTH_TELLING and not ignored.get(kind, False)
+    ]
+    far.sort(key=lambda k: -distances[k])
+    return [k for k in far if kinds[k] == kinds[far[0]]]
+
+
+def _kind(scenario: Scenario, key: str) -> str:
+    unknown = parse_unknown(scenario, key)
+    assert unknown is not None, "validated scenarios name only what can be estimated"
+    return unknown.kind
+
+
+def _distance(believed: float, true: float) -> float:
+    """Logarithm of their ratio; infinite for a belief that no body can have."""
+    if believed <= 0.0 or true <= 0.0:
+        return 0.0 if believed == true else math.inf
+    return abs(math.log(believed / true))

@@ -1,0 +1,55 @@
+"""How far an object is from where it was wanted, and whether that is worth telling."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipgrasp.core.scenario import ObjectParameters
+from slipgrasp.core.scenario.geometry import outline, smallest_extent
+from slipgrasp.core.words.phrases import joined
+
+__all__ = ["describe_offset", "is_far_off"]
+
+_SHARE = 0.1  # of the object's smallest extent
+
+
+def is_far_off(body: ObjectParameters, error: Sequence[float]) -> bool:
+    """Whether an object is off its desired pose by more than a tenth of its size.
+
+    Args:
+        body: The object.
+        error: Desired minus actual pose, x, y, theta [m, m, rad].
+    """
+    return bool(_offsets(body, error))
+
+
+def describe_offset(body: ObjectParameters, error: Sequence[float]) -> str:
+    """How far an object is off, such as ``34 mm from where it was wanted``; empty if it is near.
+
+    Args:
+        body: The object.
+        error: Desired minus actual pose, x, y, theta [m, m, rad].
+    """
+    offsets = _offsets(body, error)
+    return f"{joined(offsets)} from where it was wanted" if offsets else ""
+
+
+def _offsets(body: ObjectParameters, error: Sequence[float]) -> list[str]:
+    """The distance, and the angle where it moves a corner as far; only what is large."""
+    x, y, angle = error
+    large = _SHARE * smallest_extent(body)
+    distance = math.hypot(x, y)
+    swing = abs(angle) * float(np.hypot(*outline(body).T).max())
+    return [
+        *[_rounded(distance)] * (distance > large),
+        *[f"{abs(math.degrees(angle)):.0f}°"] * (swing > large),
+    ]
+
+
+def _rounded(distance: float) -> str:
+    """A length in whole millimetres, or to two digits where that is more."""
+    millimetres = 1e3 * distance
+    return f"{millimetres:.0f} mm" if millimetres >= 10.0 else f"{millimetres:.2g} mm"

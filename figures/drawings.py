@@ -1,0 +1,63 @@
+"""All figures of a run by name; those of the paper's two cases carry the paper's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from matplotlib.figure import Figure
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
+from slipgrasp.figures.schematic import draw_schematic
+from slipgrasp.figures.sheet import draw_sheet
+from slipgrasp.figures.style import paper_style
+
+__all__ = ["draw_figures", "figure_names"]
+
+SCHEMATIC = "schematic"
+
+_PANELS: dict[str, Callable[[RunResult], tuple[Panel, ...]]] = {
+    "tracking": tracking_panels,
+    "estimates": estimate_panels,
+    "forces": force_panels,
+}
+
+_PAPER_NUMBERS = {"paper-case-1": (4, 5, 6, 7), "paper-case-2": (4, 8, 9, 10)}
+
+
+def figure_names(scenario: Scenario) -> dict[str, str]:
+    """What the figures of a scenario are called.
+
+    Returns:
+        Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
+        anything is estimated) and ``forces``; in a scenario equal to one of the paper's
+        presets ``fig-4-schematic`` and so on.
+    """
+    kinds = (SCHEMATIC, *_PANELS)
+    names = {kind: kind for kind in kinds}
+    for preset, numbers in _PAPER_NUMBERS.items():
+        if scenario == load_scenario(preset):
+            names = {kind: f"fig-{n}-{kind}" for kind, n in zip(kinds, numbers, strict=True)}
+    if not scenario.estimates:
+        del names["estimates"]
+    return names
+
+
+def draw_figures(result: RunResult) -> dict[str, Figure]:
+    """Draws the schematic, tracking and slip, estimates, torques and forces of a run.
+
+    Args:
+        result: The run, live or read back from its recording: both give equal figures.
+
+    Returns:
+        The figures by name (`figure_names`), to be saved with `write_figures`.
+    """
+    names = figure_names(result.scenario)
+    with paper_style():
+        figures = {names[SCHEMATIC]: draw_schematic(result.scenario)}
+        for kind, panels in _PANELS.items():
+            if kind in names:
+                figures[names[kind]] = draw_sheet(result, panels(result))
+    return figures

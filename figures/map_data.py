@@ -1,0 +1,198 @@
+"""What a map shows: its axes, its panels, and which runs stand where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.study.definition import Axis, Study
+from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.results_comparison import rows_by_combination
+from slipgrasp.recordings.study.varied import compared_keys, numeric_keys, parameter_of
+from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
+
+__all__ = ["NOTHING", "Cells", "MapAxis", "MapPanel", "cells_of", "map_axis", "panels_of"]
+
+NOTHING = -1
+"""In place of a way: no run stands there."""
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MapAxis:
+    """One of the two axes of a map.
+
+    Attributes:
+        key: The varied key.
+        low: Where it begins, in the unit of the parameter.
+        high: Where it ends.
+        is_log: Whether equal distances are equal ratios.
+        edges: Borders of the cells; None where there are points instead.
+        base: The value of the base, None if it is beyond the axis.
+    """
+
+    key: str
+    low: float
+    high: float
+    is_log: bool
+    edges: Values | None
+    base: float | None
+
+    def share(self, values: Values) -> Values:
+        """Where values stand on the axis, 0 at its begin and 1 at its end."""
+        low, high = self._scaled(np.array([self.low, self.high]))
+        return (self._scaled(values) - low) / (high - low)
+
+    def _scaled(self, values: Values) -> Values:
+        return np.log(values) if self.is_log else values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapPanel:
+    """The runs of one panel.
+
+    Attributes:
+        values: The crossed values that they have in common, by key.
+        runs: Their indices, shape ``(runs,)``.
+        ways: How they ended, as places in `WAYS`.
+        x: Their values on the horizontal axis.
+        y: Their values on the vertical axis.
+    """
+
+    values: dict[str, Any]
+    runs: NDArray[np.intp]
+    ways: NDArray[np.int8]
+    x: Values
+    y: Values
+
+    @property
+    def counts(self) -> NDArray[np.intp]:
+        """How many runs ended in each way."""
+        return np.bincount(self.ways, minlength=len(WAYS))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """A lattice of cells.
+
+    Attributes:
+        ways: The most frequent way of each cell, shape ``(columns, rows)``; `NOTHING` if none.
+        runs: One run of that way, likewise.
+        most: How many runs a cell has at most.
+    """
+
+    ways: NDArray[np.int8]
+    runs: NDArray[np.intp]
+    most: int
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Where the object is held."""
+        return self.ways == HELD
+
+
+def map_axis(results: StudyResults, key: str) -> MapAxis:
+    """The axis of a varied key, as wide as its range.
+
+    Raises:
+        QueryError: If it does not vary, or not in numbers.
+    """
+    study = results.study
+    known = numeric_keys(study)
+    if key not in known:
+        raise QueryError(key, f"'{key[:80]}' is no parameter that varies in numbers", known)
+    axis = next((axis for axis in study.axes if axis.key == key), None)
+    is_log = axis is not None and axis.is_range and axis.scale == "log"
+    levels = _levels(axis, study) if axis is not None else None
+    if levels is not None:
+        edges = _edges(levels, is_log)
+        low, high = float(edges[0]), float(edges[-1])
+    else:
+        edges = None
+        low, high = _bounds(axis, values_on(results, key))
+    return MapAxis(key, low, high, is_log, edges, _base_value(study, key, low, high))
+
+
+def _levels(axis: Axis, study: Study) -> Values | None:
+    """The values of an axis that is crossed with all others; None if it is sampled."""
+    if axis not in study.crossed_axes:
+        return None
+    levels = [axis.grid_value(place) for place in range(axis.grid_size)]
+    return np.unique(np.array(levels, dtype=np.float64))
+
+
+def _edges(levels: Values, is_log: bool) -> Values:
+    """Borders half way between neighbours, those at the ends as far out as inwards."""
+    scaled = np.log(levels) if is_log else levels
+    if len(scaled) == 1:
+        scaled = scaled + np.array([-0.5, 0.5])
+    middles = 0.5 * (scaled[1:] + scaled[:-1])
+    if len(levels) == 1:
+        edges = scaled
+    else:
+        edges = np.array([2 * scaled[0] - middles[0], *middles, 2 * scaled[-1] - middles[-1]])
+    return np.exp(edges) if is_log else edges
+
+
+def _bounds(axis: Axis | None, values: Values) -> tuple[float, float]:
+    """The range that is sampled, or that of listed values with some room around them."""
+    if axis is not None and axis.minimum is not None and axis.maximum is not None:
+        low, high = axis.minimum, axis.maximum
+        return (low, high) if low < high else (low - 0.5, high + 0.5)
+    known = values[~np.isnan(values)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    room = 0.05 * (high - low) or 0.5
+    return low - room, high + room
+
+
+def _base_value(study: Study, key: str, low: float, high: float) -> float | None:
+    parameter = parameter_of(study, key)
+    value = None if parameter is None else parameter.value
+    if isinstance(value, (int, float)) and low <= value <= high:
+        return float(value)
+    return None
+
+
+def values_on(results: StudyResults, key: str) -> Values:
+    """What a key is in each run: as varied, else as in the base."""
+    values = results.numbers(key)
+    parameter = parameter_of(results.study, key)
+    base = None if parameter is None else parameter.value
+    if isinstance(base, (int, float)):
+        return np.where(np.isnan(values), float(base), values)
+    return values
+
+
+def panels_of(results: StudyResults, x: str, y: str) -> list[MapPanel]:
+    """The runs of each combination of the values that are neither on x nor on y."""
+    ways = ways_of(results)
+    count = len(ways)
+    horizontal, vertical = values_on(results, x)[:count], values_on(results, y)[:count]
+    keys = compared_keys(results.study, (x, y))
+    grouped = rows_by_combination(results, keys, count) if keys else [({}, np.arange(count))]
+    return [
+        MapPanel(values, rows, ways[rows], horizontal[rows], vertical[rows])
+        for values, rows in grouped
+    ]
+
+
+def cells_of(panel: MapPanel, x: MapAxis, y: MapAxis) -> Cells:
+    """The runs of a panel in cells; where one has several the most frequent way is shown."""
+    assert x.edges is not None and y.edges is not None
+    shape = len(x.edges) - 1, len(y.edges) - 1
+    column = np.clip(np.searchsorted(x.edges, panel.x) - 1, 0, shape[0] - 1)
+    row = np.clip(np.searchsorted(y.edges, panel.y) - 1, 0, shape[1] - 1)
+    counts = np.zeros((*shape, len(WAYS)), dtype=np.int32)
+    np.add.at(counts, (column, row, panel.ways), 1)
+    totals = counts.sum(axis=2)
+    ways = np.where(totals > 0, counts.argmax(axis=2), NOTHING).astype(np.int8)
+    runs = np.full(shape, NOTHING, dtype=np.intp)
+    shown = ways[column, row] == panel.ways
+    # Backwards, so that the first of several runs is the one that stays.
+    runs[column[shown][::-1], row[shown][::-1]] = panel.runs[shown][::-1]
+    return Cells(ways, runs, int(totals.max(initial=0)))

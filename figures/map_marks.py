@@ -1,0 +1,188 @@
+"""The runs on a map: cells or points in the colours of how they ended, and the boundary."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from slipgrasp.figures.map_data import NOTHING, Cells, MapAxis, MapPanel, cells_of
+from slipgrasp.figures.nearest import nearest_samples
+from slipgrasp.figures.panels import lighter
+from slipgrasp.figures.style import paint
+from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
+from slipgrasp.recordings.palette import MARK
+from slipgrasp.recordings.study.ways import HELD, WAYS
+
+__all__ = ["draw_runs", "has_cells", "run_link"]
+
+_MOST_POINTS = 4000
+"""More could not be told apart; those left out still colour the ground behind them."""
+_RASTER = 256
+_PALE = 0.62
+_BOUNDARY = 1.1
+_OF_A_CELL = 0.2
+"""Lines around small cells must leave something to be seen of them."""
+
+
+def run_link(index: int) -> str:
+    """Where the mark of a run leads to in an SVG."""
+    return f"#run-{index}"
+
+
+def has_cells(x: MapAxis, y: MapAxis) -> bool:
+    """Whether the runs stand in cells, rather than anywhere."""
+    return x.edges is not None and y.edges is not None
+
+
+def draw_runs(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
+    """Draws the runs of a panel, each as a link, and the line around where they hold."""
+    if x.edges is not None and y.edges is not None:
+        cells = cells_of(panel, x, y)
+        _draw_cells(axes, cells, x.edges, y.edges)
+        _draw_boundary(axes, cells.held, x.edges, y.edges)
+    elif len(panel.runs):
+        _draw_ground(axes, panel, x, y)
+        _draw_points(axes, panel)
+
+
+def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+    """Each cell a link to its run, then the hatches of the ways of failing over them."""
+    columns, rows = np.nonzero(cells.ways != NOTHING)
+    faces = [paint(colour_of(way)) for way in cells.ways[columns, rows].tolist()]
+    fill = PolyCollection(
+        [*_rectangles(x[columns], x[columns + 1], y[rows], y[rows + 1])],
+        facecolors=faces,
+        edgecolors=faces,
+        linewidths=0.25,
+        urls=[run_link(run) for run in cells.runs[columns, rows].tolist()],
+        gid="runs",
+        zorder=1.0,
+    )
+    axes.add_collection(fill, autolim=False)
+    for way in np.unique(cells.ways).tolist():
+        if way != NOTHING and hatch_of(way):
+            _hatch(axes, _strips(cells.ways == way, x, y), way)
+
+
+def _strips(
+    chosen: NDArray[np.bool_], x: NDArray[np.float64], y: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Chosen cells as rectangles, neighbours in a column as one."""
+    changes = np.diff(np.pad(chosen, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    columns, starts = np.nonzero(changes == 1)
+    _, ends = np.nonzero(changes == -1)
+    return _rectangles(x[columns], x[columns + 1], y[starts], y[ends])
+
+
+def _rectangles(
+    left: NDArray[np.float64],
+    right: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Corners, shape ``(rectangles, 4, 2)``."""
+    corners = [(left, low), (right, low), (right, high), (left, high)]
+    return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
+
+
+def _hatch(axes: Axes, rectangles: NDArray[np.float64], way: int, share: float = 0.45) -> None:
+    hatches = PolyCollection(
+        [*rectangles],
+        facecolors="none",
+        edgecolors=[paint(lighter(MARK, share))],
+        linewidths=0.0,
+        hatch=hatch_of(way),
+        zorder=1.5,
+    )
+    axes.add_collection(hatches, autolim=False)
+
+
+def _draw_boundary(
+    axes: Axes, held: NDArray[np.bool_], x: NDArray[np.float64], y: NDArray[np.float64]
+) -> None:
+    """Lines between cells that hold and their neighbours that do not."""
+    columns, rows = np.nonzero(held[1:] != held[:-1])
+    upright = np.stack(
+        [
+            np.stack([x[columns + 1], y[rows]], axis=1),
+            np.stack([x[columns + 1], y[rows + 1]], axis=1),
+        ],
+        axis=1,
+    )
+    columns, rows = np.nonzero(held[:, 1:] != held[:, :-1])
+    level = np.stack(
+        [
+            np.stack([x[columns], y[rows + 1]], axis=1),
+            np.stack([x[columns + 1], y[rows + 1]], axis=1),
+        ],
+        axis=1,
+    )
+    lines = LineCollection(
+        [*upright, *level],
+        colors=[paint(MARK)],
+        linewidths=min(_BOUNDARY, _OF_A_CELL * _points_per_cell(axes, held)),
+        capstyle="projecting",
+        gid="boundary",
+        zorder=3.0,
+    )
+    axes.add_collection(lines, autolim=False)
+
+
+def _points_per_cell(axes: Axes, cells: NDArray[np.bool_]) -> float:
+    """Width of a cell on the page [1/72 inch]."""
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    return 72.0 * figure.get_figwidth() * axes.get_position().width / max(cells.shape)
+
+
+def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
+    """The colour of the nearest sample, pale, and the line around where that one held."""
+    nearest = nearest_samples(x.share(panel.x), y.share(panel.y), _RASTER)
+    ways = panel.ways[nearest]
+    colours = np.array([lighter(colour_of(way), _PALE) for way in range(len(WAYS))])
+    axes.imshow(
+        colours[ways].astype(np.uint8),
+        origin="lower",
+        extent=(0.0, 1.0, 0.0, 1.0),
+        transform=axes.transAxes,
+        interpolation="nearest",
+        aspect="auto",
+        zorder=0.5,
+    )
+    held = ways == HELD
+    if held.any() and not held.all():
+        centres = (np.arange(_RASTER) + 0.5) / _RASTER
+        axes.contour(
+            centres,
+            centres,
+            held.astype(float),
+            levels=[0.5],
+            colors=[paint(MARK)],
+            linewidths=_BOUNDARY,
+            transform=axes.transAxes,
+            zorder=3.0,
+        )
+
+
+def _draw_points(axes: Axes, panel: MapPanel) -> None:
+    shown = slice(0, _MOST_POINTS)
+    runs, ways = panel.runs[shown], panel.ways[shown]
+    size = float(np.clip(900.0 / max(len(runs), 1), 5.0, 22.0))
+    for way in np.unique(ways).tolist():
+        chosen = ways == way
+        axes.scatter(
+            panel.x[shown][chosen],
+            panel.y[shown][chosen],
+            s=size,
+            marker=marker_of(way),
+            color=[paint(colour_of(way))],
+            edgecolors=[paint(MARK)],
+            linewidths=0.35,
+            urls=[run_link(run) for run in runs[chosen].tolist()],
+            gid=f"runs {way}",
+            clip_on=False,
+            zorder=2.5,
+        )

@@ -1,0 +1,152 @@
+"""Marks of technical drawings: arrows, angles, lines and labels, sized in mm on the page."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from slipgrasp.figures.style import add_axes, paint
+from slipgrasp.recordings.palette import MARK, Rgb
+
+__all__ = ["Borders", "Drawing", "Frame", "Point", "new_drawing", "unit"]
+
+Point = NDArray[np.float64]
+Frame = tuple[float, float, float, float]
+Borders = tuple[float, float, float, float]
+
+_HEAD = 6.0
+_LINE = 0.8
+_THIN = 0.5
+
+
+class Drawing(NamedTuple):
+    """Axes in metres with one scale, and what one millimetre on the page is in them.
+
+    Attributes:
+        axes: Where to draw.
+        mm: Length that is drawn as one millimetre [m].
+        halo: Whether labels have a white border, to be read across lines.
+    """
+
+    axes: Axes
+    mm: float
+    halo: bool
+
+    def arrow(
+        self,
+        start: Point,
+        end: Point,
+        colour: Rgb = MARK,
+        *,
+        both: bool = False,
+        width: float = _LINE,
+    ) -> None:
+        """A straight arrow with a head at its end, or at both ends."""
+        self._path(np.stack([start, end]), colour, width, "<|-|>" if both else "-|>")
+
+    def angle(self, centre: Point, start: float, end: float, radius: float, label: str) -> None:
+        """An arc with an arrow head from one direction to another [rad], radius in mm."""
+        turns = np.linspace(start, end, 40)
+        arc = centre + radius * self.mm * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        self.line(*arc)
+        # A head bends with its shaft: the last stretch is drawn again as a straight arrow.
+        back = math.copysign(min(1.8 / radius, abs(end - start)), end - start)
+        self.arrow(centre + radius * self.mm * unit(end - back), arc[-1], width=_THIN)
+        middle = 0.5 * (start + end)
+        self.write(centre + (radius + 3.0) * self.mm * unit(middle), label)
+
+    def line(
+        self, *points: Point, colour: Rgb = MARK, width: float = _THIN, style: str = "-"
+    ) -> None:
+        """A polyline with round ends, its width in points."""
+        xs, ys = np.stack(points).T
+        self.axes.plot(
+            xs,
+            ys,
+            linestyle=style,
+            color=paint(colour),
+            linewidth=width,
+            solid_capstyle="round",
+        )
+
+    def dot(self, point: Point, size: float, face: Rgb, edge: Rgb) -> None:
+        """A circle, its diameter in points."""
+        self.axes.plot(
+            *point,
+            marker="o",
+            markersize=size,
+            markerfacecolor=paint(face),
+            markeredgecolor=paint(edge),
+            markeredgewidth=0.8,
+        )
+
+    def write(self, point: Point, text: str, *, turn: float = 0.0, colour: Rgb = MARK) -> None:
+        """Text with its centre at a point, turned by an angle [rad] but never upside down."""
+        upright = (math.degrees(turn) + 90.0) % 180.0 - 90.0
+        x, y = point.tolist()
+        halo = [withStroke(linewidth=2.0, foreground="white")] if self.halo else None
+        self.axes.text(
+            x,
+            y,
+            text.replace("-", "−"),
+            ha="center",
+            va="center",
+            rotation=upright,
+            rotation_mode="anchor",
+            color=paint(colour),
+            path_effects=halo,
+            zorder=4.0,
+        )
+
+    def _path(self, points: Point, colour: Rgb, width: float, style: str) -> None:
+        arrow = FancyArrowPatch(
+            path=Path(points),
+            arrowstyle=style,
+            mutation_scale=_HEAD,
+            linewidth=width,
+            color=paint(colour),
+            shrinkA=0.0,
+            shrinkB=0.0,
+            joinstyle="miter",
+            capstyle="butt",
+            zorder=3.0,
+        )
+        self.axes.add_patch(arrow)
+
+
+def new_drawing(
+    figure: Figure, frame: Frame, points: Point, borders: Borders, *, halo: bool
+) -> Drawing:
+    """Axes without ticks that show some points in one scale, as large as their frame allows.
+
+    Args:
+        figure: The page.
+        frame: Left, top, width and height on the page [mm].
+        points: What is drawn, shape ``(points, 2)`` [m].
+        borders: Room for labels left, below, right and above [mm].
+        halo: Whether labels have a white border.
+    """
+    axes = add_axes(figure, *frame)
+    axes.set_axis_off()
+    left, below, right, above = borders
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = np.array([frame[2] - left - right, frame[3] - below - above])
+    mm = float(np.max((high - low) / room))
+    spare = 0.5 * (room - (high - low) / mm)
+    start = low - mm * (spare + np.array([left, below]))
+    axes.set_xlim(start[0], start[0] + mm * frame[2])
+    axes.set_ylim(start[1], start[1] + mm * frame[3])
+    return Drawing(axes, mm, halo)
+
+
+def unit(angle: float) -> Point:
+    """The unit vector in a direction [rad]."""
+    return np.array([math.cos(angle), math.sin(angle)])

@@ -1,0 +1,87 @@
+"""When contacts slip, and which stretch of the run deserves a closer look."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+
+__all__ = ["PhaseSpan", "Window", "closer_look", "phase_spans", "whole_run"]
+
+_SHORTEST = 1e-3
+_LONGEST_SHARE = 0.25
+_MERGED_SHARE = 0.02
+_LEAST_SHARE = 1e-3
+_BEFORE = 0.15
+_AFTER = 0.6
+
+
+class Window(NamedTuple):
+    """A stretch of time [s]."""
+
+    start: float
+    end: float
+
+
+class PhaseSpan(NamedTuple):
+    """A stretch of time in which a contact keeps its phase [s]."""
+
+    phase: ContactPhase
+    start: float
+    end: float
+
+
+def whole_run(result: RunResult) -> Window:
+    """From the start to where the run ended; never empty."""
+    start, end = float(result.trace.times[0]), result.end_time
+    return Window(start, max(end, start + _SHORTEST))
+
+
+def phase_spans(result: RunResult, contact: int) -> tuple[PhaseSpan, ...]:
+    """The phases of one contact in time order; every run starts in stick."""
+    start, end = whole_run(result)
+    changes = [change for change in result.phase_changes if change.contact == contact]
+    times = [start, *(change.time for change in changes), end]
+    phases = [ContactPhase.STICK, *(change.to_phase for change in changes)]
+    spans = zip(phases, pairwise(times), strict=True)
+    return tuple(PhaseSpan(phase, *times) for phase, times in spans if times[1] > times[0])
+
+
+def closer_look(result: RunResult) -> Window | None:
+    """The longest episode of slip with some time around it.
+
+    Returns:
+        The stretch, or None if nothing slips or if the episode is plain to see in a
+        picture of the whole run.
+    """
+    start, end = whole_run(result)
+    duration = end - start
+    episodes = _slip_episodes(result, gap=_MERGED_SHARE * duration)
+    if not episodes:
+        return None
+    longest = max(episodes, key=lambda episode: episode.end - episode.start)
+    length = max(longest.end - longest.start, _LEAST_SHARE * duration)
+    if length > _LONGEST_SHARE * duration:
+        return None
+    return Window(
+        max(start, longest.start - _BEFORE * length), min(end, longest.end + _AFTER * length)
+    )
+
+
+def _slip_episodes(result: RunResult, gap: float) -> list[Window]:
+    """When any contact slips, episodes apart by no more than a gap taken as one."""
+    slips = sorted(
+        Window(span.start, span.end)
+        for contact in range(result.trace.shape.num_contacts)
+        for span in phase_spans(result, contact)
+        if span.phase is not ContactPhase.STICK
+    )
+    episodes: list[Window] = []
+    for slip in slips:
+        if episodes and slip.start <= episodes[-1].end + gap:
+            episodes[-1] = Window(episodes[-1].start, max(episodes[-1].end, slip.end))
+        else:
+            episodes.append(slip)
+    return episodes

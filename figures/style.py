@@ -1,0 +1,99 @@
+"""How figures look: fonts, line widths and sizes of a printed page; no pyplot, no user settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import RLock
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from slipgrasp.recordings.palette import Rgb
+
+__all__ = ["PAGE_WIDTH", "add_axes", "new_figure", "paint", "paper_style"]
+
+PAGE_WIDTH = 180.0
+"""Width of a page with two columns [mm]."""
+
+_MM_PER_INCH = 25.4
+
+_STYLE: dict[Any, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.5,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "lines.linewidth": 1.1,
+    "hatch.linewidth": 0.45,
+    "lines.solid_joinstyle": "round",
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.7,
+    "legend.handletextpad": 0.5,
+    "legend.columnspacing": 1.3,
+    "legend.borderpad": 0.0,
+    "legend.borderaxespad": 0.0,
+    "savefig.dpi": 200,
+    "svg.fonttype": "path",
+    # With a fixed salt the names of an SVG's parts, and so its bytes, depend on the run alone.
+    "svg.hashsalt": "slipgrasp",
+    "pdf.fonttype": 42,
+}
+
+_TURN = RLock()
+
+
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """The style of all figures, whatever the user's own settings are.
+
+    Figures must be drawn and saved in it. matplotlib's settings and fonts are those of the
+    whole process, so threads take turns.
+    """
+    with _TURN, matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE)
+        yield
+
+
+def new_figure(height: float) -> Figure:
+    """An empty figure as wide as the page.
+
+    Args:
+        height: Its height [mm].
+    """
+    return Figure(figsize=(PAGE_WIDTH / _MM_PER_INCH, height / _MM_PER_INCH))
+
+
+def add_axes(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
+    """Axes at a place on the page, measured from its upper left corner [mm]."""
+    page_height = figure.get_figheight() * _MM_PER_INCH
+    bottom = page_height - top - height
+    return figure.add_axes(
+        (
+            left / PAGE_WIDTH,
+            bottom / page_height,
+            width / PAGE_WIDTH,
+            height / page_height,
+        )
+    )
+
+
+def paint(colour: Rgb) -> tuple[float, float, float]:
+    """The colour as matplotlib wants it."""
+    red, green, blue = colour
+    return (red / 255, green / 255, blue / 255)

@@ -1,0 +1,148 @@
+"""What a picture of two runs shows: groups of columns of one quantity over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.unknowns import Unknown, parse_unknown
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.figures.hand_motion import drawable
+from slipgrasp.figures.panels import estimate_label, finger_colour, link_colour, unknown_symbol
+from slipgrasp.recordings.compare.alignment import MatchedRows, match_rows
+from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.recordings.palette import FINGERS, MARK, Rgb
+
+__all__ = ["Line", "Pair", "Trend", "pair_of", "trends_of"]
+
+_MOST_NAMED = 3
+_FIRST, _SECOND = FINGERS[-1], MARK
+
+_ESTIMATE_TITLES = {
+    "link_mass": "estimated link masses",
+    "friction": "estimated friction",
+    "object_mass": "estimated mass of the object",
+    "object_inertia": "estimated inertia of the object",
+}
+
+
+class Pair(NamedTuple):
+    """Both runs, their columns by name, and the rows that tell of the same instants."""
+
+    a: RunResult
+    b: RunResult
+    of_a: dict[str, NDArray[np.float64]]
+    of_b: dict[str, NDArray[np.float64]]
+    rows: MatchedRows
+    comparison: Comparison
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One column of both runs.
+
+    Attributes:
+        column: Its name (`slipgrasp.core.trace.columns`).
+        label: What the legend calls it; nothing if it is alone.
+        colour: Its colour.
+    """
+
+    column: str
+    label: str
+    colour: Rgb
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trend:
+    """Columns that share their axes.
+
+    Attributes:
+        title: What they are.
+        label: Quantity and unit of the axis.
+        scale: From SI to that unit.
+        lines: The columns.
+        least_span: Range of values shown at least, in the unit of the axis.
+    """
+
+    title: str
+    label: str
+    scale: float
+    lines: tuple[Line, ...]
+    least_span: float
+
+
+def pair_of(comparison: Comparison, a: RunResult, b: RunResult) -> Pair:
+    """Prepares two runs to be drawn over each other."""
+    of_a, of_b = (_columns(run) for run in (a, b))
+    rows = match_rows(a.trace.times, b.trace.times)
+    return Pair(a, b, of_a, of_b, rows, comparison)
+
+
+def _columns(run: RunResult) -> dict[str, NDArray[np.float64]]:
+    return {column.name: drawable(column.values.astype(float)) for column in columns_of(run.trace)}
+
+
+def trends_of(a: RunResult, b: RunResult) -> tuple[Trend, ...]:
+    """Slips, forces, margins, tracking errors, and the estimates that both runs have."""
+    return (
+        _contact_trend(a, "fingertip slips", "slip", "$s$ [mm]", 1e3),
+        _contact_trend(a, "normal forces", "normal_force", "$F_n$ [N]", 1.0),
+        _contact_trend(a, "distance to slip", "friction_margin", r"$\mu F_n - |F_x|$ [N]", 1.0),
+        Trend(
+            title="object position errors",
+            label="$e$ [mm]",
+            scale=1e3,
+            lines=(
+                Line(column="error_x", label="$e_x$", colour=_FIRST),
+                Line(column="error_y", label="$e_y$", colour=_SECOND),
+            ),
+            least_span=0.02,
+        ),
+        Trend(
+            title="object orientation error",
+            label=r"$e_\theta$ [mrad]",
+            scale=1e3,
+            lines=(Line(column="error_theta", label="", colour=MARK),),
+            least_span=0.02,
+        ),
+        *_estimate_trends(a, b),
+    )
+
+
+def _contact_trend(run: RunResult, title: str, signal: str, label: str, scale: float) -> Trend:
+    names = run.scenario.finger_names
+    lines = tuple(
+        Line(
+            column=f"{signal}_{i}",
+            label=name if len(names) <= _MOST_NAMED else str(i + 1),
+            colour=finger_colour(i),
+        )
+        for i, name in enumerate(names)
+    )
+    return Trend(title=title, label=label, scale=scale, lines=lines, least_span=0.02)
+
+
+def _estimate_trends(a: RunResult, b: RunResult) -> Iterator[Trend]:
+    """One per kind of unknown, of those that both controllers estimate."""
+    shared = [key for key in a.trace.shape.unknowns if key in b.trace.shape.unknowns]
+    unknowns = {key: parse_unknown(a.scenario, key) for key in shared}
+    for kind, title in _ESTIMATE_TITLES.items():
+        members = {key: u for key, u in unknowns.items() if u is not None and u.kind == kind}
+        if not members:
+            continue
+        lines = tuple(_estimate_line(key, u, len(members)) for key, u in members.items())
+        label = estimate_label(next(iter(members.values())))
+        yield Trend(title=title, label=label, scale=1.0, lines=lines, least_span=1e-4)
+
+
+def _estimate_line(key: str, unknown: Unknown, count: int) -> Line:
+    return Line(
+        column=f"estimate_{key}",
+        label=unknown_symbol(unknown) if count > 1 else "",
+        colour=MARK if unknown.finger < 0 else link_colour(unknown.finger, unknown.link),
+    )

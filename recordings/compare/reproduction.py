@@ -1,0 +1,263 @@
+"""How a recorded run and the same run computed again are compared: by bits, or by tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.result import Metrics, RunResult
+from slipgrasp.core.trace.columns import TIME_COLUMN, Column, columns_of
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import Outcome, PhaseChange
+from slipgrasp.recordings.compare.alignment import match_rows
+
+__all__ = [
+    "SAMPLE_TOLERANCE",
+    "TIME_TOLERANCE",
+    "Mismatch",
+    "Stretch",
+    "find_bit_mismatches",
+    "find_mismatches",
+]
+
+SAMPLE_TOLERANCE = 1e-8
+"""Largest difference of a column until the first phase change after the start [SI]."""
+
+TIME_TOLERANCE = 1e-6
+"""Largest difference in time of a phase change, and of the end [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mismatch:
+    """Something that was recorded otherwise than it was computed again.
+
+    Attributes:
+        what: Name of the column, or ``phase_changes``, ``samples``, ``outcome``,
+            ``end_time``, ``reason``, ``warnings`` or ``metrics``.
+        time: Simulation time of it, None for what concerns the whole run [s].
+        recorded: What the recording says.
+        computed: What came out now.
+    """
+
+    what: str
+    time: float | None
+    recorded: Any
+    computed: Any
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stretch:
+    """A recorded run beside the run computed again.
+
+    Attributes:
+        recorded: The recorded run.
+        computed: The run computed again; where ``whole`` is false at least as far, if it
+            lasts that long.
+        whole: Whether the recorded run ended by itself.
+    """
+
+    recorded: RunResult
+    computed: RunResult
+    whole: bool
+
+    @property
+    def both_ended(self) -> bool:
+        """Whether both ended by themselves; one that lasts too long is not computed to its end."""
+        return self.whole and self.computed.outcome is not Outcome.STOPPED
+
+    @property
+    def computed_changes(self) -> tuple[PhaseChange, ...]:
+        """The phase changes that the recorded run should have."""
+        changes, count = self.computed.phase_changes, len(self.recorded.phase_changes)
+        if self.whole:
+            return changes
+        # An event may have been cut in two: its last change need not be recorded.
+        limit = self.recorded.end_time - TIME_TOLERANCE
+        return changes[:count] + tuple(c for c in changes[count:] if c.time < limit)
+
+
+def find_bit_mismatches(stretch: Stretch) -> Iterator[Mismatch]:
+    """Finds every column, phase change and figure that does not agree to the last bit.
+
+    Args:
+        stretch: The runs.
+
+    Yields:
+        Columns first, in the order in which they first differ.
+    """
+    yield from _count_mismatch(stretch)
+    yield from _column_mismatches(stretch)
+    yield from _change_mismatches(stretch, tolerance=0.0)
+    recorded, computed = stretch.recorded, stretch.computed
+    if stretch.both_ended:
+        yield from _unequal("outcome", recorded.outcome.value, computed.outcome.value)
+        yield from _unequal("reason", recorded.reason, computed.reason)
+        yield from _unequal("warnings", recorded.warnings, computed.warnings)
+    elif not stretch.whole and recorded.outcome in (Outcome.STOPPED, Outcome.LIMIT):
+        yield from _unequal("outcome", "cut short", _how_far(stretch))
+    expected = _expected_metrics(stretch)
+    if expected is not None:
+        yield from _unequal("metrics", recorded.metrics, expected)
+
+
+def find_mismatches(stretch: Stretch) -> Iterator[Mismatch]:
+    """Finds what does not agree within the tolerance between versions and machines.
+
+    Columns agree within `SAMPLE_TOLERANCE` until the first phase change after the start;
+    phase changes come in the same order, within `TIME_TOLERANCE`; outcome and end agree.
+
+    Args:
+        stretch: The runs.
+
+    Yields:
+        Columns first, in the order in which they first differ.
+    """
+    yield from _time_mismatch(stretch)
+    yield from _differing_columns(stretch)
+    yield from _change_mismatches(stretch, tolerance=TIME_TOLERANCE)
+    recorded, computed = stretch.recorded, stretch.computed
+    if stretch.both_ended:
+        yield from _unequal("outcome", recorded.outcome.value, computed.outcome.value)
+    too_early = computed.end_time < recorded.end_time - TIME_TOLERANCE
+    too_late = stretch.whole and computed.end_time > recorded.end_time + TIME_TOLERANCE
+    if too_early or too_late:
+        yield from _unequal("end_time", recorded.end_time, computed.end_time)
+
+
+def _count_mismatch(stretch: Stretch) -> Iterator[Mismatch]:
+    recorded, computed = len(stretch.recorded.trace), len(stretch.computed.trace)
+    if computed < recorded or (stretch.whole and computed > recorded):
+        end = min(stretch.recorded.end_time, stretch.computed.end_time)
+        said = computed if computed < recorded else f"more than {recorded}"
+        yield Mismatch(what="samples", time=end, recorded=recorded, computed=said)
+
+
+def _column_mismatches(stretch: Stretch) -> list[Mismatch]:
+    """The first different bits of each column, in time order."""
+    count = min(len(stretch.recorded.trace), len(stretch.computed.trace))
+    recorded, computed = stretch.recorded.trace[:count], stretch.computed.trace[:count]
+    times = recorded.times
+    found: list[Mismatch] = []
+    for mine, other in _pairs(recorded, computed):
+        rows = np.flatnonzero((_bytes_of(mine) != _bytes_of(other)).any(axis=1))
+        if len(rows):
+            found.append(_mismatch(mine, other, float(times[rows[0]]), int(rows[0]), int(rows[0])))
+    return sorted(found, key=lambda mismatch: mismatch.time or 0.0)
+
+
+def _pairs(recorded: Trace, computed: Trace) -> Iterator[tuple[Column, Column]]:
+    """Every column that was recorded, with the same one computed again."""
+    others = {column.name: column for column in columns_of(computed)}
+    return ((column, others[column.name]) for column in columns_of(recorded))
+
+
+def _bytes_of(column: Column) -> np.ndarray:
+    values = np.ascontiguousarray(column.values)
+    return values.view(np.uint8).reshape(len(values), values.itemsize)
+
+
+def _time_mismatch(stretch: Stretch) -> Iterator[Mismatch]:
+    """The first recorded time at which nothing was computed, while the motion is smooth."""
+    times, computed = stretch.recorded.trace.times, stretch.computed.trace.times
+    matched = times[match_rows(times, computed).first]
+    alone = times[(times < _first_switch(stretch)) & ~np.isin(times, matched)]
+    if len(alone):
+        time = float(alone[0])
+        nearest = computed[np.argmin(np.abs(computed - time))]
+        yield Mismatch(what=TIME_COLUMN, time=time, recorded=time, computed=float(nearest))
+
+
+def _differing_columns(stretch: Stretch) -> list[Mismatch]:
+    """Where each column first differs by too much, in time order."""
+    recorded, computed = stretch.recorded, stretch.computed
+    rows = match_rows(recorded.trace.times, computed.trace.times)
+    times = recorded.trace.times[rows.first]
+    smooth = times < _first_switch(stretch)
+    found: list[Mismatch] = []
+    for mine, other in _pairs(recorded.trace, computed.trace):
+        apart = np.abs(mine.values[rows.first].astype(float) - other.values[rows.second])
+        beyond = np.flatnonzero(smooth & ~(apart <= SAMPLE_TOLERANCE))
+        if len(beyond):
+            k = beyond[0]
+            places = int(rows.first[k]), int(rows.second[k])
+            found.append(_mismatch(mine, other, float(times[k]), *places))
+    return sorted(found, key=lambda mismatch: mismatch.time or 0.0)
+
+
+def _first_switch(stretch: Stretch) -> float:
+    """When the first phase change after the start comes, in either run."""
+    start = stretch.recorded.trace.times[0]
+    changes = (*stretch.recorded.phase_changes, *stretch.computed.phase_changes)
+    return min((change.time for change in changes if change.time > start), default=np.inf)
+
+
+def _mismatch(recorded: Column, computed: Column, time: float, mine: int, other: int) -> Mismatch:
+    return Mismatch(
+        what=recorded.name,
+        time=time,
+        recorded=recorded.values[mine].item(),
+        computed=computed.values[other].item(),
+    )
+
+
+def _change_mismatches(stretch: Stretch, tolerance: float) -> Iterator[Mismatch]:
+    """The first phase change that is not as it should be, if any."""
+    recorded, computed = stretch.recorded.phase_changes, stretch.computed_changes
+    for mine, other in zip(recorded, computed, strict=False):
+        if _kind(mine) != _kind(other) or not _is_close(mine.time, other.time, tolerance):
+            yield _change_mismatch(mine, other)
+            return
+    count = min(len(recorded), len(computed))
+    if len(recorded) != len(computed):
+        yield _change_mismatch(*((*c[count : count + 1], None)[0] for c in (recorded, computed)))
+
+
+def _kind(change: PhaseChange) -> tuple[int, int, int]:
+    return change.contact, change.from_phase, change.to_phase
+
+
+def _is_close(time: float, other: float, tolerance: float) -> bool:
+    """Whether times agree; without tolerance to the last bit."""
+    return abs(time - other) <= tolerance and (tolerance > 0.0 or repr(time) == repr(other))
+
+
+def _change_mismatch(recorded: PhaseChange | None, computed: PhaseChange | None) -> Mismatch:
+    times = [change.time for change in (recorded, computed) if change is not None]
+    said = [None if change is None else _words(change) for change in (recorded, computed)]
+    return Mismatch(what="phase_changes", time=min(times), recorded=said[0], computed=said[1])
+
+
+def _words(change: PhaseChange) -> str:
+    phases = f"{change.from_phase.label} to {change.to_phase.label}"
+    return f"contact {change.contact} {phases} at {change.time!r} s"
+
+
+def _unequal(what: str, recorded: Any, computed: Any) -> Iterator[Mismatch]:
+    """A mismatch unless both are the same to the last bit, which their representation shows."""
+    if repr(recorded) != repr(computed):
+        yield Mismatch(what=what, time=None, recorded=_shown(recorded), computed=_shown(computed))
+
+
+def _shown(value: Any) -> str | float | int:
+    return value if isinstance(value, (str, float, int)) else repr(value)
+
+
+def _how_far(stretch: Stretch) -> str:
+    """Whether the run computed again goes on, as one that was cut short must."""
+    ended = stretch.computed.outcome is not Outcome.STOPPED
+    has_no_more = len(stretch.computed.trace) <= len(stretch.recorded.trace)
+    return stretch.computed.outcome.value if ended and has_no_more else "cut short"
+
+
+def _expected_metrics(stretch: Stretch) -> Metrics | None:
+    """The metrics that the recorded run should have; None where its samples do not tell."""
+    recorded, computed = stretch.recorded, stretch.computed
+    count = len(recorded.trace)
+    if recorded.outcome is Outcome.RECOVERED:
+        changes = computed.phase_changes[: len(recorded.phase_changes)]
+        return metrics_of_trace(computed.trace[:count], changes, recorded.outcome)
+    return computed.metrics if stretch.both_ended or len(computed.trace) == count else None

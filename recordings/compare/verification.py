@@ -1,0 +1,148 @@
+"""Whether a recorded run can be computed again: its scenario is simulated and compared.
+
+Where the same machine code computes it, every bit must agree. Another version or kind of
+machine rounds differently, and slip amplifies that; there the stated tolerance applies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from slipgrasp.core.run.claims import contradictions_of
+from slipgrasp.core.run.provenance import Provenance, present_provenance
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.compare.reproduction import (
+    TIME_TOLERANCE,
+    Mismatch,
+    Stretch,
+    find_bit_mismatches,
+    find_mismatches,
+)
+from slipgrasp.recordings.file.reader import read_back
+
+__all__ = ["WALL_TIME", "Verification", "verify", "verify_recording"]
+
+_CUT_SHORT = (Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED)
+WALL_TIME = "wall_time"
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verification:
+    """What came of computing a recorded run again.
+
+    Attributes:
+        same: Whether the recording holds what was computed, and was not altered.
+        bit_for_bit: Whether every bit had to agree; else the tolerance of
+            `slipgrasp.recordings.compare.reproduction` applied.
+        whole: Whether the whole run was compared; one that was cut short (stopped, limit
+            of computing time, failed, recovered) is compared as far as it was recorded.
+        num_samples: Samples that were compared.
+        end_time: Simulation time until which the run was recorded [s].
+        unaltered: Whether the hashes in the file are those of what it holds.
+        mismatches: What differs, the first sample that differs first.
+        recorded: What computed the recorded run.
+        present: What computed it again.
+    """
+
+    same: bool
+    bit_for_bit: bool
+    whole: bool
+    num_samples: int
+    end_time: float
+    unaltered: bool
+    mismatches: tuple[Mismatch, ...]
+    recorded: Provenance
+    present: Provenance
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The same as plain values for JSON (the ``verify --json`` object)."""
+        mapping = asdict(self)
+        return {**mapping, "mismatches": [asdict(mismatch) for mismatch in self.mismatches]}
+
+
+def verify_recording(path: Path, progress: Progress | None = None) -> Verification:
+    """Computes the run of a recording again, also where the file was altered.
+
+    Args:
+        path: The MCAP file.
+        progress: Told the share that is done, from 0 to 1.
+
+    Raises:
+        RecordingError: If the file cannot be read.
+        ScenarioError: If this version cannot simulate its scenario.
+    """
+    read = read_back(path)
+    return verify(read.result, unaltered=read.is_unaltered, progress=progress)
+
+
+def verify(
+    result: RunResult, *, unaltered: bool = True, progress: Progress | None = None
+) -> Verification:
+    """Computes a recorded run again and compares.
+
+    Args:
+        result: The run.
+        unaltered: Whether the file it was read from has the hashes of what it holds.
+        progress: Told the share that is done, from 0 to 1.
+
+    Raises:
+        ScenarioError: If this version cannot simulate the scenario.
+    """
+    whole, present = not _is_cut_short(result), present_provenance()
+    bit_for_bit = result.provenance.kernel == present.kernel
+    computed = _compute_again(result, progress, bit_for_bit=bit_for_bit)
+    stretch = Stretch(recorded=result, computed=computed, whole=whole)
+    found = find_bit_mismatches(stretch) if bit_for_bit else find_mismatches(stretch)
+    mismatches = tuple(found) or tuple(_own_mismatches(result))
+    return Verification(
+        same=unaltered and not mismatches,
+        bit_for_bit=bit_for_bit,
+        whole=whole,
+        num_samples=len(result.trace),
+        end_time=result.end_time,
+        unaltered=unaltered,
+        mismatches=mismatches,
+        recorded=result.provenance,
+        present=present,
+    )
+
+
+def _own_mismatches(result: RunResult) -> Iterator[Mismatch]:
+    """What the recording states against its own samples, which rounding does not excuse."""
+    for found in contradictions_of(result):
+        is_metric = found.what not in ("outcome", "phase_changes")
+        what, name = ("metrics", f"{found.what} ") if is_metric else (found.what, "")
+        recorded, computed = (f"{name}{value}" for value in (found.stated, found.computed))
+        yield Mismatch(what=what, time=None, recorded=recorded, computed=computed)
+
+
+def _is_cut_short(result: RunResult) -> bool:
+    """Whether something outside the model ended the run, which will not happen again."""
+    reason = result.reason
+    return result.outcome in _CUT_SHORT or (reason is not None and reason.code == WALL_TIME)
+
+
+def _compute_again(
+    recorded: RunResult, progress: Progress | None, *, bit_for_bit: bool
+) -> RunResult:
+    """The run again, no further than it takes to see whether it is the recorded one."""
+    simulation = Simulation(recorded.scenario)
+    wanted = len(recorded.trace) + (0 if _is_cut_short(recorded) else 1)
+    until = recorded.end_time + TIME_TOLERANCE
+
+    def goes_on() -> bool:
+        # Rounded otherwise, a run need not have as many samples, but it lasts as long.
+        return simulation.num_rows < wanted if bit_for_bit else simulation.time <= until
+
+    while not simulation.finished and goes_on():
+        simulation.advance()
+        if progress is not None:
+            progress(min(1.0, simulation.num_rows / len(recorded.trace)))
+    return simulation.result()

@@ -1,0 +1,168 @@
+"""Chunks of messages on their way into a recording, and what has gone into it so far."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.trace.trace import Trace, TraceShape
+from slipgrasp.core.trace.types import PhaseChange
+from slipgrasp.recordings.file.container import ChannelBlock, McapContainer
+from slipgrasp.recordings.file.foxglove import DisplayLayout, FrameClock
+from slipgrasp.recordings.file.packing import MessageLayout
+from slipgrasp.recordings.file.schemas import (
+    CHECKPOINTS,
+    PHASE_CHANGES,
+    SAMPLE_TOPICS,
+    Topic,
+    own_topics,
+    signals_of,
+)
+from slipgrasp.recordings.file.state_hash import StateHash
+from slipgrasp.recordings.file.versions import FORMAT_VERSION
+
+__all__ = ["ChunkWriter", "layouts_of"]
+
+Columns = Mapping[str, NDArray[Any]]
+
+
+def layouts_of(shape: TraceShape, version: int = FORMAT_VERSION) -> dict[Topic, MessageLayout]:
+    """The layouts of our own messages in a format, in the order of their channels."""
+    layouts: dict[Topic, MessageLayout] = {}
+    for channel, topic in enumerate(own_topics(version), start=1):
+        widths = [field.width for field in topic.fields]
+        if topic not in (PHASE_CHANGES, CHECKPOINTS):
+            widths = [1, *(shape.width(signal) for signal in signals_of(topic))]
+        layouts[topic] = MessageLayout(topic, channel, widths)
+    return layouts
+
+
+class ChunkWriter:
+    """Writes chunks of samples and phase changes, each ending with a checkpoint.
+
+    Args:
+        container: Where they go.
+        shape: Shape of the samples.
+        documents: Hash of what stands before them.
+        display: Layouts of the display topics.
+        clock: Which samples they show.
+    """
+
+    def __init__(
+        self,
+        container: McapContainer,
+        shape: TraceShape,
+        documents: bytes,
+        display: Sequence[DisplayLayout],
+        clock: FrameClock,
+    ) -> None:
+        self._container = container
+        self._display = display
+        self._clock = clock
+        self._shape = shape
+        self._documents = np.frombuffer(documents, "<u8")
+        self._state = StateHash()
+        self.layouts = layouts_of(shape)
+        self._samples = [self.layouts[topic] for topic in SAMPLE_TOPICS]
+        self._row_type = np.dtype([(lay.topic.name, lay.record_type) for lay in self._samples])
+
+    @property
+    def row_bytes(self) -> int:
+        """Bytes of the messages of one sample."""
+        return self._row_type.itemsize
+
+    @property
+    def state(self) -> bytes:
+        """Hash of what was written so far."""
+        return self._state.digest()
+
+    def write(self, rows: NDArray[np.float64], changes: Sequence[PhaseChange]) -> None:
+        """Writes one chunk.
+
+        Args:
+            rows: Samples as `slipgrasp.core.trace.trace.Trace.to_rows` gives them.
+            changes: Phase changes.
+        """
+        chunk = _Chunk()
+        time = changes[-1].time if changes else 0.0
+        if len(rows):
+            time = rows[-1, 0]
+            trace = Trace.from_rows(self._shape, rows)
+            self._add_samples(chunk, trace)
+            self._add_display(chunk, trace)
+        if changes:
+            self._add_one_by_one(chunk, PHASE_CHANGES, _columns_of_changes(changes))
+        self._state.add_samples(rows)
+        self._state.add_phase_changes(changes)
+        self._add_one_by_one(chunk, CHECKPOINTS, self._checkpoint(time, len(rows), len(changes)))
+        self._container.add_chunk(b"".join(chunk.parts), chunk.blocks)
+
+    def _add_samples(self, chunk: _Chunk, trace: Trace) -> None:
+        table = np.empty(len(trace), self._row_type)
+        for layout in self._samples:
+            columns = {s.name: getattr(trace, s.name) for s in signals_of(layout.topic)}
+            columns["t"] = trace.times
+            self._pack(layout, table[layout.topic.name], columns)
+        chunk.add(table, {layout.topic.name: layout.channel for layout in self._samples})
+
+    def _add_display(self, chunk: _Chunk, trace: Trace) -> None:
+        shown = self._clock.take(trace.times) if self._display else np.empty(0, np.intp)
+        if len(shown) == 0:
+            return
+        for layout in self._display:
+            table = np.empty(len(shown), [(layout.topic, layout.record_type)])
+            first = self._container.message_counts[layout.channel]
+            layout.pack(table[layout.topic], trace[shown], first)
+            chunk.add(table, {layout.topic: layout.channel})
+
+    def _add_one_by_one(self, chunk: _Chunk, topic: Topic, columns: Columns) -> None:
+        layout = self.layouts[topic]
+        table = np.empty(len(columns["t"]), [(topic.name, layout.record_type)])
+        self._pack(layout, table[topic.name], columns)
+        chunk.add(table, {topic.name: layout.channel})
+
+    def _pack(self, layout: MessageLayout, records: NDArray[Any], columns: Columns) -> None:
+        layout.pack(records, columns, self._container.message_counts[layout.channel])
+
+    def _checkpoint(self, time: float, samples: int, changes: int) -> Columns:
+        counts = self._container.message_counts
+        return {
+            "t": np.array([time]),
+            "samples": np.array([counts[self._samples[0].channel] + samples]),
+            "phase_changes": np.array([counts[self.layouts[PHASE_CHANGES].channel] + changes]),
+            "documents_hash": self._documents[None],
+            "state_hash": np.frombuffer(self.state, "<u8")[None],
+        }
+
+
+class _Chunk:
+    """The messages of a chunk while it is put together."""
+
+    def __init__(self) -> None:
+        self.parts: list[bytes] = []
+        self.blocks: list[ChannelBlock] = []
+        self._size = 0
+
+    def add(self, table: NDArray[Any], channels: Mapping[str, int]) -> None:
+        """Adds a table of message records with one column per channel."""
+        rows = self._size + table.itemsize * np.arange(len(table), dtype=np.uint64)
+        offset = 0
+        for name, channel in channels.items():
+            records = table[name]
+            log_times = records["head"]["log_time"]
+            self.blocks.append(ChannelBlock(channel, log_times, rows + np.uint64(offset)))
+            offset += records.dtype.itemsize
+        self.parts.append(table.tobytes())
+        self._size += table.nbytes
+
+
+def _columns_of_changes(changes: Sequence[PhaseChange]) -> Columns:
+    return {
+        "t": np.array([change.time for change in changes]),
+        "contact": np.array([change.contact for change in changes]),
+        "from_phase": np.array([change.from_phase for change in changes]),
+        "to_phase": np.array([change.to_phase for change in changes]),
+    }

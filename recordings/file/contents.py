@@ -1,0 +1,264 @@
+"""What a file holds, checked against itself and put together into a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.provenance import Provenance
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
+from slipgrasp.recordings.exceptions import (
+    AlteredRecordingError,
+    DamagedRecordingError,
+    NothingToRecoverError,
+)
+from slipgrasp.recordings.file.documents import (
+    SCENARIO_ATTACHMENT,
+    START,
+    STOP,
+    Ending,
+    documents_hash,
+    read_provenance,
+    read_scenario,
+    read_stop,
+    stop_is_unchanged,
+)
+from slipgrasp.recordings.file.schemas import (
+    CHECKPOINTS,
+    PHASE_CHANGES,
+    SAMPLE_TOPICS,
+    TIME_SIGNAL,
+    signals_in,
+)
+from slipgrasp.recordings.file.state_hash import StateHash
+
+__all__ = ["Contents"]
+
+FIRST_FORMAT_WITH_HASHES = 2
+
+Columns = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """Everything that was read of one file.
+
+    Attributes:
+        name: What to call it in errors.
+        shape: Shape of the trace.
+        metadata: Documents by name.
+        attachments: Attached documents by name.
+        columns: For each of our topics one array per field.
+    """
+
+    name: str
+    shape: TraceShape
+    metadata: Mapping[str, Mapping[str, str]]
+    attachments: Mapping[str, bytes]
+    columns: Mapping[str, Columns]
+
+    def result(self) -> RunResult:
+        """The run of a complete file.
+
+        Raises:
+            DamagedRecordingError: If its parts contradict each other.
+        """
+        ending = self._ending()
+        for name, columns in self.columns.items():
+            if ending.counts.get(name, 0) != len(columns["t"]):
+                raise self._damaged("it does not hold as many messages as were written")
+        trace = self._trace()
+        if len(trace) == 0:
+            raise self._damaged("it holds no sample")
+        return RunResult(
+            scenario=self._scenario(),
+            trace=trace,
+            phase_changes=self._phase_changes(),
+            outcome=ending.outcome,
+            reason=ending.reason,
+            warnings=ending.warnings,
+            metrics=ending.metrics,
+            provenance=self._provenance(),
+        )
+
+    def is_unaltered(self) -> bool:
+        """Whether samples and documents are those that the hashes were made of."""
+        if not self._has_hashes():
+            return True
+        state = self._state_hash(self._trace(), self._phase_changes())
+        stop = self.metadata[STOP]
+        return stop.get("state_hash") == state.hex() and stop_is_unchanged(stop, self._documents())
+
+    def result_so_far(self) -> RunResult:
+        """The run of a file without its end, as far as a checkpoint proves it whole.
+
+        Raises:
+            NothingToRecoverError: If it holds no sample.
+            DamagedRecordingError: If its parts contradict each other.
+        """
+        so_far = self._up_to_last_checkpoint() if self._has_hashes() else self._up_to_shortest()
+        if STOP in self.metadata and so_far._is_complete():
+            return so_far.result()
+        trace, changes = so_far._trace(), so_far._phase_changes()
+        end = float(trace.times[-1])
+        return RunResult(
+            scenario=self._scenario(),
+            trace=trace,
+            phase_changes=changes,
+            outcome=Outcome.RECOVERED,
+            reason=_reason(end),
+            warnings=(),
+            metrics=metrics_of_trace(trace, changes, Outcome.RECOVERED),
+            provenance=self._provenance(),
+        )
+
+    def _is_complete(self) -> bool:
+        counts = self._ending().counts
+        return all(counts.get(name, 0) == len(c["t"]) for name, c in self.columns.items())
+
+    def _up_to_last_checkpoint(self) -> Contents:
+        checkpoints = self.columns[CHECKPOINTS.name]
+        if len(checkpoints["t"]) == 0:
+            raise NothingToRecoverError(self.name, "it ends before its first sample")
+        last = {name: values[-1] for name, values in checkpoints.items()}
+        so_far = self._cut(int(last["samples"]), int(last["phase_changes"]))
+        state = so_far._state_hash(so_far._trace(), so_far._phase_changes())
+        if (
+            last["documents_hash"].tobytes() != self._documents()
+            or last["state_hash"].tobytes() != state
+        ):
+            raise AlteredRecordingError(self.name)
+        return so_far
+
+    def _up_to_shortest(self) -> Contents:
+        """Format 1 had no checkpoints: as many samples as every topic has."""
+        samples = min(len(self.columns[topic.name]["t"]) for topic in SAMPLE_TOPICS)
+        return self._cut(samples, len(self.columns[PHASE_CHANGES.name]["t"]))
+
+    def _cut(self, samples: int, changes: int) -> Contents:
+        if samples == 0:
+            raise NothingToRecoverError(self.name, "it ends before its first sample")
+        lengths = {topic.name: samples for topic in SAMPLE_TOPICS} | {PHASE_CHANGES.name: changes}
+        columns = {
+            name: {key: values[: lengths.get(name)] for key, values in columns.items()}
+            for name, columns in self.columns.items()
+        }
+        return Contents(self.name, self.shape, self.metadata, self.attachments, columns)
+
+    def _has_hashes(self) -> bool:
+        start = self.metadata[START]
+        return int(start["format"]) >= FIRST_FORMAT_WITH_HASHES or "kernel" in start
+
+    def _documents(self) -> bytes:
+        return documents_hash(self.metadata[START], self._scenario_document())
+
+    def _state_hash(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> bytes:
+        version = int(self.metadata[START]["format"])
+        state = StateHash(version)
+        state.add_samples(trace.to_rows(signals_in(version)))
+        state.add_phase_changes(changes)
+        return state.digest()
+
+    def _provenance(self) -> Provenance:
+        try:
+            return read_provenance(self.metadata[START])
+        except KeyError as error:
+            raise self._damaged("its start document is malformed") from error
+
+    def _ending(self) -> Ending:
+        stop = self.metadata.get(STOP)
+        if stop is None:
+            raise self._damaged("how the run ended is missing")
+        try:
+            ending = read_stop(stop)
+        except (KeyError, ValueError) as error:
+            raise self._damaged("how the run ended is malformed") from error
+        metrics = ending.metrics
+        per_contact = (
+            metrics.slip_path,
+            metrics.peak_normal_force,
+            metrics.minimum_friction_margin,
+        )
+        if any(len(values) != self.shape.num_contacts for values in per_contact):
+            raise self._damaged("its metrics do not belong to its samples")
+        return ending
+
+    def _scenario_document(self) -> bytes:
+        document = self.attachments.get(SCENARIO_ATTACHMENT)
+        if document is None:
+            raise self._damaged("its scenario is missing")
+        return document
+
+    def _scenario(self) -> Scenario:
+        try:
+            scenario = read_scenario(self._scenario_document())
+        except ValueError as error:
+            raise self._damaged(f"its scenario is not valid: {error}") from error
+        unknowns = tuple(estimate.parameter for estimate in scenario.estimates)
+        if self.shape != TraceShape(len(scenario.fingers), unknowns):
+            raise self._damaged("its scenario does not belong to its samples")
+        return scenario
+
+    def _trace(self) -> Trace:
+        arrays: Columns = {}
+        for topic in SAMPLE_TOPICS:
+            columns = dict(self.columns[topic.name])
+            times = columns.pop("t")
+            first = arrays.setdefault(TIME_SIGNAL.name, times)
+            if not np.array_equal(times, first):
+                raise self._damaged(f"the samples of {topic.name} lie at other times")
+            arrays |= columns
+        if (np.abs(arrays["phase"]) > 1).any() or (np.abs(arrays["believed_phase"]) > 1).any():
+            raise self._damaged("it holds a phase that does not exist")
+        if not all(np.isfinite(values).all() for values in arrays.values()):
+            raise self._damaged("it holds a number that is not finite")
+        if (np.diff(arrays[TIME_SIGNAL.name]) < 0.0).any():
+            raise self._damaged("its samples are not in time order")
+        zeros = np.zeros((len(arrays[TIME_SIGNAL.name]), self.shape.num_columns))
+        blank = Trace.from_rows(self.shape, zeros)
+        absent = frozenset(signal.name for signal in SIGNALS) - arrays.keys()
+        arrays |= {name: getattr(blank, name) for name in absent}
+        return Trace(shape=self.shape, absent=absent, **arrays)
+
+    def _phase_changes(self) -> tuple[PhaseChange, ...]:
+        columns = self.columns[PHASE_CHANGES.name]
+        if (columns["contact"] >= self.shape.num_contacts).any():
+            raise self._damaged("it holds a phase change of a contact that does not exist")
+        if (np.diff(columns["t"]) < 0.0).any():
+            raise self._damaged("its phase changes are not in time order")
+        rows = zip(*(columns[field.name].tolist() for field in PHASE_CHANGES.fields), strict=True)
+        try:
+            return tuple(
+                PhaseChange(
+                    time=time,
+                    contact=contact,
+                    from_phase=ContactPhase(from_phase),
+                    to_phase=ContactPhase(to_phase),
+                )
+                for time, contact, from_phase, to_phase in rows
+            )
+        except ValueError as error:
+            raise self._damaged("it holds a phase that does not exist") from error
+
+    def _damaged(self, finding: str) -> DamagedRecordingError:
+        return DamagedRecordingError(self.name, finding)
+
+
+def _reason(end: float) -> Reason:
+    return Reason(
+        code="worker_died",
+        message=f"the program that simulated it ended, or its file was damaged, after {end:.5g} s",
+        contact=None,
+        time=end,
+        value=None,
+        limit=None,
+        hint="simulate its scenario again",
+    )

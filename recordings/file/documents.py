@@ -1,0 +1,223 @@
+"""The documents at both ends of a recording: how the run was set up and how it ended.
+
+At the start stand the complete scenario, what its parameters mean, and the versions; at
+the end outcome, reason, warnings, metrics and message counts. All are JSON, in which
+Python's shortest representation of a float reads back to the same bits.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from slipgrasp.core.run.provenance import Provenance
+from slipgrasp.core.run.result import Metrics, RunResult
+from slipgrasp.core.scenario import MAX_FINGERS, MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario.field_errors import template_keys
+from slipgrasp.core.scenario.loading import scenario_from_mapping
+from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
+from slipgrasp.recordings.file.state_hash import digest_of
+from slipgrasp.recordings.file.versions import FORMAT_VERSION
+
+__all__ = [
+    "PARAMETERS_ATTACHMENT",
+    "PROFILE",
+    "SCENARIO_ATTACHMENT",
+    "START",
+    "STOP",
+    "STUDY_PROFILE",
+    "Ending",
+    "documents_hash",
+    "parameters_document",
+    "read_provenance",
+    "read_scenario",
+    "read_shape",
+    "read_stop",
+    "scenario_document",
+    "start_document",
+    "stop_document",
+    "stop_is_unchanged",
+]
+
+PROFILE = "slipgrasp"
+STUDY_PROFILE = "slipgrasp-study"
+START = "slipgrasp/start"
+STOP = "slipgrasp/stop"
+SCENARIO_ATTACHMENT = "scenario.json"
+PARAMETERS_ATTACHMENT = "parameters.json"
+
+_MAX_DIGITS = 18
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ending:
+    """How a recorded run ended, how many messages each topic holds, and the run's hash."""
+
+    outcome: Outcome
+    reason: Reason | None
+    warnings: tuple[RunWarning, ...]
+    metrics: Metrics
+    counts: dict[str, int]
+    state_hash: str
+
+
+def start_document(
+    shape: TraceShape, provenance: Provenance, seed: int, display_rate: float
+) -> dict[str, str]:
+    """Versions of format and program, seed of the noise, and the widths of the signals."""
+    return {
+        "format": str(FORMAT_VERSION),
+        "program": provenance.program,
+        "kernel": provenance.kernel,
+        "seed": str(seed),
+        "display_rate": repr(display_rate),
+        "contacts": str(shape.num_contacts),
+        "unknowns": json.dumps(shape.unknowns),
+    }
+
+
+def read_provenance(start: Mapping[str, str]) -> Provenance:
+    """What computed the run; format 1 did not tell the kernel."""
+    return Provenance(program=start["program"], kernel=start.get("kernel", ""))
+
+
+def documents_hash(start: Mapping[str, str], scenario: bytes) -> bytes:
+    """The hash of what stands before the first sample."""
+    return digest_of(_canonical(start), scenario)
+
+
+def read_shape(start: Mapping[str, str]) -> TraceShape:
+    """The trace's shape from a start document.
+
+    Raises:
+        KeyError: If an entry is missing.
+        ValueError: If an entry is not what it should be.
+    """
+    num_contacts = int(start["contacts"])
+    unknowns = tuple(map(str, parse_json(start["unknowns"])))
+    if not 1 <= num_contacts <= MAX_FINGERS or len(unknowns) > MAX_UNKNOWNS:
+        raise ValueError("more contacts or unknowns than a scenario can have")
+    return TraceShape(num_contacts, unknowns)
+
+
+def scenario_document(scenario: Scenario) -> bytes:
+    """The complete scenario as JSON."""
+    return json.dumps(scenario.to_mapping(), ensure_ascii=False, indent=1).encode()
+
+
+def read_scenario(document: bytes) -> Scenario:
+    """The inverse of `scenario_document`, validated."""
+    return scenario_from_mapping(parse_json(document))
+
+
+@cache
+def parameters_document() -> bytes:
+    """What the scenario's parameters mean: sentence, unit and allowed values, as JSON."""
+    table = {
+        key: {"text": parameter.text, "unit": parameter.unit, "allowed": parameter.limit}
+        for key, parameter in template_keys().items()
+    }
+    return json.dumps(table, ensure_ascii=False, indent=1).encode()
+
+
+def stop_document(
+    result: RunResult, counts: Mapping[str, int], documents: bytes, state: bytes
+) -> dict[str, str]:
+    """Outcome, reason, warnings, metrics, message counts by topic, and hashes.
+
+    Args:
+        result: The run.
+        counts: Messages of each topic.
+        documents: Hash of the documents at the start.
+        state: Hash of samples and phase changes.
+
+    Raises:
+        ValueError: If a number is not finite.
+    """
+    ending = {
+        "outcome": result.outcome.value,
+        "reason": _to_json(None if result.reason is None else asdict(result.reason)),
+        "warnings": _to_json([asdict(warning) for warning in result.warnings]),
+        "metrics": _to_json(asdict(result.metrics)),
+        "counts": _to_json(dict(counts)),
+        "state_hash": state.hex(),
+    }
+    return {**ending, "documents_hash": _ending_hash(ending, documents)}
+
+
+def _ending_hash(ending: Mapping[str, str], documents: bytes) -> str:
+    """Hash of all documents of a recording: those at its start and at its end."""
+    return digest_of(documents, _canonical(ending)).hex()
+
+
+def _canonical(document: Mapping[str, str]) -> bytes:
+    return json.dumps(dict(document), sort_keys=True).encode()
+
+
+def read_stop(document: Mapping[str, str]) -> Ending:
+    """The inverse of `stop_document`.
+
+    Raises:
+        KeyError: If an entry is missing.
+        ValueError: If an entry is not what `stop_document` makes of a run.
+    """
+    return Ending(
+        outcome=Outcome(document["outcome"]),
+        reason=_read(Reason | None, document["reason"]),
+        warnings=_read(tuple[RunWarning, ...], document["warnings"]),
+        metrics=_read(Metrics, document["metrics"]),
+        counts=_read(dict[str, int], document["counts"]),
+        state_hash=document.get("state_hash", ""),
+    )
+
+
+def stop_is_unchanged(stop: Mapping[str, str], documents: bytes) -> bool:
+    """Whether the documents of a recording are those that were written."""
+    ending = {key: value for key, value in stop.items() if key != "documents_hash"}
+    return stop.get("documents_hash") == _ending_hash(ending, documents)
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Reads JSON from a file that anyone may have made.
+
+    Raises:
+        ValueError: If it is not JSON, or nested deeper than any document of a recording.
+    """
+    try:
+        return json.loads(text, parse_int=_read_integer)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def _read_integer(digits: str) -> int | float:
+    """An integer; one with more digits than any of ours is infinite, which no value may be."""
+    return int(digits) if len(digits) <= _MAX_DIGITS else math.inf
+
+
+def _read(kind: Any, text: str) -> Any:
+    """A value of a type from JSON, in which anything may stand."""
+    reader = _reader_of(kind)
+    value = reader.validate_python(parse_json(text))
+    _check_writable(reader.dump_python(value))
+    return value
+
+
+@cache
+def _reader_of(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _check_writable(value: Any) -> None:
+    """Finite numbers, and text that is more than halves of characters."""
+    _to_json(value).encode()
+
+
+def _to_json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

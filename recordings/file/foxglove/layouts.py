@@ -1,0 +1,103 @@
+"""The layouts of the display topics: what the writer of recordings needs to know of them."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.recordings.file.packing import MESSAGE_HEAD, fill_heads
+
+if TYPE_CHECKING:
+    from google.protobuf.descriptor import Descriptor, FileDescriptor
+
+    from slipgrasp.recordings.file.foxglove.template import Template
+
+__all__ = ["SCENE_TOPIC", "TRANSFORMS_TOPIC", "DisplayLayout", "display_layouts"]
+
+TRANSFORMS_TOPIC = "/tf"
+SCENE_TOPIC = "/scene"
+
+
+class DisplayLayout:
+    """Where each number of a display topic's messages lies.
+
+    Args:
+        topic: Topic of the channel.
+        descriptor: What protobuf knows of the message.
+        template: The message.
+        channel: Id of the topic's channel in the file.
+
+    Attributes:
+        topic: Topic of the channel.
+        schema_name: Full name of the protobuf message.
+        schema: Its definition as MCAP wants it: a serialised FileDescriptorSet.
+        channel: Id of the topic's channel in the file.
+        record_type: A whole message record, head and payload.
+    """
+
+    def __init__(
+        self, topic: str, descriptor: Descriptor, template: Template, channel: int
+    ) -> None:
+        self.topic = topic
+        self.schema_name: str = descriptor.full_name
+        self.schema = _file_descriptor_set(descriptor.file)
+        self.channel = channel
+        self.record_type = np.dtype([("head", MESSAGE_HEAD), ("payload", "u1", (template.size,))])
+        self._template = template
+
+    def pack(self, records: NDArray[Any], samples: Trace, first_sequence: int) -> None:
+        """Fills message records of `record_type`.
+
+        Args:
+            records: The records, shape ``(samples,)``, changed in place.
+            samples: What they show, one message each.
+            first_sequence: Sequence number of the first message.
+        """
+        fill_heads(records, self.channel, samples.times, first_sequence)
+        self._template.fill(records["payload"], samples)
+
+
+def display_layouts(scenario: Scenario, first_channel: int) -> tuple[DisplayLayout, ...]:
+    """The layouts of all display topics of a run.
+
+    Args:
+        scenario: Hand, object and contacts.
+        first_channel: Id of the first topic's channel; the next one's follows it.
+    """
+    # protobuf's classes take long to import, and only those who write a recording need them.
+    from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+    from slipgrasp.recordings.file.foxglove.scene import scene_template
+    from slipgrasp.recordings.file.foxglove.transforms import transforms_template
+
+    topics = (
+        (TRANSFORMS_TOPIC, FrameTransforms.DESCRIPTOR, transforms_template(scenario)),
+        (SCENE_TOPIC, SceneUpdate.DESCRIPTOR, scene_template(scenario)),
+    )
+    return tuple(
+        DisplayLayout(topic, descriptor, template, channel)
+        for channel, (topic, descriptor, template) in enumerate(topics, start=first_channel)
+    )
+
+
+@cache
+def _file_descriptor_set(file: FileDescriptor) -> bytes:
+    """A file's definitions after those of all files that it refers to, each once."""
+    from google.protobuf.descriptor_pb2 import FileDescriptorSet
+
+    descriptors = FileDescriptorSet()
+    for each in _with_dependencies(file):
+        each.CopyToProto(descriptors.file.add())
+    return descriptors.SerializeToString(deterministic=True)
+
+
+def _with_dependencies(file: FileDescriptor) -> list[FileDescriptor]:
+    needed = [each for other in file.dependencies for each in _with_dependencies(other)]
+    by_name = {each.name: each for each in [*needed, file]}
+    return list(by_name.values())

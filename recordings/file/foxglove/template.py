@@ -1,0 +1,137 @@
+"""Protobuf messages of one length, made a thousand at a time from one example.
+
+protobuf builds one message after the other, which would take longer than the simulation.
+All messages of a display topic are alike but for some numbers, so the library builds a
+single example in which each of those numbers is a placeholder with bits of its own, and
+says where they ended up. From then on numpy copies the example and puts numbers there.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from google.protobuf.message import Message
+from google.protobuf.timestamp_pb2 import Timestamp
+from numpy.typing import NDArray
+
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.recordings.file.packing import to_log_times
+
+__all__ = ["Blanks", "Column", "Template"]
+
+Column = Callable[[Trace], NDArray[np.float64]]
+"""Takes samples, gives one number for each of them."""
+
+_NUMBER = struct.Struct("<d")
+_PLACEHOLDER = struct.Struct("<II")
+_PLACEHOLDER_END = 0x5A5AC0DE
+"""A number around 1e127: no length, colour or angle."""
+
+_SECONDS_BYTES, _NANOSECONDS_BYTES = 2, 5
+_ALWAYS = Timestamp(seconds=(1 << 14) - 1, nanos=(1 << 31) - 1)
+"""The placeholder of all times: the largest numbers of 2 and 5 bytes that its fields can hold."""
+
+
+class Blanks:
+    """Hands out placeholders for an example and remembers what belongs there."""
+
+    def __init__(self) -> None:
+        self.columns: list[Column] = []
+
+    def number(self, column: Column) -> float:
+        """A placeholder, to be used exactly once, for the numbers that ``column`` gives."""
+        self.columns.append(column)
+        (number,) = _NUMBER.unpack(_PLACEHOLDER.pack(len(self.columns) - 1, _PLACEHOLDER_END))
+        return number
+
+    def time(self) -> Timestamp:
+        """A placeholder, to be used anywhere, for the time of a sample."""
+        return _ALWAYS
+
+
+class Template:
+    """A message that differs from sample to sample only in its blanks.
+
+    Args:
+        example: The message with placeholders.
+        blanks: Whose placeholders they are.
+    """
+
+    def __init__(self, example: Message, blanks: Blanks) -> None:
+        payload = example.SerializeToString(deterministic=True)
+        self._example = np.frombuffer(payload, np.uint8)
+        self._columns = blanks.columns
+        self._numbers = np.dtype(
+            {
+                "names": [str(i) for i in range(len(blanks.columns))],
+                "formats": ["<f8"] * len(blanks.columns),
+                "offsets": [_only_place(payload, i) for i in range(len(blanks.columns))],
+                "itemsize": len(payload),
+            }
+        )
+        self._times = _places_of_times(payload)
+
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return len(self._example)
+
+    def fill(self, payloads: NDArray[np.uint8], samples: Trace) -> None:
+        """Writes one message per sample.
+
+        Args:
+            payloads: Where they go, shape ``(samples, size)``, changed in place.
+            samples: What they show.
+        """
+        payloads[...] = self._example
+        numbers: NDArray[Any] = payloads.view(self._numbers)[:, 0]
+        for i, column in enumerate(self._columns):
+            numbers[str(i)] = column(samples)
+        times = _to_timestamps(samples.times)
+        for place in self._times:
+            payloads[:, place : place + times.shape[1]] = times
+
+
+def _only_place(payload: bytes, index: int) -> int:
+    mark = _PLACEHOLDER.pack(index, _PLACEHOLDER_END)
+    assert payload.count(mark) == 1, "a placeholder is used exactly once"
+    return payload.index(mark)
+
+
+def _places_of_times(payload: bytes) -> list[int]:
+    mark = _ALWAYS.SerializeToString()
+    places = [payload.find(mark)]
+    while places[-1] >= 0:
+        places.append(payload.find(mark, places[-1] + len(mark)))
+    return places[:-1]
+
+
+def _to_timestamps(times: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """The fields of a protobuf timestamp, tags included, shape ``(times, bytes)``.
+
+    Their numbers are written longer than needed where they are small, with zeros at the
+    end, so that all timestamps have one length; every decoder reads that.
+    """
+    seconds, nanoseconds = np.divmod(to_log_times(times), np.uint64(10**9))
+    second_tag, nanosecond_tag = (
+        np.full((len(times), 1), field << 3, np.uint8)
+        for field in (Timestamp.SECONDS_FIELD_NUMBER, Timestamp.NANOS_FIELD_NUMBER)
+    )
+    parts = [
+        second_tag,
+        _to_varints(seconds, _SECONDS_BYTES),
+        nanosecond_tag,
+        _to_varints(nanoseconds, _NANOSECONDS_BYTES),
+    ]
+    return np.concatenate(parts, axis=1)
+
+
+def _to_varints(values: NDArray[np.uint64], length: int) -> NDArray[np.uint8]:
+    """Numbers in protobuf's variable length, stretched to ``length`` bytes."""
+    shifts = np.arange(0, 7 * length, 7, dtype=np.uint64)
+    groups = (values[:, None] >> shifts & np.uint64(0x7F)).astype(np.uint8)
+    groups[:, :-1] |= 0x80
+    return groups

@@ -1,0 +1,262 @@
+"""From a recording back to the run, bit for bit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from mcap.records import Attachment, Channel, Header, McapRecord, Metadata
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.claims import contradictions_of
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.recordings.exceptions import (
+    AlteredRecordingError,
+    ContradictoryRecordingError,
+    DamagedRecordingError,
+    ForeignRecordingError,
+    NewerRecordingError,
+    RecordingError,
+    RecordingNotFoundError,
+)
+from slipgrasp.recordings.file.chunks import layouts_of
+from slipgrasp.recordings.file.contents import Contents
+from slipgrasp.recordings.file.documents import PROFILE, START, STUDY_PROFILE, read_shape
+from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
+from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
+from slipgrasp.recordings.file.versions import FORMAT_VERSION
+
+__all__ = [
+    "ReadBack",
+    "Unfinished",
+    "read_as_stated",
+    "read_back",
+    "read_recording",
+    "read_unfinished",
+]
+
+LONGEST_RUN = 1e3
+"""No simulation lasts as long [s]."""
+
+Columns = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadBack:
+    """A run read from a file.
+
+    Attributes:
+        result: The run.
+        is_unaltered: Whether its hashes are those of what was written.
+    """
+
+    result: RunResult
+    is_unaltered: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unfinished:
+    """The part of a run that a file without its end still holds.
+
+    Attributes:
+        result: The run so far, ``recovered`` unless it had ended and only the index is missing.
+        unread_bytes: How much of the file could not be used.
+    """
+
+    result: RunResult
+    unread_bytes: int
+
+
+def read_recording(path: str | PathLike[str]) -> RunResult:
+    """Reads a recording back into the run it was written from.
+
+    Args:
+        path: The MCAP file.
+
+    Returns:
+        The run: scenario, trace (bit for bit), phase changes, outcome, reason, warnings
+        and metrics.
+
+    Raises:
+        RecordingNotFoundError: If there is no such file.
+        ForeignRecordingError: If this program did not write it.
+        NewerRecordingError: If a newer version of this program wrote it.
+        DamagedRecordingError: If it is not complete and unchanged, or states an ending, phase
+            changes or metrics that its samples do not give.
+        RecordingError: If it cannot be opened.
+    """
+    result = read_as_stated(path)
+    if found := contradictions_of(result):
+        raise ContradictoryRecordingError(str(path), found)
+    return result
+
+
+def read_as_stated(path: str | PathLike[str]) -> RunResult:
+    """Reads a recording also where what it states of the run contradicts its samples.
+
+    Raises:
+        RecordingError: As `read_recording` otherwise.
+    """
+    read = read_back(path)
+    if not read.is_unaltered:
+        raise AlteredRecordingError(str(path))
+    return read.result
+
+
+def read_back(path: str | PathLike[str]) -> ReadBack:
+    """Reads a recording also where it was altered and every checksum made to fit.
+
+    Raises:
+        RecordingError: As `read_recording`.
+    """
+    with _open(path) as stream:
+        contents = _Reading(stream, str(path)).contents()
+        return ReadBack(contents.result(), contents.is_unaltered())
+
+
+def read_unfinished(path: str | PathLike[str]) -> Unfinished:
+    """Reads what a file holds up to its first missing or damaged byte.
+
+    It may be still being written, or be left of a process that was killed.
+
+    Raises:
+        RecordingNotFoundError: If there is no such file.
+        ForeignRecordingError: If this program did not write it.
+        NewerRecordingError: If a newer version of this program wrote it.
+        DamagedRecordingError: If not even its beginning is whole.
+        RecordingError: If it cannot be opened, or holds no sample.
+    """
+    with _open(path) as stream:
+        reading = _Reading(stream, str(path), unfinished=True)
+        result = reading.contents().result_so_far()
+        return Unfinished(result, os.fstat(stream.fileno()).st_size - reading.whole_bytes)
+
+
+@contextmanager
+def _open(path: str | PathLike[str]) -> Iterator[BinaryIO]:
+    try:
+        with Path(path).open("rb") as stream:
+            yield stream
+    except FileNotFoundError:
+        raise RecordingNotFoundError(str(path)) from None
+    except OSError as error:
+        raise RecordingError(f"cannot read '{path}': {error.strerror}") from error
+
+
+@dataclass(slots=True)
+class TopicColumns:
+    """What was read of one topic so far."""
+
+    layout: MessageLayout
+    count: int = 0
+    blocks: list[Columns] = field(default_factory=list)
+
+    def joined(self) -> Columns:
+        """All messages so far as one array per field."""
+        return {
+            name: np.concatenate([block[name] for block in self.blocks]) for name in self.blocks[0]
+        }
+
+
+class _Reading:
+    """One pass through one file."""
+
+    def __init__(self, stream: BinaryIO, name: str, *, unfinished: bool = False) -> None:
+        self._name = name
+        self._scanner = RecordScanner(
+            stream, name, lambda channel: channel in self._channels, unfinished=unfinished
+        )
+        self._unfinished = unfinished
+        self._metadata: dict[str, Mapping[str, str]] = {}
+        self._attachments: dict[str, bytes] = {}
+        self._shape: TraceShape | None = None
+        self._topics: dict[str, TopicColumns] = {}
+        self._channels: dict[int, TopicColumns] = {}
+        self.whole_bytes = 0
+
+    def contents(self) -> Contents:
+        """Reads the file, to its end or as far as it is whole."""
+        records = self._scanner.records()
+        self._check_header(next(records))
+        try:
+            for record in records:
+                self._take(record)
+                self.whole_bytes = self._scanner.offset
+        except DamagedRecordingError:
+            if not self._unfinished or self._shape is None:
+                raise
+        if self._shape is None:
+            raise self._damaged("how the run began is missing")
+        columns = {name: topic.joined() for name, topic in self._topics.items()}
+        return Contents(self._name, self._shape, self._metadata, self._attachments, columns)
+
+    def _take(self, record: McapRecord | ChannelMessages) -> None:
+        match record:
+            case ChannelMessages():
+                self._take_messages(record)
+            case Channel():
+                self._take_channel(record)
+            case Attachment():
+                self._attachments[record.name] = record.data
+            case Metadata():
+                self._metadata[record.name] = record.metadata
+                if record.name == START:
+                    self._take_start(record.metadata)
+            case _:
+                pass
+
+    def _check_header(self, header: object) -> None:
+        if not isinstance(header, Header):
+            raise self._damaged("it does not start with a header")
+        if header.profile == STUDY_PROFILE:
+            finding = "it is a study; 'slipgrasp rebuild' makes a recording of one of its runs"
+            raise ForeignRecordingError(self._name, finding)
+        if header.profile != PROFILE:
+            finding = f"it is an MCAP file of another program ({header.library[:40]!r})"
+            raise ForeignRecordingError(self._name, finding)
+
+    def _take_start(self, start: Mapping[str, str]) -> None:
+        try:
+            version = int(start["format"])
+            if version < 1:
+                raise ValueError("there was no such format")
+            if version > FORMAT_VERSION:
+                raise NewerRecordingError(self._name, version, FORMAT_VERSION)
+            self._shape = read_shape(start)
+        except (KeyError, TypeError, ValueError) as error:
+            raise self._damaged("its start document is malformed") from error
+        for topic, layout in layouts_of(self._shape, version).items():
+            self._topics[topic.name] = TopicColumns(layout, blocks=[layout.unpack([])])
+
+    def _take_channel(self, channel: Channel) -> None:
+        """Channels of topics that another program added are left alone."""
+        columns = self._topics.get(channel.topic)
+        if columns is not None:
+            self._channels[channel.id] = columns
+
+    def _take_messages(self, messages: ChannelMessages) -> None:
+        columns = self._channels[messages.channel]
+        topic = columns.layout.topic.name
+        try:
+            block = columns.layout.unpack(messages.payloads)
+        except ValueError as error:
+            raise self._damaged(f"{error} ({topic})") from error
+        if not ((block["t"] >= 0.0) & (block["t"] <= LONGEST_RUN)).all():
+            raise self._damaged(f"{topic} holds a time that no run has")
+        if not np.array_equal(to_log_times(block["t"]), messages.log_times):
+            raise self._damaged(f"times of {topic} contradict each other")
+        count = columns.count + len(messages.sequences)
+        if messages.sequences != list(range(columns.count, count)):
+            raise self._damaged(f"messages of {topic} are missing or out of order")
+        columns.count = count
+        columns.blocks.append(block)
+
+    def _damaged(self, finding: str) -> DamagedRecordingError:
+        return DamagedRecordingError(self._name, finding)

@@ -1,0 +1,201 @@
+"""Simulating and recording at once, so that a run outlives the process that computes it.
+
+A chunk is written when it is full; if the last one is longer ago than `FLUSH_INTERVAL`,
+also before. What was written is handed to the operating system at once (it survives the
+death of this process) and to the disk every `SYNC_INTERVAL` (it survives a power cut).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import run_to_end
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
+from slipgrasp.recordings.exceptions import (
+    RecordingError,
+    RecordingExistsError,
+    RecordingWriteError,
+)
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
+from slipgrasp.recordings.file.reader import read_unfinished
+from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
+
+__all__ = ["FLUSH_INTERVAL", "REGULAR_SUFFIX", "SYNC_INTERVAL", "Recorded", "record", "unsaved"]
+
+FLUSH_INTERVAL = 0.25
+SYNC_INTERVAL = 1.0
+
+REGULAR_SUFFIX = ".regular.part"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """A run that was to be recorded while it was simulated.
+
+    Attributes:
+        result: The run; ``failed`` if the disk failed while it went on. It has a warning
+            ``not_saved`` if its recording is not complete.
+        failure: Why its recording is not complete; None if it is.
+    """
+
+    result: RunResult
+    failure: RecordingError | None
+
+
+def record(
+    scenario: Scenario,
+    path: Path,
+    *,
+    overwrite: bool = False,
+    display_rate: float = DISPLAY_RATE,
+    progress: Callable[[float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    wall_limit: float | None = None,
+) -> Recorded:
+    """Runs a scenario to its end and records it on the way, in ``PATH.part``.
+
+    The file is that which `slipgrasp.recordings.file.writer.write_recording` makes of the result.
+    Where the disk fails, the samples that were written stay in ``PATH.part`` to be recovered.
+
+    Args:
+        scenario: What to simulate.
+        path: The file to write.
+        overwrite: Whether an existing file is replaced.
+        display_rate: How often the display topics show hand and object, 0 for never [Hz].
+        progress: Called with the simulated share, 0 to 1, after every piece.
+        should_stop: Asked after every piece; True ends the run as ``stopped``.
+        wall_limit: Computing time after which the run ends as ``limit`` [s].
+
+    Raises:
+        ScenarioError: If the scenario cannot be simulated.
+        RecordingExistsError: If the file exists and may not be replaced.
+        RecordingBusyError: If its ``.part`` exists.
+    """
+    simulation = Simulation(scenario)
+    recorder: _Recorder | None = None
+    result: RunResult | None = None
+
+    def watch(simulation: Simulation) -> None:
+        if recorder is not None:
+            recorder.take(simulation)
+        if progress is not None:
+            progress(simulation.progress)
+
+    run = partial(run_to_end, simulation, watch, should_stop=should_stop, wall_limit=wall_limit)
+    writer = RecordingWriter(
+        path,
+        scenario,
+        simulation.shape,
+        overwrite=overwrite,
+        display_rate=display_rate,
+        keep_part=True,
+    )
+    try:
+        with writer:
+            recorder = _Recorder(writer)
+            run()
+            result = simulation.result()
+            recorder.finish(result)
+    except (RecordingExistsError, RecordingWriteError) as failure:
+        if result is None:
+            if isinstance(failure, RecordingExistsError):
+                raise
+            run()
+        _drop_if_empty(part_of(path))
+        return Recorded(unsaved(simulation.result(), failure), failure)
+    if not writer.is_regular:
+        _make_regular(result, path, display_rate)
+    return Recorded(result, None)
+
+
+class _Recorder:
+    """Keeps a recording up with its simulation."""
+
+    def __init__(self, writer: RecordingWriter) -> None:
+        self._writer = writer
+        self._failure: OSError | RecordingWriteError | None = None
+        self._flushed_at = self._synced_at = time.monotonic()
+
+    def take(self, simulation: Simulation) -> None:
+        """Writes what is new when it is time to; a failing disk ends the run."""
+        writer, now = self._writer, time.monotonic()
+        is_due = now - self._flushed_at >= FLUSH_INTERVAL
+        if not is_due and simulation.num_rows - writer.num_samples < writer.samples_per_chunk:
+            return
+        try:
+            writer.write(
+                simulation.trace_from(writer.num_samples),
+                simulation.phase_changes_from(writer.num_phase_changes),
+            )
+            if is_due:
+                writer.flush()
+            if now - self._synced_at >= SYNC_INTERVAL:
+                writer.sync()
+                self._synced_at = now
+        except (OSError, RecordingWriteError) as error:
+            self._failure = error
+            simulation.end(Outcome.FAILED, _disk_failed(error, simulation.time))
+        self._flushed_at = now
+
+    def finish(self, result: RunResult) -> None:
+        """Writes the rest of the run.
+
+        Raises:
+            OSError, RecordingWriteError: If the disk failed, now or while the run went on.
+        """
+        if self._failure is not None:
+            raise self._failure
+        writer = self._writer
+        rest = result.trace[writer.num_samples :]
+        writer.write(rest, result.phase_changes[writer.num_phase_changes :])
+        writer.write_ending(result)
+
+
+def _disk_failed(error: OSError | RecordingWriteError, t: float) -> Reason:
+    return Reason(
+        code="disk",
+        message=f"the recording could not be written on at {t:.5g} s: {error}",
+        contact=None,
+        time=t,
+        value=None,
+        limit=None,
+        hint="make room on the disk; 'slipgrasp recover' keeps what was written until then",
+    )
+
+
+def unsaved(result: RunResult, failure: RecordingError) -> RunResult:
+    """The run with a warning that it is not saved."""
+    warning = RunWarning(
+        code="not_saved", message=str(failure), count=1, first_time=result.end_time
+    )
+    return replace(result, warnings=(*result.warnings, warning))
+
+
+def _drop_if_empty(part: Path) -> None:
+    """Removes a part from which not even one sample could be recovered."""
+    try:
+        read_unfinished(part)
+    except RecordingError:
+        part.unlink(missing_ok=True)
+
+
+def _make_regular(result: RunResult, path: Path, display_rate: float) -> None:
+    """Lays the file of a slow run out as that of a fast one: equal runs are equal files."""
+    # Where there is no room for it, the file that is there already is as good to read.
+    with suppress(RecordingWriteError):
+        write_recording(
+            result,
+            path,
+            overwrite=True,
+            display_rate=display_rate,
+            part_suffix=REGULAR_SUFFIX,
+        )

@@ -1,0 +1,285 @@
+"""Reading an MCAP file record by record, believing nothing it says about itself.
+
+Sizes are checked before anything is read or unpacked, every checksum is compared, and
+what the file states about itself at its end must be what was found on the way. Nothing
+may come in such numbers that a small file takes long to read.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from typing import BinaryIO, TypeVar
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    Channel,
+    Chunk,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    Schema,
+    Statistics,
+)
+
+from slipgrasp.recordings.exceptions import DamagedRecordingError, ForeignRecordingError
+from slipgrasp.recordings.file.container import FOOTER_LENGTH, MAGIC, MESSAGE_HEAD, summary_checksum
+
+__all__ = ["ChannelMessages", "RecordScanner"]
+
+MAX_CHUNK_BYTES = 1 << 23
+MAX_RECORD_BYTES = 1 << 20
+MAX_SUMMARY_BYTES = 1 << 25
+MAX_RECORDS_PER_KIND = 256
+MAX_UNWANTED_MESSAGES = 250_000
+
+_RECORD_HEAD = struct.Struct("<BQ")
+_FOOTER_HEAD = _RECORD_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH)
+_TAIL_BYTES = _RECORD_HEAD.size + FOOTER_LENGTH + len(MAGIC)
+
+Record = TypeVar(
+    "Record",
+    Attachment,
+    Channel,
+    Chunk,
+    DataEnd,
+    Footer,
+    Header,
+    Metadata,
+    Schema,
+    Statistics,
+)
+
+
+@dataclass(slots=True)
+class ChannelMessages:
+    """The messages of one channel in one chunk, in the order of the file."""
+
+    channel: int
+    sequences: list[int] = field(default_factory=list)
+    log_times: list[int] = field(default_factory=list)
+    payloads: list[bytes] = field(default_factory=list)
+
+
+class RecordScanner:
+    """Goes once through the records of a file.
+
+    Args:
+        stream: The file, opened for reading bytes.
+        name: What to call it in errors.
+        is_wanted: Whether the messages of a channel are to be given; all others are counted.
+        unfinished: Whether the file may end anywhere; it then is damaged where it ends.
+        max_record_bytes: How long a record may be that is no chunk.
+    """
+
+    def __init__(
+        self,
+        stream: BinaryIO,
+        name: str,
+        is_wanted: Callable[[int], bool],
+        *,
+        unfinished: bool = False,
+        max_record_bytes: int = MAX_RECORD_BYTES,
+    ) -> None:
+        self._stream = stream
+        self._name = name
+        self._is_wanted = is_wanted
+        self._tail = 0 if unfinished else _TAIL_BYTES
+        self._max_record_bytes = max_record_bytes
+        self._size = os.fstat(stream.fileno()).st_size
+        self._offset = 0
+        self._checksum = 0
+        self._counts: Counter[type] = Counter()
+        self._message_counts: Counter[int] = Counter()
+        self._num_wanted = 0
+        self._num_unwanted = 0
+        self._indexes_left = 0
+
+    @property
+    def offset(self) -> int:
+        """How many bytes were read so far."""
+        return self._offset
+
+    def records(self) -> Iterator[McapRecord | ChannelMessages]:
+        """Yields header, schemas, channels, attachments, metadata and blocks of messages.
+
+        Raises:
+            ForeignRecordingError: If it is not an MCAP file.
+            DamagedRecordingError: If it is not complete and unchanged.
+        """
+        self._check_both_ends()
+        while True:
+            checksum = self._checksum
+            opcode, body = self._next_record()
+            match opcode:
+                case Opcode.HEADER:
+                    yield self._parse(Header, body)
+                case Opcode.SCHEMA:
+                    yield self._parse(Schema, body)
+                case Opcode.CHANNEL:
+                    yield self._parse(Channel, body)
+                case Opcode.ATTACHMENT:
+                    yield self._parse(Attachment, body)
+                case Opcode.METADATA:
+                    yield self._parse(Metadata, body)
+                case Opcode.CHUNK:
+                    yield from self._unpack_chunk(self._parse(Chunk, body))
+                case Opcode.MESSAGE_INDEX if self._indexes_left > 0:
+                    self._indexes_left -= 1
+                case Opcode.DATA_END:
+                    self._check_ending(self._parse(DataEnd, body), checksum)
+                    return
+                case _:
+                    raise self._damaged(f"it holds a record of unexpected kind {opcode}")
+
+    def _check_both_ends(self) -> None:
+        if self._size == 0:
+            raise self._damaged("it is empty")
+        start = self._read(min(len(MAGIC), self._size))
+        if start != MAGIC[: len(start)]:
+            raise ForeignRecordingError(self._name, "it is not an MCAP file")
+        if self._tail == 0:
+            return
+        self._stream.seek(-min(len(MAGIC), self._size), os.SEEK_END)
+        if self._size < len(MAGIC) + _TAIL_BYTES or self._stream.read() != MAGIC:
+            finding = "its end is missing; 'slipgrasp recover' keeps what it holds"
+            raise self._damaged(finding)
+        self._stream.seek(self._offset)
+
+    def _next_record(self) -> tuple[int, bytes]:
+        if self._size - self._offset < _RECORD_HEAD.size + self._tail:
+            raise self._damaged("its data end too early")
+        opcode, length = _RECORD_HEAD.unpack(self._read(_RECORD_HEAD.size))
+        limit = 2 * MAX_CHUNK_BYTES if opcode == Opcode.CHUNK else self._max_record_bytes
+        if length > min(limit, self._size - self._offset - self._tail):
+            raise self._damaged(f"a record claims to be {length} bytes long")
+        return opcode, self._read(length)
+
+    def _read(self, length: int) -> bytes:
+        data = self._stream.read(length)
+        if len(data) != length:
+            raise self._damaged("it became shorter while it was read")
+        self._offset += length
+        self._checksum = zlib.crc32(data, self._checksum)
+        return data
+
+    def _parse(self, kind: type[Record], body: bytes) -> Record:
+        self._counts[kind] += 1
+        if self._counts[kind] > MAX_RECORDS_PER_KIND and kind is not Chunk:
+            raise self._damaged(f"it holds more {kind.__name__.lower()} records than any recording")
+        try:
+            return kind.read(ReadDataStream(BytesIO(body)))
+        except (McapError, OverflowError, struct.error, ValueError) as error:
+            raise self._damaged(f"a {kind.__name__.lower()} record is malformed") from error
+
+    def _unpack_chunk(self, chunk: Chunk) -> Iterator[McapRecord | ChannelMessages]:
+        data = self._decompress(chunk)
+        if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+            raise self._damaged("the checksum of a chunk does not match")
+        self._indexes_left = MAX_RECORDS_PER_KIND
+        before = self._message_counts.total()
+        blocks: dict[int, ChannelMessages] = {}
+        offset = 0
+        while offset + _RECORD_HEAD.size <= len(data):
+            opcode, length = _RECORD_HEAD.unpack_from(data, offset)
+            body = offset + _RECORD_HEAD.size
+            end = body + length
+            if end > len(data):
+                break
+            if opcode == Opcode.MESSAGE and end >= offset + MESSAGE_HEAD.size:
+                self._take_message(data, offset, end, blocks)
+            elif opcode == Opcode.SCHEMA:
+                yield self._parse(Schema, data[body:end])
+            elif opcode == Opcode.CHANNEL:
+                yield self._parse(Channel, data[body:end])
+            else:
+                break
+            offset = end
+        if offset != len(data) or self._message_counts.total() == before:
+            raise self._damaged("a chunk does not consist of whole messages")
+        yield from blocks.values()
+
+    def _take_message(
+        self, data: bytes, start: int, end: int, blocks: dict[int, ChannelMessages]
+    ) -> None:
+        _, _, channel, sequence, log_time, _ = MESSAGE_HEAD.unpack_from(data, start)
+        self._message_counts[channel] += 1
+        if not self._is_wanted(channel):
+            self._num_unwanted += 1
+            # A recording of ours shows each sample in two display topics at most.
+            if self._num_unwanted > MAX_UNWANTED_MESSAGES + self._num_wanted:
+                raise self._damaged("it holds more messages of other programs than are read")
+            return
+        self._num_wanted += 1
+        block = blocks.get(channel)
+        if block is None:
+            block = blocks[channel] = ChannelMessages(channel)
+        block.sequences.append(sequence)
+        block.log_times.append(log_time)
+        block.payloads.append(data[start + MESSAGE_HEAD.size : end])
+
+    def _decompress(self, chunk: Chunk) -> bytes:
+        size = chunk.uncompressed_size
+        if size > MAX_CHUNK_BYTES:
+            raise self._damaged(f"a chunk claims {size} bytes, at most {MAX_CHUNK_BYTES} are read")
+        if chunk.compression == "":
+            return chunk.data
+        if chunk.compression != "zstd":
+            raise self._damaged(f"its compression {chunk.compression[:20]!r} is not known")
+        decompressor = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK_BYTES)
+        try:
+            data = decompressor.stream_reader(chunk.data).read(size + 1)
+        except zstandard.ZstdError as error:
+            raise self._damaged("a chunk cannot be decompressed") from error
+        if len(data) != size:
+            raise self._damaged("a chunk has another size than it claims")
+        return data
+
+    def _check_ending(self, data_end: DataEnd, checksum: int) -> None:
+        """Compares checksums; 0 stands for none, as other programs write it."""
+        if data_end.data_section_crc not in (0, checksum):
+            raise self._damaged("the checksum of its data does not match")
+        start = self._offset
+        if self._tail == 0:
+            return
+        if self._size - start > MAX_SUMMARY_BYTES:
+            raise self._damaged("its index is larger than any that is read")
+        rest = self._read(self._size - start)
+        footer = self._parse(Footer, rest[-FOOTER_LENGTH - len(MAGIC) : -len(MAGIC)])
+        summary = rest[:-_TAIL_BYTES]
+        if not rest[len(summary) :].startswith(_FOOTER_HEAD):
+            raise self._damaged("its footer is malformed")
+        expected = summary_checksum(summary, footer.summary_start, footer.summary_offset_start)
+        if footer.summary_start != start or footer.summary_crc not in (0, expected):
+            raise self._damaged("the checksum of its index does not match")
+        self._check_statistics(summary)
+
+    def _check_statistics(self, summary: bytes) -> None:
+        """Compares what the index says there is with what was found."""
+        offset = 0
+        while offset + _RECORD_HEAD.size <= len(summary):
+            opcode, length = _RECORD_HEAD.unpack_from(summary, offset)
+            offset += _RECORD_HEAD.size
+            if opcode == Opcode.STATISTICS:
+                found = self._parse(Statistics, summary[offset : offset + length])
+                break
+            offset += length
+        else:
+            raise self._damaged("its index has no statistics")
+        counts = Counter(found.channel_message_counts)
+        if counts != self._message_counts or found.attachment_count != self._counts[Attachment]:
+            raise self._damaged("its messages are not as many as its index says")
+
+    def _damaged(self, finding: str) -> DamagedRecordingError:
+        return DamagedRecordingError(self._name, finding)

@@ -1,0 +1,173 @@
+"""What the messages of a recording look like; every topic follows from a signal of the trace.
+
+A topic is a protobuf message type. Its first field is the exact time, then comes one
+field per signal, named like the signal. Every field is written every time and integers
+stay within one byte, so that all messages of a topic have one length and a table of
+samples turns into messages with array operations alone (`slipgrasp.recordings.file.packing`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+
+from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.recordings.file.state_hash import HASH_BYTES
+from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FORMAT_VERSION
+
+__all__ = [
+    "CHECKPOINTS",
+    "OWN_TOPICS",
+    "PHASE_CHANGES",
+    "SAMPLE_TOPICS",
+    "SCHEMA_VERSION",
+    "Field",
+    "Topic",
+    "file_descriptor_set",
+    "own_topics",
+    "signals_in",
+    "signals_of",
+]
+
+TIME_SIGNAL = SIGNALS[0]
+PACKAGE = "slipgrasp"
+SCHEMA_VERSION = 1
+"""Version of the messages; new fields keep it, a changed meaning of a field would raise it."""
+
+HASH_WORDS = HASH_BYTES // 8
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of a message.
+
+    Attributes:
+        name: Name of the field.
+        kind: Protobuf type; ``sint32`` only for values that fit one byte (-64 … 63).
+        repeated: Whether it is a packed list.
+        text: What it means, with its unit.
+        width: Entries of a list that is always as long; signals have their trace's width.
+    """
+
+    name: str
+    kind: Literal["double", "sint32", "fixed32", "fixed64"]
+    repeated: bool
+    text: str
+    width: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One stream of messages of one type.
+
+    Attributes:
+        name: Topic of the channel.
+        message: Name of the protobuf message.
+        fields: Its fields; field number = position + 1.
+    """
+
+    name: str
+    message: str
+    fields: tuple[Field, ...]
+
+    @property
+    def schema_name(self) -> str:
+        """Full name of the protobuf message."""
+        return f"{PACKAGE}.{self.message}"
+
+
+def signals_in(version: int) -> tuple[Signal, ...]:
+    """The signals that a format holds."""
+    return tuple(s for s in SIGNALS if FIRST_FORMAT_WITH.get(s.name, 1) <= version)
+
+
+def _topic(group: str, version: int) -> Topic:
+    fields = [Field("t", "double", False, f"{TIME_SIGNAL.text} [{TIME_SIGNAL.unit}]")]
+    fields += [_field(signal) for signal in signals_in(version) if signal.topic == group]
+    return Topic(f"/slipgrasp/{group}", group.capitalize(), tuple(fields))
+
+
+def _field(signal: Signal) -> Field:
+    array = getattr(_EMPTY_TRACE, signal.name)
+    kind = "sint32" if np.issubdtype(array.dtype, np.integer) else "double"
+    unit = f" [{signal.unit}]" if signal.unit else ""
+    return Field(signal.name, kind, signal.per != "", signal.text + unit)
+
+
+def signals_of(topic: Topic) -> tuple[Signal, ...]:
+    """The signals that a sample topic carries, in the order of its fields."""
+    by_name = {signal.name: signal for signal in SIGNALS}
+    return tuple(by_name[field.name] for field in topic.fields[1:])
+
+
+_SHAPE = TraceShape(num_contacts=2, unknowns=())
+_EMPTY_TRACE = Trace.from_rows(_SHAPE, np.empty((0, _SHAPE.num_columns)))
+
+
+def _sample_topics(version: int) -> tuple[Topic, ...]:
+    groups = dict.fromkeys(signal.topic for signal in SIGNALS[1:])
+    return tuple(_topic(group, version) for group in groups)
+
+
+SAMPLE_TOPICS = _sample_topics(FORMAT_VERSION)
+"""One message per sample and topic, all at the same times."""
+
+PHASE_CHANGES = Topic(
+    "/slipgrasp/phase_changes",
+    "PhaseChange",
+    (
+        Field("t", "double", False, "Simulation time. [s]"),
+        Field("contact", "fixed32", False, "Index of the contact."),
+        Field("from_phase", "sint32", False, "0 stick, 1 slip forward, -1 slip backward."),
+        Field("to_phase", "sint32", False, "The phase from then on."),
+    ),
+)
+
+CHECKPOINTS = Topic(
+    "/slipgrasp/checkpoints",
+    "Checkpoint",
+    (
+        Field("t", "double", False, "Time of the last sample so far. [s]"),
+        Field("samples", "fixed32", False, "How many samples there are so far."),
+        Field("phase_changes", "fixed32", False, "How many phase changes there are so far."),
+        Field("documents_hash", "fixed64", True, "Hash of start and scenario.", HASH_WORDS),
+        Field("state_hash", "fixed64", True, "Hash of the run so far.", HASH_WORDS),
+    ),
+)
+"""One message at the end of every chunk: what proves that a file without an end is whole so far."""
+
+
+def own_topics(version: int) -> tuple[Topic, ...]:
+    """The topics of a format, in the order of their channels."""
+    return (*_sample_topics(version), PHASE_CHANGES, CHECKPOINTS)
+
+
+OWN_TOPICS = own_topics(FORMAT_VERSION)
+
+
+@cache
+def file_descriptor_set(topic: Topic) -> bytes:
+    """The protobuf schema of a topic, as MCAP wants it: a serialised FileDescriptorSet."""
+    from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
+
+    types = {
+        "double": FieldDescriptorProto.TYPE_DOUBLE,
+        "sint32": FieldDescriptorProto.TYPE_SINT32,
+        "fixed32": FieldDescriptorProto.TYPE_FIXED32,
+        "fixed64": FieldDescriptorProto.TYPE_FIXED64,
+    }
+    labels = (FieldDescriptorProto.LABEL_OPTIONAL, FieldDescriptorProto.LABEL_REPEATED)
+    descriptors = FileDescriptorSet()
+    file = descriptors.file.add()
+    file.name = f"{PACKAGE}/{topic.message}.proto"
+    file.package = PACKAGE
+    file.syntax = "proto3"
+    message = file.message_type.add()
+    message.name = topic.message
+    for number, field in enumerate(topic.fields, start=1):
+        label = labels[field.repeated]
+        message.field.add(name=field.name, number=number, label=label, type=types[field.kind])
+    return descriptors.SerializeToString(deterministic=True)

@@ -1,0 +1,72 @@
+"""The hash of what happened in a run: of every bit of its samples and phase changes.
+
+It grows with the run, so that a recording can state it after every chunk, and does not
+depend on how the samples came in pieces. Scenario, versions and container have no part in
+it: runs with equal hashes are equal, wherever they are kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import PhaseChange
+from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH_SHA256, FORMAT_VERSION
+
+__all__ = ["HASH_BYTES", "StateHash", "digest_of", "state_hash"]
+
+HASH_BYTES = 16
+
+_CHANGE = struct.Struct("<dibb")
+
+
+class StateHash:
+    """The hash of the samples and phase changes added so far.
+
+    Args:
+        format_version: Of the recording that states it.
+    """
+
+    def __init__(self, format_version: int = FORMAT_VERSION) -> None:
+        self._samples = (
+            hashlib.sha256()
+            if format_version >= FIRST_FORMAT_WITH_SHA256
+            else hashlib.blake2b(digest_size=HASH_BYTES)
+        )
+        self._changes = hashlib.blake2b(digest_size=HASH_BYTES)
+
+    def add_samples(self, rows: NDArray[np.float64]) -> None:
+        """Adds samples as `slipgrasp.core.trace.trace.Trace.to_rows` gives them."""
+        self._samples.update(np.ascontiguousarray(rows, dtype="<f8").data)
+
+    def add_phase_changes(self, changes: Iterable[PhaseChange]) -> None:
+        """Adds phase changes."""
+        for change in changes:
+            phases = change.from_phase, change.to_phase
+            self._changes.update(_CHANGE.pack(change.time, change.contact, *phases))
+
+    def digest(self) -> bytes:
+        """The hash so far, `HASH_BYTES` long."""
+        return digest_of(self._samples.digest(), self._changes.digest())
+
+
+def state_hash(result: RunResult) -> str:
+    """The hash of a run, as 32 hexadecimal digits."""
+    state = StateHash()
+    state.add_samples(result.trace.to_rows())
+    state.add_phase_changes(result.phase_changes)
+    return state.digest().hex()
+
+
+def digest_of(*parts: bytes) -> bytes:
+    """The hash of several pieces of data, told apart by their lengths."""
+    digest = hashlib.blake2b(digest_size=HASH_BYTES)
+    for part in parts:
+        digest.update(len(part).to_bytes(8, "little"))
+        digest.update(part)
+    return digest.digest()

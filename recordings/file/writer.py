@@ -1,0 +1,272 @@
+"""From a run to its recording, while it goes on or afterwards."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from contextlib import ExitStack
+from os import PathLike
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Self
+
+import numpy as np
+from mcap.records import Channel, Schema
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.provenance import Provenance, present_provenance
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
+from slipgrasp.core.trace.types import PhaseChange
+from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, atomic_file
+from slipgrasp.recordings.file.chunks import ChunkWriter
+from slipgrasp.recordings.file.container import McapContainer
+from slipgrasp.recordings.file.documents import (
+    PARAMETERS_ATTACHMENT,
+    PROFILE,
+    SCENARIO_ATTACHMENT,
+    START,
+    STOP,
+    documents_hash,
+    parameters_document,
+    scenario_document,
+    start_document,
+    stop_document,
+)
+from slipgrasp.recordings.file.foxglove import (
+    DISPLAY_RATE,
+    DisplayLayout,
+    FrameClock,
+    display_layouts,
+)
+from slipgrasp.recordings.file.packing import MessageLayout
+from slipgrasp.recordings.file.schemas import OWN_TOPICS, SCHEMA_VERSION, file_descriptor_set
+
+__all__ = ["RecordingWriter", "write_recording"]
+
+CHUNK_BYTES = 1 << 18
+MAX_CHANGES_PER_CHUNK = 4096
+
+
+def write_recording(
+    result: RunResult,
+    path: str | PathLike[str],
+    *,
+    overwrite: bool = False,
+    display_rate: float = DISPLAY_RATE,
+    part_suffix: str = PART_SUFFIX,
+) -> None:
+    """Writes a run as an MCAP file, complete or not at all.
+
+    Nothing but the run decides the bytes: no wall clock, host, path or id is inside.
+
+    Args:
+        result: The run.
+        path: The file to write.
+        overwrite: Whether an existing file is replaced.
+        display_rate: How often the display topics show hand and object, 0 for never [Hz].
+        part_suffix: What the file's name ends with until it is complete.
+
+    Raises:
+        RecordingExistsError: If the file exists and may not be replaced.
+        RecordingWriteError: If it cannot be written, or a number of the run is not finite.
+    """
+    with RecordingWriter(
+        Path(path),
+        result.scenario,
+        result.trace.shape,
+        provenance=result.provenance,
+        overwrite=overwrite,
+        display_rate=display_rate,
+        part_suffix=part_suffix,
+    ) as writer:
+        writer.write(result.trace, result.phase_changes)
+        writer.write_ending(result)
+
+
+class RecordingWriter:
+    """Writes one recording; leaving its ``with`` block by an error leaves no whole file.
+
+    Samples wait until they fill a chunk, so that equal runs give equal files in whatever
+    pieces they come. `flush` writes a chunk before it is full; see `is_regular`.
+
+    Args:
+        path: The file to write.
+        scenario: What decides the run; it stands in the file before the first sample.
+        shape: Shape of the samples to come.
+        provenance: What computes the run; this process if None.
+        overwrite: Whether an existing file is replaced.
+        display_rate: How often the display topics show hand and object, 0 for never [Hz].
+        part_suffix: What the file's name ends with until it is complete.
+        keep_part: Whether an error leaves what was written so far, to be recovered.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        scenario: Scenario,
+        shape: TraceShape,
+        *,
+        provenance: Provenance | None = None,
+        overwrite: bool = False,
+        display_rate: float = DISPLAY_RATE,
+        part_suffix: str = PART_SUFFIX,
+        keep_part: bool = False,
+    ) -> None:
+        self._path = path
+        self._scenario = scenario
+        self._shape = shape
+        self._provenance = provenance or present_provenance()
+        self._overwrite = overwrite
+        self._display_rate = display_rate
+        self._part_suffix = part_suffix
+        self._keep_part = keep_part
+        self._rows = np.empty((0, shape.num_columns))
+        self._changes: list[PhaseChange] = []
+        self.num_samples = 0
+        self.num_phase_changes = 0
+        self.is_regular = True
+
+    def __enter__(self) -> Self:
+        with ExitStack() as stack:
+            file = atomic_file(
+                self._path,
+                overwrite=self._overwrite,
+                part_suffix=self._part_suffix,
+                keep_part=self._keep_part,
+            )
+            self._stream = stack.enter_context(file)
+            self._begin(self._stream)
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._stack.__exit__(kind, error, traceback)
+
+    @property
+    def samples_per_chunk(self) -> int:
+        """How many samples fill a chunk."""
+        return max(1, CHUNK_BYTES // self._chunks.row_bytes)
+
+    def write(self, trace: Trace, changes: Sequence[PhaseChange]) -> None:
+        """Appends samples, each as one message per topic, and phase changes.
+
+        Args:
+            trace: The next samples.
+            changes: The next phase changes; together with the samples of their times.
+
+        Raises:
+            RecordingWriteError: If a number is not finite.
+        """
+        rows = trace.to_rows()
+        self._check_finite(rows, changes)
+        self._rows = np.concatenate([self._rows, rows]) if len(self._rows) else rows
+        self._changes += changes
+        self.num_samples += len(rows)
+        self.num_phase_changes += len(changes)
+        full = self.samples_per_chunk
+        while len(self._rows) >= full:
+            self._write_chunk(self._rows[:full])
+            self._rows = self._rows[full:]
+            self._stream.flush()
+
+    def flush(self) -> None:
+        """Writes what waits, so that it outlives this process; the chunk is not a full one."""
+        if len(self._rows):
+            self.is_regular = False
+            self._write_chunk(self._rows)
+            self._rows = self._rows[:0]
+        self._stream.flush()
+
+    def sync(self) -> None:
+        """Has the disk keep what was flushed, so that it outlives a power cut."""
+        os.fsync(self._stream.fileno())
+
+    def write_ending(self, result: RunResult) -> None:
+        """Writes what waits and how the run ended, and closes the file; nothing can follow."""
+        self._write_rest()
+        by_channel = self._container.message_counts
+        counts = {topic: by_channel[channel] for topic, channel in self._channels.items()}
+        try:
+            document = stop_document(result, counts, self._documents, self._chunks.state)
+        except ValueError as error:
+            raise RecordingWriteError(self._path, "a metric is not a finite number") from error
+        self._container.add_metadata(STOP, document)
+        self._container.finish()
+
+    def _begin(self, stream: BinaryIO) -> None:
+        """Writes everything that stands before the first sample."""
+        library = f"slipgrasp {self._provenance.program}"
+        self._container = McapContainer(stream, profile=PROFILE, library=library)
+        seed = self._scenario.simulation.seed
+        start = start_document(self._shape, self._provenance, seed, self._display_rate)
+        self._container.add_metadata(START, start)
+        scenario = scenario_document(self._scenario)
+        self._container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
+        parameters = parameters_document()
+        self._container.add_attachment(PARAMETERS_ATTACHMENT, "application/json", parameters)
+        self._documents = documents_hash(start, scenario)
+        display: tuple[DisplayLayout, ...] = ()
+        if self._display_rate > 0.0:
+            display = display_layouts(self._scenario, len(OWN_TOPICS) + 1)
+        clock = FrameClock(self._display_rate)
+        self._chunks = ChunkWriter(self._container, self._shape, self._documents, display, clock)
+        self._channels: dict[str, int] = {}
+        for layout in self._chunks.layouts.values():
+            self._register_own(layout)
+        for shown in display:
+            self._register(shown.channel, shown.topic, shown.schema_name, shown.schema, {})
+        self._stream.flush()
+
+    def _register_own(self, layout: MessageLayout) -> None:
+        topic = layout.topic
+        texts = {field.name: field.text for field in topic.fields}
+        metadata = {"schema_version": str(SCHEMA_VERSION), **texts}
+        descriptors = file_descriptor_set(topic)
+        self._register(layout.channel, topic.name, topic.schema_name, descriptors, metadata)
+
+    def _register(
+        self, number: int, topic: str, name: str, schema: bytes, metadata: dict[str, str]
+    ) -> None:
+        self._container.add_schema(Schema(id=number, name=name, encoding="protobuf", data=schema))
+        self._container.add_channel(
+            Channel(
+                id=number,
+                topic=topic,
+                message_encoding="protobuf",
+                schema_id=number,
+                metadata=metadata,
+            )
+        )
+        self._channels[topic] = number
+
+    def _write_chunk(self, rows: NDArray[np.float64]) -> None:
+        """Writes samples with the phase changes before the last of them."""
+        due = sum(change.time < rows[-1, 0] for change in self._changes)
+        changes, self._changes = self._changes[:due], self._changes[due:]
+        while len(changes) > MAX_CHANGES_PER_CHUNK:
+            self._chunks.write(rows[:0], changes[:MAX_CHANGES_PER_CHUNK])
+            changes = changes[MAX_CHANGES_PER_CHUNK:]
+        self._chunks.write(rows, changes)
+
+    def _write_rest(self) -> None:
+        if len(self._rows):
+            self._write_chunk(self._rows)
+        for start in range(0, len(self._changes), MAX_CHANGES_PER_CHUNK):
+            changes = self._changes[start : start + MAX_CHANGES_PER_CHUNK]
+            self._chunks.write(self._rows[:0], changes)
+
+    def _check_finite(self, rows: NDArray[np.float64], changes: Sequence[PhaseChange]) -> None:
+        if not np.isfinite(rows).all():
+            trace = Trace.from_rows(self._shape, rows)
+            (wrong, *_) = (s.name for s in SIGNALS if not np.isfinite(getattr(trace, s.name)).all())
+            raise RecordingWriteError(self._path, f"{wrong} holds a number that is not finite")
+        if not all(np.isfinite(change.time) for change in changes):
+            raise RecordingWriteError(self._path, "a phase change has no finite time")

@@ -1,0 +1,1 @@
+"""The folder of recordings: stored, listed, found, described, uploaded and limited."""

@@ -1,0 +1,98 @@
+"""What lists tell of a run: taken from its recording, kept beside it because reading takes long."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Self
+
+from pydantic import TypeAdapter, ValidationError
+
+from slipgrasp.core.run.result import Metrics, RunResult
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.display_name import preset_titles
+from slipgrasp.recordings.exceptions import DamagedRecordingError
+
+__all__ = ["Description", "figures_of"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Description:
+    """A run without its trace.
+
+    Attributes:
+        title: Title of its scenario, or why the recording cannot be read.
+        controller: Kind of its controller; empty if the recording cannot be read.
+        summary: `RunResult.summary` as it reads back from JSON; empty if it cannot be read.
+    """
+
+    title: str
+    controller: str
+    summary: dict[str, Any]
+
+    @classmethod
+    def from_result(cls, result: RunResult) -> Self:
+        """What is told of this run.
+
+        Raises:
+            DamagedRecordingError: If no file can tell it; only a forged recording holds such a run.
+        """
+        scenario = result.scenario
+        document = {
+            "title": scenario.title,
+            "controller": scenario.controller.kind,
+            "summary": result.summary(),
+        }
+        try:
+            text = json.dumps(document, ensure_ascii=False, allow_nan=False).encode()
+            return cls.from_document(json.loads(text))
+        except (ArithmeticError, ValueError) as error:
+            finding = "its ending holds a number or text that no run has"
+            raise DamagedRecordingError(scenario.title, finding) from error
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Self:
+        """What a document tells that anyone may have edited.
+
+        Raises:
+            ArithmeticError, KeyError, TypeError, ValueError: If it does not tell all.
+        """
+        summary = dict(document["summary"])
+        json.dumps(summary, allow_nan=False)
+        Outcome(summary["outcome"])
+        figures_of(summary)
+        title, controller = document["title"], document["controller"]
+        if not all(isinstance(text, str) for text in (title, controller, summary["name"])):
+            raise TypeError("title, controller and name are texts")
+        return cls(title=title, controller=controller, summary=summary)
+
+    @property
+    def display_name(self) -> str:
+        """What the run is called where runs are told apart; empty if it cannot be read."""
+        return self.summary["name"] if self.summary else ""
+
+    @property
+    def preset(self) -> str:
+        """The preset with the same title; empty if there is none."""
+        return preset_titles().get(self.title, "") if self.summary else ""
+
+
+def figures_of(summary: Mapping[str, Any]) -> dict[str, float | None]:
+    """What runs can be searched and sorted by: end time and every single metric, as numbers.
+
+    Raises:
+        ArithmeticError, KeyError, TypeError, ValueError: If the summary does not tell all.
+    """
+    try:
+        metrics = _reader().validate_python(summary["metrics"])
+    except ValidationError as error:
+        raise ValueError("its metrics are malformed") from error
+    values = {"end_time": summary["end_time"], **metrics.flattened()}
+    return {name: None if value is None else float(value) for name, value in values.items()}
+
+
+@cache
+def _reader() -> TypeAdapter[Metrics]:
+    return TypeAdapter(Metrics)

@@ -1,0 +1,262 @@
+"""The files of a data folder: ``ID.mcap`` is a run, ``ID.json`` what is told and written of it.
+
+The recordings alone say what there is. A sidecar holds what they must not hold, so that
+equal runs are equal files (when it was made, name, notes and tags), and a description for
+lists; where that is missing or unusable, or was made of another file, the recording is read
+instead.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from hashlib import blake2b
+from pathlib import Path
+from stat import S_ISREG
+from typing import Any
+
+from slipgrasp.recordings.exceptions import (
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+)
+from slipgrasp.recordings.file.atomic_file import atomic_file
+from slipgrasp.recordings.file.documents import parse_json
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.store.annotations import Annotations, usable_part
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.identifiers import ID
+from slipgrasp.recordings.store.stored_run import StoredRun
+
+__all__ = ["RunFolder", "Sidecar", "checked_time", "iso_time", "read_document", "time_of"]
+
+MAX_SIDECAR_BYTES = 1 << 25
+DIGEST_BYTES = 12
+
+_HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sidecar:
+    """What can be used of a sidecar.
+
+    Attributes:
+        created: When the run was saved, ISO 8601 in UTC; None if it does not say.
+        description: What it tells of the run; None if not all.
+        annotations: What people wrote.
+    """
+
+    created: str | None
+    description: Description | None
+    annotations: Annotations
+
+
+class RunFolder:
+    """The runs of a folder, each read from its own files.
+
+    Args:
+        path: The folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def recording(self, run_id: str) -> Path:
+        """Where the recording of a run lies, if there is one."""
+        return self.path / f"{run_id}.mcap"
+
+    def sidecar(self, run_id: str) -> Path:
+        """Where the sidecar of a run lies, if there is one."""
+        return self.path / f"{run_id}.json"
+
+    def holds(self, run_id: str) -> bool:
+        """Whether there is such a run; whatever the id looks like, nothing outside is one."""
+        if not ID.fullmatch(run_id):
+            return False
+        path = self.recording(run_id)
+        return path.is_file() and not path.is_symlink()
+
+    def scan(self) -> dict[str, str]:
+        """A stamp of every run, which is another one once a file of it was changed."""
+        stamps: dict[str, dict[str, str]] = {"mcap": {}, "json": {}}
+        try:
+            with os.scandir(self.path) as entries:
+                for entry in entries:
+                    run_id, _, kind = entry.name.partition(".")
+                    if kind in stamps and ID.fullmatch(run_id):
+                        stamps[kind][run_id] = _stamp(entry)
+        except (FileNotFoundError, NotADirectoryError):
+            return {}
+        sidecars = stamps["json"]
+        found = {run_id: stamp for run_id, stamp in stamps["mcap"].items() if stamp}
+        return {run_id: f"{stamp}|{sidecars.get(run_id, '')}" for run_id, stamp in found.items()}
+
+    def read(self, run_id: str) -> StoredRun:
+        """A run, from its sidecar if that will do.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+        """
+        sidecar = self.read_sidecar(run_id)
+        description = sidecar.description or self.describe(run_id)
+        return self.put_together(run_id, sidecar, description)
+
+    def put_together(self, run_id: str, sidecar: Sidecar, description: Description) -> StoredRun:
+        """A run from what is known of it.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+        """
+        path = self.recording(run_id)
+        try:
+            status = path.stat()
+        except FileNotFoundError:
+            raise RecordingNotFoundError(run_id) from None
+        return StoredRun.of(
+            run_id,
+            path,
+            created=sidecar.created or time_of(status),
+            size=status.st_size,
+            description=description,
+            annotations=sidecar.annotations,
+        )
+
+    def describe(self, run_id: str) -> Description:
+        """What the recording itself tells; of one that cannot be read, why.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+        """
+        try:
+            return Description.from_result(read_recording(self.recording(run_id)))
+        except RecordingNotFoundError:
+            raise RecordingNotFoundError(run_id) from None
+        except RecordingError as error:
+            return Description(title=str(error), controller="", summary={})
+
+    def read_sidecar(self, run_id: str) -> Sidecar:
+        """What can be used of the sidecar, which may be missing or damaged."""
+        document = read_document(self.sidecar(run_id))
+        description: Description | None
+        try:
+            description = Description.from_document(document)
+        except (ArithmeticError, KeyError, TypeError, ValueError):
+            description = None
+        if description and document.get("digest") != _digest(description, self._size(run_id)):
+            description = None
+        return Sidecar(
+            created=checked_time(document.get("created")),
+            description=description,
+            annotations=usable_part(document),
+        )
+
+    def write_sidecar(self, stored: StoredRun) -> None:
+        """Writes the sidecar of a run.
+
+        Raises:
+            RecordingWriteError: If it cannot be written; then the old one is still there.
+        """
+        description = Description(
+            title=stored.title, controller=stored.controller, summary=stored.summary
+        )
+        document = {
+            "created": stored.created,
+            "title": stored.title,
+            "controller": stored.controller,
+            "name": stored.name,
+            "notes": stored.notes,
+            "tags": stored.tags,
+            "summary": stored.summary,
+            "digest": _digest(description, stored.size),
+        }
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1).encode()
+        if len(text) > MAX_SIDECAR_BYTES:
+            cause = f"its phase changes and texts take more than {MAX_SIDECAR_BYTES} bytes"
+            raise RecordingWriteError(self.sidecar(stored.id), cause)
+        with atomic_file(self.sidecar(stored.id), overwrite=True) as stream:
+            stream.write(text)
+
+    def _size(self, run_id: str) -> int:
+        """Bytes of a recording; 0 if it is not there."""
+        try:
+            return self.recording(run_id).stat().st_size
+        except FileNotFoundError:
+            return 0
+
+    def delete(self, run_id: str) -> None:
+        """Removes the files of a run.
+
+        Raises:
+            RecordingNotFoundError: If it is not there, or no longer.
+            RecordingError: If it cannot be removed.
+        """
+        try:
+            self.recording(run_id).unlink()
+            self.sidecar(run_id).unlink(missing_ok=True)
+        except FileNotFoundError:
+            raise RecordingNotFoundError(run_id) from None
+        except OSError as error:
+            path = self.recording(run_id)
+            raise RecordingError(f"cannot delete '{path}': {error.strerror}") from error
+
+
+def _digest(description: Description, size: int) -> str:
+    """Ties a description to itself and to the size of the recording it was computed from."""
+    text = json.dumps(
+        [description.title, description.controller, description.summary, size], sort_keys=True
+    )
+    return blake2b(text.encode(), digest_size=DIGEST_BYTES).hexdigest()
+
+
+def iso_time(time: datetime) -> str:
+    """ISO 8601 in UTC, to the millisecond."""
+    return time.astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+def _stamp(entry: os.DirEntry[str]) -> str:
+    """Empty if it is no file of its own, or no longer there."""
+    try:
+        if not entry.is_file(follow_symlinks=False):
+            return ""
+        status = entry.stat(follow_symlinks=False)
+    except FileNotFoundError:
+        return ""
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ctime_ns} {status.st_ino}"
+
+
+def time_of(status: os.stat_result) -> str:
+    """When a file was changed last; 1970 if its time is none that a date can be made of."""
+    try:
+        return iso_time(datetime.fromtimestamp(status.st_mtime, UTC))
+    except (OSError, OverflowError, ValueError):
+        return iso_time(datetime.fromtimestamp(0.0, UTC))
+
+
+def read_document(path: Path) -> Mapping[str, Any]:
+    """A JSON object, empty if there is none or it is not usable at all."""
+    try:
+        status = path.lstat()
+        if not S_ISREG(status.st_mode) or status.st_size > MAX_SIDECAR_BYTES:
+            return {}
+        text = path.read_bytes()
+        document = parse_json(text.decode("utf-8"))
+        if _HALF_PAIR.search(text):
+            json.dumps(document, ensure_ascii=False).encode()
+    except (OSError, ValueError):
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def checked_time(value: object) -> str | None:
+    """A time as `iso_time` gives it; None if it is none."""
+    if not isinstance(value, str):
+        return None
+    try:
+        time = datetime.fromisoformat(value)
+        return iso_time(time if time.tzinfo else time.replace(tzinfo=UTC))
+    except (ValueError, OverflowError):
+        return None

@@ -1,0 +1,303 @@
+"""The folder where runs are kept: one recording and one sidecar per run.
+
+The recordings alone say what there is; see `slipgrasp.recordings.store.run_folder`. Searches go by
+way of a catalogue, which is made again from the files whenever it will not do.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Lock
+
+import platformdirs
+
+from slipgrasp.core.run.claims import contradictions_of
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.exceptions import (
+    ContradictoryRecordingError,
+    RecordingChangedError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+)
+from slipgrasp.recordings.file.atomic_file import atomic_file
+from slipgrasp.recordings.file.file_lock import try_lock
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.annotations import Annotations
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.identifiers import IdSource
+from slipgrasp.recordings.store.run_folder import RunFolder, iso_time
+from slipgrasp.recordings.store.run_index import FoundRuns, RunIndex
+from slipgrasp.recordings.store.run_query import RunQuery
+from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.recordings.store.upload import UPLOAD_SUFFIX, Upload
+
+__all__ = ["RecordingStore", "Reservation", "StoredRun", "default_data_directory"]
+
+DATA_VARIABLE = "SLIPGRASP_DATA"
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Reservation:
+    """A place for a run that is to be recorded.
+
+    Attributes:
+        id: The run's name in the store.
+        path: Where its recording is to be written.
+    """
+
+    id: str
+    path: Path
+
+
+def default_data_directory() -> Path:
+    """Where runs are kept: ``SLIPGRASP_DATA`` if set, else the platform's folder for data."""
+    chosen = os.environ.get(DATA_VARIABLE)
+    return Path(chosen) if chosen else Path(platformdirs.user_data_dir("slipgrasp", False))
+
+
+class RecordingStore:
+    """Keeps runs in a folder; safe to use from several threads.
+
+    Args:
+        folder: The folder; made with the first run.
+        limits: How much may be kept there.
+    """
+
+    def __init__(self, folder: Path, limits: StorageLimits | None = None) -> None:
+        self._folder = RunFolder(folder)
+        self._index = RunIndex(self._folder)
+        self._limits = limits or StorageLimits()
+        self._ids = IdSource()
+        self._change_lock = Lock()
+
+    def prepare(self) -> None:
+        """Makes the folder if it is missing.
+
+        Raises:
+            RecordingWriteError: If nothing can be saved there.
+        """
+        folder = self._folder.path
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RecordingWriteError(folder, error.strerror or "no folder") from error
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise RecordingWriteError(folder, "no permission to write in this folder")
+
+    def close(self) -> None:
+        """Closes what the store keeps open; it can still be used."""
+        self._index.close()
+
+    def reserve(self, incoming: int = 0, *, run_id: str | None = None) -> Reservation:
+        """Finds a place for a run, before it is simulated or sent.
+
+        Args:
+            incoming: Bytes of its recording, as far as known.
+            run_id: An id from `new_id`, if it has one already.
+
+        Raises:
+            RecordingWriteError: If nothing can be saved.
+            StorageFullError: If there is no room.
+        """
+        self.check_room(incoming)
+        run_id = run_id or self.new_id()
+        return Reservation(run_id, self._folder.recording(run_id))
+
+    def check_room(self, incoming: int = 0) -> None:
+        """Finds out whether another run can be kept; raises as `reserve`."""
+        self.prepare()
+        self._limits.check(self._folder.path, incoming)
+
+    def register(
+        self, reservation: Reservation, result: RunResult, annotations: Annotations | None = None
+    ) -> StoredRun:
+        """Describes a run whose recording was written at its place.
+
+        Where that cannot be written the run is kept all the same; it is then described by
+        its recording.
+
+        Raises:
+            ContradictoryRecordingError: If it says of itself what its samples do not give.
+            RecordingNotFoundError: If its recording was not written, or is gone.
+        """
+        if found := contradictions_of(result):
+            raise ContradictoryRecordingError(str(reservation.path), found)
+        description = Description.from_result(result)
+        return self._describe(reservation, description, annotations or Annotations())
+
+    def _describe(
+        self, reservation: Reservation, description: Description, annotations: Annotations
+    ) -> StoredRun:
+        try:
+            size = reservation.path.stat().st_size
+        except FileNotFoundError:
+            raise RecordingNotFoundError(reservation.id) from None
+        stored = StoredRun.of(
+            reservation.id,
+            reservation.path,
+            created=iso_time(datetime.now(UTC)),
+            size=size,
+            description=description,
+            annotations=annotations,
+        )
+        try:
+            self._folder.write_sidecar(stored)
+        except RecordingWriteError as error:
+            _logger.warning("run %s is kept without its sidecar: %s", stored.id, error)
+        return stored
+
+    def save(self, result: RunResult) -> StoredRun:
+        """Keeps a run.
+
+        Raises:
+            RecordingWriteError: If it cannot be written; then nothing of it is left.
+            StorageFullError: If there is no room.
+        """
+        reservation = self.reserve()
+        write_recording(result, reservation.path)
+        return self.register(reservation, result)
+
+    def keep(
+        self, run_id: str, data: bytes, description: Description, annotations: Annotations
+    ) -> StoredRun:
+        """Keeps a recording that was made elsewhere; one of the same id is replaced.
+
+        Args:
+            run_id: Its id.
+            data: The bytes of the file, as `write_recording` makes them.
+            description: What is told of the run.
+            annotations: What is written about it.
+
+        Raises:
+            RecordingWriteError: If it cannot be written.
+            StorageFullError: If there is no room.
+        """
+        reservation = self.reserve(len(data), run_id=run_id)
+        with atomic_file(reservation.path, overwrite=True) as stream:
+            stream.write(data)
+        return self._describe(reservation, description, annotations)
+
+    def upload(self, reservation: Reservation) -> Upload:
+        """What takes a recording that is sent; `register` it once it is finished."""
+        return Upload(reservation.path, self._limits)
+
+    def discard_unfinished_uploads(self) -> None:
+        """Deletes what a service left of uploads when it was killed."""
+        for part in self._folder.path.glob(f"*{UPLOAD_SUFFIX}"):
+            try:
+                if not part.is_symlink() and not _is_being_written(part):
+                    part.unlink()
+            except OSError as error:
+                _logger.warning("'%s' could not be deleted: %s", part, error.strerror)
+
+    def list(self, offset: int = 0, limit: int | None = None) -> list[StoredRun]:
+        """The runs, newest first.
+
+        Args:
+            offset: How many of the newest to leave out.
+            limit: How many to return at most; all if None.
+        """
+        return self.find(RunQuery(offset=offset, limit=limit)).runs
+
+    def find(self, query: RunQuery) -> FoundRuns:
+        """The runs that a search asks for, and how many there are."""
+        return self._index.find(query)
+
+    def count(self) -> int:
+        """How many runs there are."""
+        return len(self._folder.scan())
+
+    def get(self, run_id: str) -> StoredRun:
+        """One run by its id.
+
+        Raises:
+            RecordingNotFoundError: If there is none, whatever the id looks like.
+        """
+        if not self._folder.holds(run_id):
+            raise RecordingNotFoundError(run_id)
+        return self._folder.read(run_id)
+
+    def open(self, run_id: str) -> RunResult:
+        """Reads a run back.
+
+        Raises:
+            RecordingNotFoundError: If there is none.
+            RecordingError: If its file is damaged.
+        """
+        return read_recording(self.get(run_id).path)
+
+    def annotate(
+        self,
+        run_id: str,
+        *,
+        name: str | None = None,
+        notes: str | None = None,
+        tags: Sequence[str] | None = None,
+        expected: Collection[str] | None = None,
+    ) -> StoredRun:
+        """Changes what is written about a run; what is None stays.
+
+        Args:
+            run_id: The run.
+            name: At most 200 printable characters.
+            notes: At most 10 000 characters.
+            tags: At most 32 of at most 64 printable characters.
+            expected: Revisions for which the change is made; any if None.
+
+        Returns:
+            The run as it is told of now.
+
+        Raises:
+            RecordingNotFoundError: If there is none.
+            AnnotationError: If name, notes or tags are beyond their bounds.
+            RecordingChangedError: If the run's revision is none of those expected.
+            RecordingWriteError: If it cannot be written; then nothing has changed.
+        """
+        given = {"name": name, "notes": notes, "tags": tags}
+        changes = {key: value for key, value in given.items() if value is not None}
+        checked = Annotations.checked(changes)
+        with self._change_lock:
+            stored = self.get(run_id)
+            if expected is not None and stored.revision not in expected:
+                raise RecordingChangedError(run_id)
+            changed = replace(stored, **{key: getattr(checked, key) for key in changes})
+            self._folder.write_sidecar(changed)
+        self._index.forget(run_id)
+        return changed
+
+    def delete(self, run_id: str, *, expected: Collection[str] | None = None) -> None:
+        """Removes a run for good.
+
+        Args:
+            run_id: The run.
+            expected: Revisions for which it is removed; any if None.
+
+        Raises:
+            RecordingNotFoundError: If there is none.
+            RecordingChangedError: If the run's revision is none of those expected.
+            RecordingError: If it cannot be removed.
+        """
+        with self._change_lock:
+            if not self._folder.holds(run_id):
+                raise RecordingNotFoundError(run_id)
+            if expected is not None and self._folder.read(run_id).revision not in expected:
+                raise RecordingChangedError(run_id)
+            self._folder.delete(run_id)
+
+    def new_id(self) -> str:
+        """An id that sorts after all that this store has made before."""
+        return self._ids.new(datetime.now(UTC))
+
+
+def _is_being_written(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return not try_lock(stream)

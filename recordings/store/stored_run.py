@@ -1,0 +1,104 @@
+"""A run as it lies in the store."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Self
+
+from slipgrasp.core.words.display_name import file_stem
+from slipgrasp.recordings.store.annotations import Annotations
+from slipgrasp.recordings.store.description import Description
+
+__all__ = ["StoredRun"]
+
+_REVISION_BYTES = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredRun:
+    """A run in the store.
+
+    Attributes:
+        id: Its name in the store, twelve letters and digits.
+        path: Its recording.
+        created: When it was saved, ISO 8601 in UTC.
+        title: Title of its scenario, or why its recording cannot be read.
+        summary: The run without its trace (`RunResult.summary`); empty if it cannot be read.
+        name: What a user calls it.
+        notes: What a user wrote about it.
+        tags: Words to find it by.
+        preset: The preset whose title its scenario has; empty if there is none.
+        controller: Kind of its controller.
+        size: Bytes of its recording.
+    """
+
+    id: str
+    path: Path
+    created: str
+    title: str
+    summary: dict[str, Any]
+    name: str = ""
+    notes: str = ""
+    tags: tuple[str, ...] = ()
+    preset: str = ""
+    controller: str = ""
+    size: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        run_id: str,
+        path: Path,
+        *,
+        created: str,
+        size: int,
+        description: Description,
+        annotations: Annotations,
+    ) -> Self:
+        """A run put together from what its recording tells and what people wrote about it."""
+        return cls(
+            id=run_id,
+            path=path,
+            created=created,
+            size=size,
+            title=description.title,
+            summary=description.summary,
+            preset=description.preset,
+            controller=description.controller,
+            name=annotations.name,
+            notes=annotations.notes,
+            tags=annotations.tags,
+        )
+
+    @property
+    def display_name(self) -> str:
+        """What to call it: what a user does, else its preset and what differs from it."""
+        return self.name or self.summary.get("name", "") or self.id
+
+    def file_name(self, ending: str) -> str:
+        """What a file made of it is called, such as ``paper-case-2-mass-1.4-kg-ID.csv``.
+
+        Args:
+            ending: Its ending, without the dot.
+        """
+        stem = "" if not self.summary else file_stem(self.display_name)
+        return "-".join(filter(None, (stem, self.id))) + f".{ending}"
+
+    @property
+    def annotations(self) -> Annotations:
+        """What people wrote about it."""
+        return Annotations(name=self.name, notes=self.notes, tags=self.tags)
+
+    @property
+    def revision(self) -> str:
+        """Another one whenever anything that is told of the run has changed."""
+        told = json.dumps(self.told(), sort_keys=True).encode()
+        return hashlib.blake2b(told, digest_size=_REVISION_BYTES).hexdigest()
+
+    def told(self) -> dict[str, Any]:
+        """All that is told of it, as plain values for JSON: everything but its id and path."""
+        names = (field.name for field in fields(self) if field.name not in ("id", "path"))
+        return {name: getattr(self, name) for name in names}

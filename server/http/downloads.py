@@ -1,0 +1,237 @@
+"""Files to download: known by their entity tag, whole or in part (RFC 9110, sections 13, 14).
+
+A file is opened before its answer begins, so that one that is deleted meanwhile is still
+sent to its end.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from hashlib import blake2b
+from os import SEEK_END
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+from fastapi import Depends, Header, Request
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
+
+from slipgrasp.server.http.conditions import expected_revisions, is_known
+from slipgrasp.server.http.errors import printable, problem_response
+from slipgrasp.server.runs.schemas import ProblemPublic
+
+__all__ = [
+    "BINARY",
+    "BINARY_SCHEMA",
+    "Asked",
+    "AskedDep",
+    "Download",
+    "download_responses",
+    "file_tag",
+    "tag_of",
+]
+
+PIECE_BYTES = 1 << 18
+BINARY = "application/octet-stream"
+BINARY_SCHEMA = {"type": "string", "format": "binary"}
+
+_RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
+_FAR_BEYOND_THE_END = 10**18
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What of a file a client asks for; each header None where it was not sent.
+
+    Attributes:
+        is_head: Whether it wants the headers alone.
+        range: Which part of it.
+        if_range: Entity tag for which it wants the part; otherwise it wants the whole.
+        if_match: Entity tags for which it wants anything.
+        if_none_match: Entity tags of what it has.
+    """
+
+    is_head: bool = False
+    range: str | None = None
+    if_range: str | None = None
+    if_match: str | None = None
+    if_none_match: str | None = None
+
+    def wants_part(self, tag: str) -> bool:
+        """Whether it wants a part of what has this tag, if it asks for one at all."""
+        return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
+
+
+def _read_asked(
+    request: Request,
+    range_: Annotated[
+        str | None,
+        Header(
+            alias="Range",
+            description="which bytes; one range, otherwise the whole file is sent",
+            examples=["bytes=0-1023"],
+        ),
+    ] = None,
+    if_range: Annotated[
+        str | None, Header(description="send the part only if the `ETag` is still this one")
+    ] = None,
+    if_match: Annotated[
+        str | None, Header(description="answer 412 if the `ETag` is another one")
+    ] = None,
+    if_none_match: Annotated[
+        str | None, Header(description="answer 304 if the `ETag` is still this one")
+    ] = None,
+) -> Asked:
+    return Asked(
+        is_head=request.method == "HEAD",
+        range=range_,
+        if_range=if_range,
+        if_match=if_match,
+        if_none_match=if_none_match,
+    )
+
+
+AskedDep = Annotated[Asked, Depends(_read_asked)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Download:
+    """A file that can be downloaded.
+
+    Attributes:
+        tag: Its strong entity tag, in quotes; another one as soon as a byte is another one.
+        name: What a client should call it.
+        media_type: What it is.
+        open: Opens it, or makes it first; called only if the tag alone does not answer.
+    """
+
+    tag: str
+    name: str
+    media_type: str
+    open: Callable[[], BinaryIO]
+
+    def answer(self, asked: Asked) -> Response:
+        """The file, a part of it, or why not; it may take as long as `open` does.
+
+        Args:
+            asked: What the client asks for.
+
+        Raises:
+            SlipgraspError: Whatever `open` raises.
+        """
+        expected = expected_revisions(asked.if_match)
+        if expected is not None and self.tag.strip('"') not in expected:
+            detail = f"'{self.name}' is another file by now; its ETag is {self.tag}"
+            return problem_response(412, detail, headers={"ETag": self.tag})
+        if is_known(self.tag, asked.if_none_match):
+            return Response(status_code=304, headers={"ETag": self.tag})
+        file = self.open()
+        size = file.seek(0, SEEK_END)
+        part = _part(asked.range, size) if asked.wants_part(self.tag) else None
+        if part is not None and not part:
+            file.close()
+            detail = f"Range is '{printable(asked.range or '')}', but the file has {size} bytes"
+            return problem_response(416, detail, headers={"Content-Range": f"bytes */{size}"})
+        headers = {
+            "ETag": self.tag,
+            "Accept-Ranges": "bytes",
+            "Content-Disposition": f'attachment; filename="{self.name}"',
+        }
+        if part is not None:
+            headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"
+        return _FileAnswer(
+            file, range(size) if part is None else part, 206 if part else 200, headers, self, asked
+        )
+
+
+class _FileAnswer(StreamingResponse):
+    """Sends some bytes of an open file, and closes it whatever happens."""
+
+    def __init__(
+        self,
+        file: BinaryIO,
+        part: range,
+        status: int,
+        headers: dict[str, str],
+        download: Download,
+        asked: Asked,
+    ) -> None:
+        headers["Content-Length"] = str(len(part))
+        sent = range(0) if asked.is_head else part
+        super().__init__(_pieces(file, sent), status, headers, download.media_type)
+        self._file = file
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._file.close()
+
+
+async def _pieces(file: BinaryIO, part: range) -> AsyncIterator[bytes]:
+    await run_in_threadpool(file.seek, part.start)
+    left = len(part)
+    while left and (piece := await run_in_threadpool(file.read, min(left, PIECE_BYTES))):
+        left -= len(piece)
+        yield piece
+
+
+def _part(asked: str | None, size: int) -> range | None:
+    """The bytes a ``Range`` names: None for all, empty if the file has none of them.
+
+    What is malformed, or more than one range, is ignored, as the standard allows.
+    """
+    found = _RANGE.fullmatch(asked.strip()) if asked else None
+    if found is None or found[1] == found[2] == "":
+        return None
+    if not found[1]:
+        return range(max(size - _position(found[2]), 0), size)
+    first, last = _position(found[1]), _position(found[2]) if found[2] else size
+    if found[2] and last < first:
+        return None
+    return range(first, min(last + 1, size))
+
+
+def _position(digits: str) -> int:
+    """The number, or one that is beyond the end of any file as well."""
+    significant = digits.lstrip("0") or "0"
+    return _FAR_BEYOND_THE_END if len(significant) > 18 else int(significant)
+
+
+def tag_of(*facts: object) -> str:
+    """A strong entity tag for what these facts decide to the last byte."""
+    return f'"{blake2b(repr(facts).encode(), digest_size=12).hexdigest()}"'
+
+
+def file_tag(path: Path) -> str:
+    """The entity tag of a file that is never written in place, only replaced.
+
+    Raises:
+        FileNotFoundError: If there is none.
+    """
+    status = path.stat()
+    return tag_of(status.st_size, status.st_mtime_ns, status.st_ino)
+
+
+def download_responses(
+    *media_types: str, problems: tuple[int, ...] = (404,)
+) -> dict[int | str, dict[str, Any]]:
+    """How a route declares that it answers with a download.
+
+    Args:
+        media_types: What it may be.
+        problems: Statuses of what can go wrong besides the conditions and the range.
+    """
+    text = {"schema": {"type": "string"}}
+    binary = {"schema": BINARY_SCHEMA}
+    content = {kind: text if kind.startswith("text/") else binary for kind in media_types}
+    tag = {"ETag": {"description": "Tag of the file", "schema": {"type": "string"}}}
+    return {
+        200: {"description": "The file", "content": content, "headers": tag},
+        206: {"description": "The part that `Range` asks for", "content": content, "headers": tag},
+        304: {"description": "The client has it, as `If-None-Match` says"},
+        **ProblemPublic.responses((*problems, 412, 416)),
+    }

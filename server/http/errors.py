@@ -1,0 +1,299 @@
+"""From an error to its HTTP answer: problem details (RFC 9457), one mapping."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse
+from starlette.routing import Match
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError, SlipgraspError
+from slipgrasp.recordings.exceptions import (
+    AnnotationError,
+    RecordingChangedError,
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+    StorageFullError,
+)
+from slipgrasp.recordings.study.rebuild import RebuildError
+from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
+
+__all__ = [
+    "STATUSES",
+    "BodyTooLargeError",
+    "BodyTooSlowError",
+    "InvalidRequestError",
+    "ResultNotFoundError",
+    "RunForgottenError",
+    "RunUnfinishedError",
+    "ServiceBusyError",
+    "ServiceEndingError",
+    "StudyUnfinishedError",
+    "UnreadableBodyError",
+    "UnsupportedBodyError",
+    "add_error_handlers",
+    "invalid_fields",
+    "nearest",
+    "printable",
+    "problem_response",
+]
+
+_BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
+_PLACES = ("body", "query", "header", "path", "str", "dict")
+_METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
+
+
+class InvalidRequestError(SlipgraspError):
+    """A request whose shape is wrong, with one entry per wrong field."""
+
+    def __init__(self, errors: Sequence[FieldError]) -> None:
+        self.errors = tuple(errors)
+        super().__init__("; ".join(error.message for error in self.errors))
+
+
+class UnreadableBodyError(SlipgraspError):
+    """A request body that is not what it should be, JSON unless told otherwise."""
+
+    def __init__(self, finding: str, kind: str = "JSON") -> None:
+        super().__init__(f"the body is not {kind}: {finding}")
+
+
+class UnsupportedBodyError(SlipgraspError):
+    """A request body of another type than those that are read."""
+
+    def __init__(self, content_type: str, allowed: str = "application/json") -> None:
+        super().__init__(
+            f"the body is declared as '{printable(content_type)}'; send it with "
+            f"Content-Type: {allowed}"
+        )
+
+
+class BodyTooLargeError(SlipgraspError):
+    """A request body beyond the limit."""
+
+    def __init__(self, limit: int) -> None:
+        super().__init__(f"the body is larger than {limit} bytes, the most that is read here")
+
+
+class BodyTooSlowError(SlipgraspError):
+    """A request body that hardly arrives."""
+
+    def __init__(self) -> None:
+        super().__init__("the body arrives too slowly; send it again")
+
+
+class ServiceBusyError(SlipgraspError):
+    """No room for another run, or another upload, at the moment.
+
+    Attributes:
+        retry_after: When to come back [s].
+    """
+
+    def __init__(
+        self, waiting: int, retry_after: int, busy_with: str = "runs are waiting already"
+    ) -> None:
+        self.retry_after = retry_after
+        super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
+
+
+class RunUnfinishedError(SlipgraspError):
+    """Something that can be done with a run only once it has ended."""
+
+    def __init__(self, run_id: str) -> None:
+        super().__init__(
+            f"run '{run_id}' has not ended yet; wait until GET /api/v1/runs/{run_id} answers 200, "
+            f"or end it with POST /api/v1/runs/{run_id}/stop"
+        )
+
+
+class StudyUnfinishedError(SlipgraspError):
+    """Something that can be done with a study only once its file is complete."""
+
+    def __init__(self, study_id: str) -> None:
+        super().__init__(
+            f"study '{study_id}' is not finished; wait for its end, or end it where it is with "
+            f"POST /api/v1/studies/{study_id}/cancel"
+        )
+
+
+class ResultNotFoundError(SlipgraspError):
+    """A study has no result of that run."""
+
+    def __init__(self, study_id: str, index: int, num_rows: int, num_runs: int) -> None:
+        there = f"but those of runs 0 … {num_rows - 1}" if num_rows else "and none yet of any"
+        super().__init__(
+            f"study '{study_id}' has no result of run {index}, {there}, of {num_runs} runs"
+        )
+
+
+class ServiceEndingError(SlipgraspError):
+    """Something long was asked for, and the service is to end."""
+
+    def __init__(self) -> None:
+        super().__init__("the service is about to end; send the request again in a moment")
+
+
+class RunForgottenError(SlipgraspError):
+    """A run that was still waiting for its turn when the service ended."""
+
+    def __init__(self) -> None:
+        super().__init__("the service ended before the run began; send the request again")
+
+
+STATUSES: Mapping[type[SlipgraspError], int] = {
+    UnreadableBodyError: 400,
+    RecordingNotFoundError: 404,
+    BodyTooSlowError: 408,
+    ResultNotFoundError: 404,
+    RunUnfinishedError: 409,
+    StudyUnfinishedError: 409,
+    RebuildError: 409,
+    RecordingChangedError: 412,
+    BodyTooLargeError: 413,
+    UnsupportedBodyError: 415,
+    IdempotencyKeyReusedError: 422,
+    InvalidRequestError: 422,
+    ScenarioError: 422,
+    RecordingWriteError: 507,
+    StorageFullError: 507,
+    RecordingError: 422,
+    RunForgottenError: 503,
+    ServiceEndingError: 503,
+    ServiceBusyError: 503,
+}
+"""The status of each error; of two that fit, the first."""
+
+
+def problem_response(
+    status: int,
+    detail: str,
+    *,
+    errors: Iterable[FieldError] = (),
+    headers: Mapping[str, str] | None = None,
+) -> JSONResponse:
+    """An answer in the form of RFC 9457, with the wrong fields where there are any."""
+    content: dict[str, Any] = {
+        "type": "about:blank",
+        "title": HTTPStatus(status).phrase,
+        "status": status,
+        "detail": detail,
+    }
+    if listed := [asdict(error) for error in errors]:
+        content["errors"] = listed
+    return JSONResponse(content, status, headers, media_type="application/problem+json")
+
+
+def add_error_handlers(app: FastAPI) -> None:
+    """Makes every error of an application a problem document."""
+    app.add_exception_handler(SlipgraspError, _answer_own_error)
+    app.add_exception_handler(RequestValidationError, _answer_invalid_request)
+    app.add_exception_handler(HTTPException, _answer_http_error)
+    app.add_exception_handler(Exception, _answer_unexpected_error)
+
+
+async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
+    status = next((s for kind, s in STATUSES.items() if isinstance(error, kind)), 500)
+    errors: Sequence[FieldError] = ()
+    headers: dict[str, str] = {}
+    if isinstance(error, (ScenarioError, InvalidRequestError)):
+        errors = error.errors
+    elif isinstance(error, AnnotationError):
+        errors = (FieldError(field=error.field, value=None, limit=None, message=str(error)),)
+    elif status in (400, 422):
+        errors = (FieldError(field="", value=None, limit=None, message=str(error)),)
+    if isinstance(error, ServiceBusyError):
+        headers["Retry-After"] = str(error.retry_after)
+    if isinstance(error, (BodyTooLargeError, BodyTooSlowError, StorageFullError)):
+        # The rest of the body would have to be read and thrown away.
+        headers["Connection"] = "close"
+    return problem_response(status, str(error), errors=errors, headers=headers)
+
+
+async def _answer_invalid_request(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    return await _answer_own_error(request, InvalidRequestError(invalid_fields(error.errors())))
+
+
+async def _answer_http_error(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    headers = dict(error.headers or {})
+    detail = str(error.detail)
+    if error.status_code == HTTPStatus.NOT_FOUND:
+        detail = f"there is nothing at '{printable(request.url.path)}'; see /api/v1/docs"
+    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+        headers["Allow"] = ", ".join(_allowed_methods(request))
+        detail = f"{request.method} is not possible here, only {headers['Allow']}"
+    return problem_response(error.status_code, detail, headers=headers)
+
+
+async def _answer_unexpected_error(request: Request, error: Exception) -> JSONResponse:
+    # The server logs the error itself; its text may hold what is none of the client's business.
+    return problem_response(500, "an unexpected error; the server's log has its traceback")
+
+
+def _allowed_methods(request: Request) -> list[str]:
+    """All methods of a path: several routes may share it, and each knows only its own."""
+    return [
+        method
+        for method in _METHODS
+        if any(
+            route.matches({**request.scope, "method": method})[0] is Match.FULL
+            for route in request.app.router.routes
+        )
+    ]
+
+
+def invalid_fields(findings: Iterable[Any], known: Iterable[str] = ()) -> list[FieldError]:
+    """Pydantic's findings about a request as field errors.
+
+    Args:
+        findings: What ``errors()`` of a validation error gives.
+        known: Names of the fields there are, to suggest for an unknown one.
+    """
+    return [_field_error(finding, tuple(known)) for finding in findings]
+
+
+def _field_error(finding: Any, known: Sequence[str]) -> FieldError:
+    path = [str(part) for part in finding["loc"] if part not in _PLACES]
+    field = printable(".".join(path))
+    if finding["type"] == "extra_forbidden":
+        message = f"unknown field '{field}'{nearest(field, known)}"
+        return FieldError(field=field, value=None, limit=None, message=message)
+    value = _echo(finding["input"])
+    bounds = finding.get("ctx", {})
+    limit = ", ".join(f"{word} {bounds[name]}" for name, word in _BOUNDS.items() if name in bounds)
+    told = "" if value is None else f" is '{value}'"
+    found = finding["msg"].removeprefix("Value error, ")
+    sentence = f"{field or 'the body'}{told}: {found[:1].lower()}{found[1:]}"
+    return FieldError(field=field, value=value, limit=limit or None, message=sentence)
+
+
+def nearest(word: str, words: Iterable[str]) -> str:
+    """A suggestion to end an error message with, empty if nothing is close."""
+    close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def printable(text: str, length: int = 80) -> str:
+    """The beginning of a text from outside, characters that cannot be shown as ``?``."""
+    return "".join(c if c.isprintable() else "?" for c in text[:length])
+
+
+def _echo(value: Any) -> float | int | bool | str | None:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, int) and abs(value) >= 10**15:
+        return "a huge integer"
+    if isinstance(value, str):
+        return printable(value)
+    return value if isinstance(value, (bool, int, float)) else None

@@ -1,0 +1,125 @@
+"""Reading a JSON request body without believing anything about it.
+
+Beyond what ``json`` checks: every name once, short and in plain ASCII, no text that
+cannot be stored as UTF-8, and nothing deeper or larger than a scenario can be, so that
+nobody behind this has to fear recursion or a million names. Numbers that no float can
+hold are read as infinite; whoever validates the field then refuses them by its name.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.server.http.errors import InvalidRequestError, UnreadableBodyError, printable
+
+__all__ = ["MAX_DEPTH", "MAX_NAMES", "MAX_NAME_LENGTH", "MAX_VALUES", "read_json"]
+
+MAX_DEPTH = 12
+MAX_NAMES = 200
+MAX_NAME_LENGTH = 100
+MAX_VALUES = 10_000
+MAX_FINDINGS = 20
+_MAX_DIGITS = 308
+
+
+def read_json(body: bytes, max_values: int = MAX_VALUES) -> Any:
+    """Parses a request body.
+
+    Args:
+        body: The bytes as they came.
+        max_values: How many values it may hold.
+
+    Returns:
+        Plain values: dict, list, str, int, float, bool or None.
+
+    Raises:
+        UnreadableBodyError: If it is not JSON.
+        InvalidRequestError: If it is, but holds something no request may hold.
+    """
+    try:
+        text = body.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise UnreadableBodyError(f"byte {error.start} is not UTF-8") from error
+    if not text.strip():
+        raise UnreadableBodyError("it is empty")
+    try:
+        value = json.loads(text, object_pairs_hook=_read_object, parse_int=_read_integer)
+    except json.JSONDecodeError as error:
+        found = f"{error.msg.lower()} at line {error.lineno} column {error.colno}"
+        raise UnreadableBodyError(found) from error
+    except RecursionError as error:
+        raise UnreadableBodyError(f"it is nested deeper than {MAX_DEPTH} levels") from error
+    if findings := list(islice(_find_faults(value, max_values), MAX_FINDINGS)):
+        raise InvalidRequestError(findings)
+    return value
+
+
+def _read_object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        (name, _), *_ = Counter(name for name, _ in pairs).most_common(1)
+        twice = printable(name)
+        raise InvalidRequestError(
+            [_fault(twice, None, "each name once", f"'{twice}' is given twice")]
+        )
+    return members
+
+
+def _read_integer(digits: str) -> int | float:
+    return int(digits) if len(digits) <= _MAX_DIGITS else math.copysign(math.inf, float(digits[:2]))
+
+
+def _find_faults(root: Any, max_values: int) -> Iterator[FieldError]:
+    """Walks the values without recursion."""
+    branches: list[tuple[str, int, Any]] = [("", 0, root)]
+    num_values = 0
+    while branches:
+        field, depth, value = branches.pop()
+        num_values += 1
+        if num_values > max_values:
+            limit = f"{max_values} values"
+            yield _fault("", None, limit, f"the body holds more than {limit}")
+            return
+        if depth > MAX_DEPTH:
+            limit = f"{MAX_DEPTH} levels"
+            yield _fault(field, None, limit, f"{field}: nested deeper than {limit}")
+        elif isinstance(value, str):
+            yield from _find_text_fault(field, value)
+        elif isinstance(value, dict):
+            yield from _find_name_faults(field, value)
+            branches += [(_join(field, name), depth + 1, item) for name, item in value.items()]
+        elif isinstance(value, list):
+            branches += [(_join(field, str(i)), depth + 1, item) for i, item in enumerate(value)]
+
+
+def _find_text_fault(field: str, text: str) -> Iterator[FieldError]:
+    if any(c == "\0" or "\ud800" <= c <= "\udfff" for c in text):
+        limit = "text without null characters and half surrogate pairs"
+        yield _fault(field, printable(text), limit, f"{field}: allowed: {limit}")
+
+
+def _find_name_faults(field: str, members: dict[str, Any]) -> Iterator[FieldError]:
+    if len(members) > MAX_NAMES:
+        limit = f"{MAX_NAMES} names"
+        yield _fault(field, len(members), limit, f"{field or 'the body'}: more than {limit}")
+    for name in members:
+        if not name.isascii() or len(name) > MAX_NAME_LENGTH:
+            shown = _join(field, name)
+            limit = f"plain ASCII, at most {MAX_NAME_LENGTH} characters"
+            yield _fault(shown, None, limit, f"unknown field '{shown}'; names are {limit}")
+
+
+def _join(field: str, name: str) -> str:
+    return f"{field}.{printable(name)}" if field else printable(name)
+
+
+def _fault(
+    field: str, value: float | int | str | None, limit: str | None, message: str
+) -> FieldError:
+    return FieldError(field=field, value=value, limit=limit, message=message)

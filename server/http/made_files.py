@@ -1,0 +1,119 @@
+"""Files that are made when they are asked for, and kept for a while."""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory, gettempdir, mkstemp
+from threading import Lock
+from typing import Annotated, BinaryIO
+
+from fastapi import Depends, Request
+
+from slipgrasp.recordings.exceptions import RecordingWriteError
+
+__all__ = ["MadeFiles", "MadeFilesDep"]
+
+MAX_BYTES = 500_000_000
+
+
+class MadeFiles:
+    """Keeps the files made last, so that one that is read range by range is made once.
+
+    Args:
+        max_bytes: How much they may take together; a larger one is made every time.
+    """
+
+    def __init__(self, max_bytes: int = MAX_BYTES) -> None:
+        self._max_bytes = max_bytes
+        self._folder: TemporaryDirectory[str] | None = None
+        self._files: OrderedDict[str, tuple[Path, int]] = OrderedDict()
+        self._lock = Lock()
+
+    def open(self, tag: str, write: Callable[[BinaryIO], object]) -> BinaryIO:
+        """Opens a file, making it if it is not there; safe to call from several threads.
+
+        Args:
+            tag: The same for files with the same bytes.
+            write: Writes it to a stream that is seekable.
+
+        Raises:
+            RecordingWriteError: If there is no room for it.
+        """
+        with self._lock:
+            if (known := self._open_known(tag)) is not None:
+                return known
+            folder = self._find_folder()
+        path = _make(folder, write)
+        file = path.open("rb")
+        with self._lock:
+            self._keep(tag, path, os.fstat(file.fileno()).st_size)
+        return file
+
+    def close(self) -> None:
+        """Deletes all of them."""
+        with self._lock:
+            self._files.clear()
+            if self._folder is not None:
+                self._folder.cleanup()
+                self._folder = None
+
+    def _open_known(self, tag: str) -> BinaryIO | None:
+        """A file that is there; whoever cleans temporary files may have taken it away."""
+        if tag not in self._files:
+            return None
+        self._files.move_to_end(tag)
+        try:
+            return self._files[tag][0].open("rb")
+        except FileNotFoundError:
+            self._drop(tag)
+            return None
+
+    def _find_folder(self) -> Path:
+        """The folder of the files, made if it is not there, or no longer."""
+        if self._folder is not None and not Path(self._folder.name).is_dir():
+            self._folder.cleanup()
+            self._folder = None
+        if self._folder is None:
+            try:
+                self._folder = TemporaryDirectory(prefix="slipgrasp-")
+            except OSError as error:
+                cause = error.strerror or "no room"
+                raise RecordingWriteError(Path(gettempdir()), cause) from error
+        return Path(self._folder.name)
+
+    def _keep(self, tag: str, path: Path, size: int) -> None:
+        """Two may have made the same at once; then the later one stays."""
+        self._drop(tag)
+        self._files[tag] = path, size
+        while sum(size for _, size in self._files.values()) > self._max_bytes:
+            self._drop(next(iter(self._files)))
+
+    def _drop(self, tag: str) -> None:
+        if tag in self._files:
+            path, _ = self._files.pop(tag)
+            path.unlink(missing_ok=True)
+
+
+def _make(folder: Path, write: Callable[[BinaryIO], object]) -> Path:
+    with ExitStack() as on_failure:
+        try:
+            descriptor, name = mkstemp(dir=folder)
+            on_failure.callback(Path(name).unlink, missing_ok=True)
+            with os.fdopen(descriptor, "wb+") as stream:
+                write(stream)
+        except OSError as error:
+            raise RecordingWriteError(folder, error.strerror or "no room") from error
+        on_failure.pop_all()
+    return Path(name)
+
+
+def _made_files(request: Request) -> MadeFiles:
+    made: MadeFiles = request.app.state.made_files
+    return made
+
+
+MadeFilesDep = Annotated[MadeFiles, Depends(_made_files)]

@@ -1,0 +1,157 @@
+"""The bytes of a file that a request sends, as they come: as its body or in a form."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable
+from enum import Enum, auto
+
+from python_multipart import MultipartParser
+from python_multipart.exceptions import FormParserError
+from python_multipart.multipart import parse_options_header
+from starlette.requests import ClientDisconnect, Request
+
+from slipgrasp.server.http.errors import BodyTooSlowError, UnreadableBodyError, UnsupportedBodyError
+
+__all__ = ["FORM", "RAW_TYPES", "file_pieces"]
+
+FORM = "multipart/form-data"
+RAW_TYPES = (
+    "application/octet-stream",
+    "application/x-mcap",
+    "application/mcap",
+    # What curl says of --data-binary.
+    "application/x-www-form-urlencoded",
+    "",
+)
+
+GRACE_SECONDS = 20.0
+SLOWEST_BYTES_PER_SECOND = 10_000.0
+
+
+async def file_pieces(request: Request) -> AsyncIterator[bytes]:
+    """Yields the file of a request piece by piece; of a form, the first file.
+
+    Raises:
+        UnsupportedBodyError: If the body is declared as something that is no file.
+        UnreadableBodyError: If it is no whole form, a form without a file, or its end is missing.
+        BodyTooSlowError: If it hardly arrives.
+    """
+    declared = request.headers.get("content-type", "")
+    content_type, options = parse_options_header(declared)
+    pieces = _patient_pieces(request)
+    if content_type.decode("latin-1") == FORM:
+        pieces = _first_file(pieces, options.get(b"boundary", b""))
+    elif content_type.decode("latin-1").strip().lower() not in RAW_TYPES:
+        raise UnsupportedBodyError(declared, f"application/octet-stream or {FORM}")
+    async for piece in pieces:
+        yield piece
+
+
+async def _patient_pieces(request: Request) -> AsyncIterator[bytes]:
+    """The body, as long as its sender keeps to the slowest speed there may be."""
+    started, received = time.monotonic(), 0
+    stream = request.stream()
+    while True:
+        due = started + GRACE_SECONDS + received / SLOWEST_BYTES_PER_SECOND
+        try:
+            async with asyncio.timeout(due - time.monotonic()):
+                piece = await anext(stream, None)
+        except TimeoutError:
+            raise BodyTooSlowError from None
+        except ClientDisconnect as error:
+            raise UnreadableBodyError("its sender has gone", "complete") from error
+        if piece is None:
+            return
+        received += len(piece)
+        if piece:
+            yield piece
+
+
+class _Place(Enum):
+    BEFORE = auto()
+    INSIDE = auto()
+    BEHIND = auto()
+
+
+class _FormFile:
+    """Picks the first part with a file name out of a form."""
+
+    def __init__(self, boundary: bytes) -> None:
+        self._header_name = self._header_value = b""
+        self._is_file = False
+        self.place = _Place.BEFORE
+        self.is_whole = False
+        self.pieces: list[bytes] = []
+        self._parser = MultipartParser(
+            boundary,
+            {
+                "on_part_begin": self._begin_part,
+                "on_header_field": self._take(self._add_name),
+                "on_header_value": self._take(self._add_value),
+                "on_header_end": self._end_header,
+                "on_headers_finished": self._end_headers,
+                "on_part_data": self._take(self._add_data),
+                "on_part_end": self._end_part,
+                "on_end": self._end,
+            },
+        )
+
+    def write(self, piece: bytes) -> None:
+        """Takes the next bytes of the form.
+
+        Raises:
+            FormParserError: If they cannot be of a form.
+        """
+        self._parser.write(piece)
+
+    @staticmethod
+    def _take(add: Callable[[bytes], None]) -> Callable[[bytes, int, int], None]:
+        return lambda data, start, end: add(data[start:end])
+
+    def _begin_part(self) -> None:
+        self._is_file = False
+
+    def _add_name(self, text: bytes) -> None:
+        self._header_name += text
+
+    def _add_value(self, text: bytes) -> None:
+        self._header_value += text
+
+    def _end_header(self) -> None:
+        if self._header_name.lower() == b"content-disposition":
+            _, options = parse_options_header(self._header_value)
+            self._is_file = b"filename" in options
+        self._header_name = self._header_value = b""
+
+    def _end_headers(self) -> None:
+        if self._is_file and self.place is _Place.BEFORE:
+            self.place = _Place.INSIDE
+
+    def _add_data(self, data: bytes) -> None:
+        if self.place is _Place.INSIDE:
+            self.pieces.append(data)
+
+    def _end_part(self) -> None:
+        if self.place is _Place.INSIDE:
+            self.place = _Place.BEHIND
+
+    def _end(self) -> None:
+        self.is_whole = True
+
+
+async def _first_file(pieces: AsyncIterator[bytes], boundary: bytes) -> AsyncIterator[bytes]:
+    try:
+        form = _FormFile(boundary)
+        async for piece in pieces:
+            form.write(piece)
+            for data in form.pieces:
+                yield data
+            form.pieces.clear()
+    except FormParserError as error:
+        raise UnreadableBodyError(str(error)[:200], f"valid {FORM}") from error
+    if not form.is_whole:
+        raise UnreadableBodyError("its end is missing", f"valid {FORM}")
+    if form.place is _Place.BEFORE:
+        raise UnreadableBodyError("it has no file", f"valid {FORM}")

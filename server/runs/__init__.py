@@ -1,0 +1,1 @@
+"""Single runs on request: simulated, stored, found."""

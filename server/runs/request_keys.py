@@ -1,0 +1,114 @@
+"""Which run a request with an idempotency key has made; known after a restart too.
+
+One line per key is appended to a file beside the recordings. It holds no more than ids: whether
+there still is such a run is asked of the store.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections import OrderedDict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import blake2b
+from pathlib import Path
+
+from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.recordings.file.atomic_file import atomic_file
+
+__all__ = ["KEYS_NAME", "KeyedRequest", "RequestKeys"]
+
+KEYS_NAME = "idempotency-keys.jsonl"
+MAX_KEYS = 10_000
+MAX_FILE_BYTES = 4_000_000
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class KeyedRequest:
+    """A request that may be sent again.
+
+    Attributes:
+        key: What the client calls it.
+        digest: Of what it asks for.
+    """
+
+    key: str
+    digest: str
+
+
+class RequestKeys:
+    """The keys used last; not safe to use from several threads at once.
+
+    Args:
+        path: The file.
+        max_keys: How many are remembered.
+    """
+
+    def __init__(self, path: Path, max_keys: int = MAX_KEYS) -> None:
+        self._path = path
+        self._max_keys = max_keys
+        self._known: OrderedDict[str, tuple[str, str]] | None = None
+
+    def find(self, key: str) -> tuple[str, str] | None:
+        """Digest and run of the request that used a key last, None if there was none."""
+        return self._entries().get(_name(key))
+
+    def remember(self, request: KeyedRequest, run_id: str) -> None:
+        """Takes down which run a request makes; where it cannot be written, until the end."""
+        known = self._entries()
+        name = _name(request.key)
+        known.pop(name, None)
+        known[name] = (request.digest, run_id)
+        while len(known) > self._max_keys:
+            known.popitem(last=False)
+        try:
+            with self._path.open("a", encoding="ascii") as stream:
+                stream.write(_line(name, request.digest, run_id))
+                size = stream.tell()
+            if size > MAX_FILE_BYTES:
+                self._rewrite(known)
+        except (OSError, RecordingWriteError) as error:
+            _logger.warning("an idempotency key will not outlive the service: %s", error)
+
+    def _entries(self) -> OrderedDict[str, tuple[str, str]]:
+        if self._known is None:
+            self._known = OrderedDict()
+            for name, digest, run_id in _read(self._path):
+                self._known.pop(name, None)
+                self._known[name] = (digest, run_id)
+                if len(self._known) > self._max_keys:
+                    self._known.popitem(last=False)
+        return self._known
+
+    def _rewrite(self, known: OrderedDict[str, tuple[str, str]]) -> None:
+        with atomic_file(self._path, overwrite=True) as stream:
+            stream.writelines(_line(name, *entry).encode() for name, entry in known.items())
+
+
+def _name(key: str) -> str:
+    return blake2b(key.encode(), digest_size=16).hexdigest()
+
+
+def _line(name: str, digest: str, run_id: str) -> str:
+    # Its end comes first: a line that was cut off must not take the next one with it.
+    return "\n" + json.dumps([name, digest, run_id])
+
+
+def _read(path: Path) -> Iterator[tuple[str, str, str]]:
+    """Lines that can be used; a killed service may have left the last one unfinished."""
+    try:
+        if path.is_symlink() or path.stat().st_size > 2 * MAX_FILE_BYTES:
+            return
+        lines = path.read_bytes().splitlines()
+    except OSError:
+        return
+    for line in lines:
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(entry, list) and len(entry) == 3 and all(isinstance(e, str) for e in entry):
+            yield entry[0], entry[1], entry[2]

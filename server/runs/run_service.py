@@ -1,0 +1,300 @@
+"""Runs scenarios and keeps what comes out; knows no HTTP.
+
+A simulation releases the GIL in pieces, so threads suffice: a few of them, fed by a
+bounded queue, so that neither a request nor a moving slider waits behind the others
+for longer than it is told.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import prepare_kernel, simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.recordings.exceptions import RecordingNotFoundError, RecordingWriteError
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.recorder import record, unsaved
+from slipgrasp.recordings.file.recovery import recover_orphans
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.store import RecordingStore, StoredRun
+from slipgrasp.server.http.errors import RunForgottenError, RunUnfinishedError, ServiceBusyError
+from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
+from slipgrasp.server.runs.pending_run import Ended, PendingRun
+from slipgrasp.server.runs.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
+from slipgrasp.server.settings import Settings
+
+__all__ = ["Load", "RunService"]
+
+MAX_UNSAVED = 100
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """How many runs are simulated now, and how many wait for their turn."""
+
+    running: int
+    waiting: int
+
+
+class RunService:
+    """Simulates and saves, a few runs at a time.
+
+    Args:
+        store: Where runs are kept.
+        settings: How much to take on, and for how long.
+    """
+
+    def __init__(self, store: RecordingStore, settings: Settings) -> None:
+        self.store = store
+        self._settings = settings
+        self._workers = ThreadPoolExecutor(settings.max_running, thread_name_prefix="run")
+        # A run that is stopped before its turn would else wait for it only to end.
+        self._stopper = ThreadPoolExecutor(1, thread_name_prefix="stop")
+        self._lock = threading.Lock()
+        self._pending: dict[str, PendingRun] = {}
+        self._unsaved: OrderedDict[str, Description] = OrderedDict()
+        self._running = 0
+        self._keys = RequestKeys(settings.data_directory / KEYS_NAME)
+        self._keys_lock = threading.Lock()
+        self._closing = threading.Event()
+        self._kernel_ready = threading.Event()
+
+    def start(self) -> None:
+        """Recovers what a killed service left, and begins to load or compile the kernel."""
+        for recovered in recover_orphans(self._settings.data_directory):
+            _logger.warning("recovered '%s' of a run that was killed", recovered.path)
+        threading.Thread(target=self._prepare, name="kernel", daemon=True).start()
+
+    def close(self) -> None:
+        """Stops what runs, keeps what it has, and forgets what waits."""
+        self._closing.set()
+        for workers in (self._workers, self._stopper):
+            workers.shutdown(wait=True, cancel_futures=True)
+
+    @property
+    def kernel_is_ready(self) -> bool:
+        """Whether the kernel is loaded; the first compilation takes some seconds."""
+        return self._kernel_ready.is_set()
+
+    @property
+    def load(self) -> Load:
+        """How busy the service is."""
+        with self._lock:
+            return Load(self._running, max(len(self._pending) - self._running, 0))
+
+    def preview(
+        self, scenario: Scenario, should_stop: Callable[[], bool] | None = None
+    ) -> RunResult:
+        """Simulates in the calling thread and saves nothing.
+
+        Args:
+            scenario: What to simulate.
+            should_stop: Asked every few milliseconds whether to end the run as ``stopped``.
+        """
+        self._prepare()
+
+        def stopped() -> bool:
+            return self._closing.is_set() or (should_stop is not None and should_stop())
+
+        return simulate(scenario, should_stop=stopped, wall_limit=self._settings.wall_limit)
+
+    def save(self, result: RunResult) -> StoredRun:
+        """Keeps a run.
+
+        Raises:
+            RecordingError: If it cannot be written.
+        """
+        return self.store.save(result)
+
+    def run(self, scenario: Scenario) -> Ended:
+        """Simulates and saves when it is this run's turn; see `submit`."""
+        return self.submit(lambda: scenario).result()
+
+    def submit(self, make_scenario: Callable[[], Scenario]) -> PendingRun:
+        """Queues a run.
+
+        Args:
+            make_scenario: Gives the scenario, or raises what is wrong with it, in the worker.
+
+        Returns:
+            The run on its way. Its result says where it is kept: None if writing it failed,
+            which then is a warning of the result.
+
+        Raises:
+            ServiceBusyError: If too many runs are waiting.
+            StorageFullError: If there is no room for another.
+        """
+        limits = self._settings
+        with suppress(RecordingWriteError):
+            self.store.check_room()
+        pending = PendingRun(self.store.new_id(), make_scenario)
+        with self._lock:
+            num_pending = len(self._pending)
+            if num_pending >= limits.max_running + limits.max_waiting:
+                raise ServiceBusyError(num_pending - self._running, limits.retry_after)
+            self._pending[pending.id] = pending
+        self._queue(self._workers, pending)
+        return pending
+
+    def submit_once(
+        self, make_scenario: Callable[[], Scenario], request: KeyedRequest
+    ) -> PendingRun | StoredRun | Description:
+        """Queues a run, or finds the one that the same request has made before.
+
+        A run that was deleted, or never begun because the service ended, is made again.
+
+        Raises:
+            IdempotencyKeyReusedError: If another request had this key.
+            ServiceBusyError, StorageFullError: As `submit`.
+        """
+        with self._keys_lock:
+            digest, run_id = self._keys.find(request.key) or ("", "")
+            if run_id and (found := self._find(run_id)) is not None:
+                if digest != request.digest:
+                    raise IdempotencyKeyReusedError(f"run '{run_id}'")
+                return found
+            pending = self.submit(make_scenario)
+            self._keys.remember(request, pending.id)
+            return pending
+
+    def look_up(self, run_id: str) -> PendingRun | StoredRun | Description:
+        """A run on its way, one that is kept, or what is known of one that could not be.
+
+        Raises:
+            RecordingNotFoundError: If there is none.
+        """
+        found = self._find(run_id)
+        if found is None:
+            raise RecordingNotFoundError(run_id)
+        return found
+
+    def check_ended(self, run_id: str) -> None:
+        """Refuses what can be done with a run only once it has ended.
+
+        Raises:
+            RunUnfinishedError: If it has not.
+        """
+        with self._lock:
+            if run_id in self._pending:
+                raise RunUnfinishedError(run_id)
+
+    def get(self, run_id: str) -> StoredRun:
+        """A run that is kept.
+
+        Raises:
+            RunUnfinishedError: If it has not ended.
+            RecordingNotFoundError: If there is none.
+        """
+        self.check_ended(run_id)
+        return self.store.get(run_id)
+
+    def open(self, run_id: str) -> RunResult:
+        """Reads a run back; raises as `get`.
+
+        Raises:
+            RecordingError: If its file is damaged.
+        """
+        return read_recording(self.get(run_id).path)
+
+    def stop(self, run_id: str) -> PendingRun | StoredRun | Description:
+        """Ends a run soon and keeps what was simulated; one that has ended stays as it is.
+
+        Raises:
+            RecordingNotFoundError: If there is none.
+        """
+        found = self.look_up(run_id)
+        if isinstance(found, PendingRun):
+            found.stop()
+            self._queue(self._stopper, found)
+        return found
+
+    def _find(self, run_id: str) -> PendingRun | StoredRun | Description | None:
+        with self._lock:
+            found = self._pending.get(run_id) or self._unsaved.get(run_id)
+        if found is None:
+            with suppress(RecordingNotFoundError):
+                return self.store.get(run_id)
+        return found
+
+    def _queue(self, workers: ThreadPoolExecutor, pending: PendingRun) -> None:
+        try:
+            workers.submit(self._run, pending).add_done_callback(partial(self._settle, pending))
+        except RuntimeError:
+            # The service is closing, and its workers take nothing any more.
+            self._forget(pending)
+
+    def _run(self, pending: PendingRun) -> Ended | None:
+        """Simulates and records; None if that was begun before."""
+        if not pending.begin():
+            return None
+        with self._lock:
+            self._running += 1
+        try:
+            return self._record(pending)
+        finally:
+            with self._lock:
+                self._running -= 1
+
+    def _record(self, pending: PendingRun) -> Ended:
+        """Simulates and records at once; where that cannot be begun, only simulates."""
+        scenario = pending.make_scenario()
+        self._prepare()
+
+        def should_stop() -> bool:
+            return pending.is_to_stop or self._closing.is_set()
+
+        try:
+            reservation = self.store.reserve(run_id=pending.id)
+        except RecordingWriteError as error:
+            _logger.error("a run is simulated but cannot be saved: %s", error)
+            return unsaved(self.preview(scenario, should_stop), error), None
+        recorded = record(
+            scenario,
+            reservation.path,
+            progress=pending.watch,
+            should_stop=should_stop,
+            wall_limit=self._settings.wall_limit,
+        )
+        if recorded.failure is not None:
+            _logger.error("a run was simulated but not saved: %s", recorded.failure)
+            return recorded.result, None
+        return recorded.result, self.store.register(reservation, recorded.result)
+
+    def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
+        """Lets a run go to where it is looked for once it has ended, then tells who waits."""
+        if work.cancelled():
+            self._forget(pending)
+        elif (error := work.exception()) is not None:
+            self._let_go(pending)
+            pending.future.set_exception(error)
+        elif (ended := work.result()) is not None:
+            result, stored = ended
+            self._let_go(pending, None if stored else Description.from_result(result))
+            pending.future.set_result(ended)
+
+    def _forget(self, pending: PendingRun) -> None:
+        if pending.begin():
+            self._let_go(pending)
+            pending.future.set_exception(RunForgottenError())
+
+    def _let_go(self, pending: PendingRun, unsaved: Description | None = None) -> None:
+        with self._lock:
+            if unsaved is not None:
+                self._unsaved[pending.id] = unsaved
+                while len(self._unsaved) > MAX_UNSAVED:
+                    self._unsaved.popitem(last=False)
+            del self._pending[pending.id]
+
+    def _prepare(self) -> None:
+        prepare_kernel()
+        self._kernel_ready.set()

@@ -1,0 +1,78 @@
+"""What the REST interface gives of scenarios: presets, and parameters with their bounds."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, settable_parameters
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.server.runs.schemas import API_PATH
+
+__all__ = ["ParameterPublic", "ParametersPublic", "PresetPublic", "PresetSummary", "PresetsPublic"]
+
+
+class PresetSummary(BaseModel):
+    """A scenario that comes with the program."""
+
+    name: str
+    title: str
+    links: dict[str, str]
+
+    @classmethod
+    def from_name(cls, name: str) -> Self:
+        """The preset of that name."""
+        links = {"self": f"{API_PATH}/presets/{name}"}
+        return cls(name=name, title=load_scenario(name).title, links=links)
+
+
+class PresetsPublic(BaseModel):
+    """All presets."""
+
+    data: list[PresetSummary]
+    count: int
+
+
+class PresetPublic(PresetSummary):
+    """A preset with its scenario, as ``POST /runs`` takes it."""
+
+    scenario: dict[str, Any]
+
+
+class ParameterPublic(BaseModel):
+    """One parameter of a scenario: what it means and what it may be."""
+
+    key: str
+    value: bool | float | int | str | list[float] | None
+    kind: Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
+    unit: str
+    text: str
+    limit: str
+    minimum: float | None
+    maximum: float | None
+    exclusive_minimum: bool
+    typical: tuple[float, float] | None
+    choices: list[str]
+    optional: bool
+    changeable: bool
+
+    @classmethod
+    def from_parameter(cls, parameter: Parameter) -> Self:
+        """The same parameter for a client."""
+        return cls.model_validate(parameter, from_attributes=True)
+
+
+class ParametersPublic(BaseModel):
+    """The parameters of a preset by dotted key, list items by index."""
+
+    data: list[ParameterPublic]
+    count: int
+
+    @classmethod
+    def from_scenario(cls, scenario: Scenario) -> Self:
+        """All parameters, and without value those of a first entry that a list lacks."""
+        definitions = settable_parameters(scenario).values()
+        data = [ParameterPublic.from_parameter(parameter) for parameter in definitions]
+        return cls(data=data, count=len(data))

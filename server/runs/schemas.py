@@ -1,0 +1,267 @@
+"""What the REST interface gives; numbers are SI and finite."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict
+from http import HTTPStatus
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.run_index import FoundRuns
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.runs.pending_run import PendingRun, RunState
+
+__all__ = [
+    "API_PATH",
+    "HealthPublic",
+    "PendingRunPublic",
+    "ProblemPublic",
+    "RunPublic",
+    "RunsPublic",
+]
+
+API_PATH = "/api/v1"
+
+
+def _finite_or_none(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+FiniteFloat = Annotated[float, Field(allow_inf_nan=False)]
+FiniteOrNone = Annotated[float | None, BeforeValidator(_finite_or_none)]
+"""A quantity that a run which went wrong may not have."""
+
+PhaseName = Literal["stick", "slip_forward", "slip_backward"]
+
+
+class PhaseChangePublic(BaseModel):
+    """A contact passing from one phase to another."""
+
+    time: FiniteFloat
+    contact: int
+    from_phase: Annotated[PhaseName, Field(alias="from")]
+    to_phase: Annotated[PhaseName, Field(alias="to")]
+
+
+class ReasonPublic(BaseModel):
+    """Why a run ended early."""
+
+    code: str
+    message: str
+    contact: int | None
+    time: FiniteOrNone
+    value: FiniteOrNone
+    limit: FiniteOrNone
+    hint: str
+
+
+class WarningPublic(BaseModel):
+    """Something worth knowing that did not end the run."""
+
+    code: str
+    message: str
+    count: int
+    first_time: FiniteOrNone
+
+
+class MetricsPublic(BaseModel):
+    """Figures of merit; lists have one entry per contact, or x, y, theta."""
+
+    held: bool
+    slipping_at_end: bool
+    last_slip_time: FiniteOrNone
+    slip_path: list[FiniteOrNone]
+    peak_normal_force: list[FiniteOrNone]
+    minimum_friction_margin: list[FiniteOrNone]
+    rms_tracking_error: list[FiniteOrNone]
+    final_tracking_error: list[FiniteOrNone]
+    torque_effort: FiniteOrNone
+    phase_change_count: int
+
+
+class RunPublic(BaseModel):
+    """A run without its signals: what ``slipgrasp run --json`` prints, its id and its links."""
+
+    id: str | None = Field(description="null only if writing the recording failed")
+    title: str = Field(description="title of its scenario")
+    name: str = Field(description="what a user calls it; empty if nothing")
+    display_name: str = Field(
+        description="what to call it: `name` if there is one, else its preset and what differs"
+    )
+    notes: str
+    tags: list[str]
+    preset: str = Field(description="preset whose title its scenario has; empty if none")
+    controller: str = Field(description="kind of its controller; empty if it cannot be read")
+    created: str | None
+    size: int | None = Field(description="bytes of its recording")
+    outcome: Outcome
+    reason: ReasonPublic | None
+    end_time: FiniteOrNone
+    phase_changes: list[PhaseChangePublic]
+    estimates: dict[str, FiniteOrNone]
+    metrics: MetricsPublic | None = Field(description="null only if the recording is damaged")
+    warnings: list[WarningPublic]
+    recording: str | None = Field(description="path of the file; null only if writing it failed")
+    links: dict[str, str]
+
+    @classmethod
+    def from_stored(cls, stored: StoredRun) -> Self:
+        """A run that was saved; one whose recording tells nothing any more is ``failed``."""
+        own = f"{API_PATH}/runs/{stored.id}"
+        kept = {
+            "id": stored.id,
+            "title": stored.title,
+            "name": stored.name,
+            "display_name": stored.display_name,
+            "notes": stored.notes,
+            "tags": list(stored.tags),
+            "preset": stored.preset,
+            "controller": stored.controller,
+            "created": stored.created,
+            "size": stored.size,
+            "recording": str(stored.path),
+            "links": {
+                "self": own,
+                "signals": f"{own}/signals",
+                "signals_csv": f"{own}/signals.csv",
+                "signals_parquet": f"{own}/signals.parquet",
+                "signals_npz": f"{own}/signals.npz",
+                "recording": f"{own}/recording",
+            },
+        }
+        try:
+            return cls.model_validate({**stored.summary, **kept})
+        except ValidationError:
+            return cls.model_validate({**_damaged_summary(stored.title), **kept})
+
+    @classmethod
+    def from_description(cls, description: Description) -> Self:
+        """A run that could not be saved."""
+        told = {
+            "title": description.title,
+            "display_name": description.display_name,
+            "preset": description.preset,
+            "controller": description.controller,
+        }
+        unkept = {"id": None, "created": None, "recording": None, "size": None, "links": {}}
+        unwritten = {"name": "", "notes": "", "tags": []}
+        return cls.model_validate({**description.summary, **told, **unkept, **unwritten})
+
+
+class PendingRunPublic(BaseModel):
+    """A run that has not ended: it waits for its turn, or is simulated."""
+
+    id: str
+    state: RunState
+    progress: Annotated[float, Field(ge=0.0, le=1.0, description="simulated share")]
+    links: dict[str, str]
+
+    @classmethod
+    def from_pending(cls, pending: PendingRun) -> Self:
+        """The run as it is now."""
+        own = f"{API_PATH}/runs/{pending.id}"
+        links = {"self": own, "stop": f"{own}/stop"}
+        return cls(id=pending.id, state=pending.state, progress=pending.progress, links=links)
+
+
+def _damaged_summary(finding: str) -> dict[str, Any]:
+    reason = Reason(
+        code="damaged_recording",
+        message=finding,
+        contact=None,
+        time=0.0,
+        value=None,
+        limit=None,
+        hint="simulate the scenario again",
+    )
+    return {
+        "outcome": Outcome.FAILED,
+        "reason": asdict(reason),
+        "end_time": None,
+        "phase_changes": [],
+        "estimates": {},
+        "metrics": None,
+        "warnings": [],
+    }
+
+
+class RunsPublic(BaseModel):
+    """A page of the saved runs that were asked for, and how many there are on all pages."""
+
+    data: list[RunPublic]
+    count: int
+    unread: int = Field(
+        description="recordings that were copied into the folder and are still being read; "
+        "a search may miss them until then"
+    )
+    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+
+    @classmethod
+    def from_found(cls, found: FoundRuns, links: dict[str, str]) -> Self:
+        """What a search found."""
+        data = [RunPublic.from_stored(run) for run in found.runs]
+        return cls(data=data, count=found.count, unread=found.unread, links=links)
+
+
+class HealthPublic(BaseModel):
+    """Whether the service is up, and how busy."""
+
+    status: Literal["ok"]
+    version: str
+    kernel: Literal["ready", "compiling"]
+    kernel_progress: float
+    running: int
+    waiting: int
+
+
+class FieldErrorPublic(BaseModel):
+    """One wrong field of a request."""
+
+    field: str
+    value: float | int | bool | str | None
+    limit: str | None
+    message: str
+
+
+class ProblemPublic(BaseModel):
+    """An error (RFC 9457, application/problem+json)."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "type": "about:blank",
+                "title": "Unprocessable Content",
+                "status": 422,
+                "detail": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
+                "errors": [
+                    {
+                        "field": "object.masss",
+                        "value": None,
+                        "limit": None,
+                        "message": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
+                    }
+                ],
+            }
+        }
+    )
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    errors: list[FieldErrorPublic] = []
+
+    @classmethod
+    def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
+        """How a route declares that it may answer so."""
+        schema = {"$ref": f"#/components/schemas/{cls.__name__}"}
+        content = {"application/problem+json": {"schema": schema}}
+        return {
+            status: {"description": HTTPStatus(status).phrase, "content": content}
+            for status in sorted(statuses)
+        }

@@ -1,0 +1,95 @@
+"""The signals of a run by name, column by column, as JSON that is never whole in memory.
+
+Columns are called as everywhere (`slipgrasp.core.trace.columns`); a signal's own name stands for
+all of its.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.columns import Column, columns_of
+from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
+
+__all__ = ["SignalsPublic", "encode_columns", "select_columns"]
+
+VALUES_AT_ONCE = 5000
+MAX_UNKNOWN_LISTED = 20
+
+
+class SignalsPublic(BaseModel):
+    """Columns of a run, all of the same length."""
+
+    id: str
+    count: int = Field(description="how many values each column has")
+    units: dict[str, str] = Field(description="SI unit of each column")
+    signals: dict[str, list[float | str | None]] = Field(
+        description="numbers, null where there is none; phases as words",
+        examples=[{"t": [0.0, 0.005], "phase_0": ["slip_forward", "stick"]}],
+    )
+
+
+def select_columns(result: RunResult, names: Iterable[str]) -> list[Column]:
+    """The columns that are asked for, in that order, each once; all if none is named.
+
+    Args:
+        result: The run.
+        names: Names of columns or of signals.
+
+    Raises:
+        InvalidRequestError: For a name there is none of, with the nearest.
+    """
+    columns = columns_of(result.trace)
+    wanted = list(names)
+    if not wanted:
+        return columns
+    known = {c.name for c in columns} | {c.signal for c in columns}
+    if unknown := [name for name in wanted if name not in known][:MAX_UNKNOWN_LISTED]:
+        raise InvalidRequestError([_unknown_name(name, known) for name in unknown])
+    chosen = {c.name: c for name in wanted for c in columns if name in (c.name, c.signal)}
+    return list(chosen.values())
+
+
+def _unknown_name(name: str, known: Iterable[str]) -> FieldError:
+    shown = printable(name)
+    message = f"unknown signal '{shown}'{nearest(name, sorted(known))}"
+    return FieldError(field="names", value=shown, limit=None, message=message)
+
+
+def encode_columns(run_id: str, columns: Iterable[Column]) -> Iterator[str]:
+    """JSON text in small pieces: id, units and the values of each column.
+
+    Args:
+        run_id: Id of the run.
+        columns: What to encode.
+    """
+    listed = list(columns)
+    units = {column.name: column.unit for column in listed}
+    count = len(listed[0].values) if listed else 0
+    yield f'{{"id":{json.dumps(run_id)},"count":{count},"units":{json.dumps(units)},"signals":{{'
+    for i, column in enumerate(listed):
+        yield f"{',' if i else ''}{json.dumps(column.name)}:["
+        for start in range(0, count, VALUES_AT_ONCE):
+            piece = replace(column, values=column.values[start : start + VALUES_AT_ONCE])
+            text = json.dumps(_plain(piece), allow_nan=False, separators=(",", ":"))
+            yield f"{',' if start else ''}{text[1:-1]}"
+        yield "]"
+    yield "}}"
+
+
+def _plain(column: Column) -> list[float | None] | list[str]:
+    """Phases as words, what is not finite as null."""
+    if column.holds_phases:
+        return column.phase_labels()
+    finite = np.isfinite(column.values)
+    if finite.all():
+        return column.values.tolist()
+    pairs = zip(column.values.tolist(), finite, strict=True)
+    return [value if ok else None for value, ok in pairs]

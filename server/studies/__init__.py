@@ -1,0 +1,1 @@
+"""Studies on request: queued, run, followed while they run."""

@@ -1,0 +1,96 @@
+"""What is told of a study while it runs: progress, its new rows, and its end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Any
+
+from anyio import CapacityLimiter, to_thread
+from starlette.concurrency import run_in_threadpool
+
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.server.http.events import HEARTBEAT, Event
+from slipgrasp.server.studies.live_study import StudyState, StudyStatus
+from slipgrasp.server.studies.study_schemas import StudyPublic
+
+__all__ = ["LOOK_EVERY", "StudyTeller"]
+
+LOOK_EVERY = 0.25
+ROWS_AT_ONCE = 100
+
+
+class StudyTeller:
+    """Tells one client of a study until it has ended.
+
+    The id of an event is the number of runs that were done, so that a client that lost its
+    connection goes on where it was.
+
+    Args:
+        look: Gives how far the study is.
+        results: Its rows, where they are to be told too.
+        seen: How many runs the client knows of; None if it is new.
+        heartbeat: After how much silence a comment is sent [s].
+        makers: The threads that make rows text.
+    """
+
+    def __init__(
+        self,
+        look: Callable[[], StudyStatus],
+        results: StudyResults | None,
+        seen: int | None,
+        heartbeat: float,
+        makers: CapacityLimiter,
+    ) -> None:
+        self._look = look
+        self._results = results
+        self._seen = seen or 0
+        self._state = None if seen is None else StudyState.RUNNING
+        self._heartbeat = heartbeat
+        self._makers = makers
+
+    async def pieces(self, pause: Callable[[float], Awaitable[bool]]) -> AsyncIterator[bytes]:
+        """The encoded events.
+
+        Args:
+            pause: Waits so many seconds, or less; True if the service is about to end.
+        """
+        spoken = time.monotonic()
+        while True:
+            status = await run_in_threadpool(self._look)
+            async for event in self._news(status):
+                spoken = time.monotonic()
+                yield event
+            if status.state.has_ended:
+                return
+            if time.monotonic() - spoken >= self._heartbeat:
+                spoken = time.monotonic()
+                yield HEARTBEAT
+            if await pause(LOOK_EVERY):
+                return
+
+    async def _news(self, status: StudyStatus) -> AsyncIterator[bytes]:
+        is_further = status.finished > self._seen
+        while self._results is not None and status.finished > self._seen:
+            # Made text there too: many rows for many clients would hold up the event loop.
+            yield await to_thread.run_sync(
+                self._next_rows, self._results, status.finished, limiter=self._makers
+            )
+        if status.state.has_ended:
+            # One more than there are runs: whoever has seen it has seen everything.
+            yield Event("end", _public(status), status.finished + 1).encode()
+        elif is_further or status.state is not self._state:
+            # With its rows a run has been told of under its id already.
+            is_new = is_further and self._results is None
+            told = status.finished if is_new else None
+            yield Event("progress", _public(status), told).encode()
+        self._seen, self._state = max(status.finished, self._seen), status.state
+
+    def _next_rows(self, results: StudyResults, end: int) -> bytes:
+        rows, _ = results.rows(self._seen, min(ROWS_AT_ONCE, end - self._seen))
+        self._seen += len(rows)
+        return Event("rows", {"rows": rows}, self._seen).encode()
+
+
+def _public(status: StudyStatus) -> dict[str, Any]:
+    return StudyPublic.from_status(status).model_dump(mode="json")

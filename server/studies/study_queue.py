@@ -1,0 +1,163 @@
+"""The studies that wait and the one that runs."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from functools import partial
+
+from slipgrasp.core.exceptions import SlipgraspError
+from slipgrasp.core.executors import make_executor
+from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.recordings.study.writer import StudyWriter
+from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.settings import Settings
+from slipgrasp.server.studies.live_study import LiveStudy, StudyState
+from slipgrasp.server.studies.warm_executor import WarmExecutor
+
+__all__ = ["StudyQueue"]
+
+UNEXPECTED = "an unexpected error; the server's log has its traceback"
+
+_logger = logging.getLogger(__name__)
+
+
+class StudyQueue:
+    """Runs one study after the other, in the order in which they come.
+
+    Args:
+        store: Where studies are kept.
+        settings: How many may wait, and who simulates.
+    """
+
+    def __init__(self, store: StudyStore, settings: Settings) -> None:
+        self._store = store
+        self._settings = settings
+        self._executor = WarmExecutor(
+            partial(make_executor, settings.study_executor, workers=settings.study_workers)
+        )
+        self._lock = threading.Lock()
+        self._studies: dict[str, LiveStudy] = {}
+        self._worker: threading.Thread | None = None
+        self._closing = threading.Event()
+
+    def close(self) -> None:
+        """Ends the one that runs where it is, without an end in its file, and all workers."""
+        self._closing.set()
+        with self._lock:
+            worker = self._worker
+        if worker is not None:
+            worker.join()
+        self._executor.close()
+
+    def find(self, study_id: str) -> LiveStudy | None:
+        """A study that waits, runs or has failed; None if there is none such."""
+        with self._lock:
+            return self._studies.get(study_id)
+
+    def all(self) -> dict[str, LiveStudy]:
+        """All of them by id."""
+        with self._lock:
+            return dict(self._studies)
+
+    def check_room(self) -> None:
+        """Finds out whether another study may wait.
+
+        Raises:
+            ServiceBusyError: If it may not.
+        """
+        waiting = sum(live.is_waiting for live in self.all().values())
+        if waiting >= self._settings.max_studies_waiting:
+            busy_with = "studies are waiting already"
+            raise ServiceBusyError(waiting, self._settings.retry_after, busy_with)
+
+    def add(self, live: LiveStudy) -> None:
+        """Takes a study, which begins when those before it have ended."""
+        with self._lock:
+            self._studies[live.id] = live
+        self._begin_next()
+
+    def cancel(self, live: LiveStudy) -> None:
+        """Ends a study soon; at once if its turn is still to come, or it has failed."""
+        live.cancel()
+        if live.begin(StudyState.FAILED):
+            self._end(live)
+
+    def forget(self, study_id: str) -> None:
+        """Drops one that has failed and is deleted."""
+        with self._lock:
+            self._studies.pop(study_id, None)
+
+    def _begin_next(self) -> None:
+        with self._lock:
+            if self._worker is not None or self._closing.is_set():
+                return
+            live = next((live for live in self._studies.values() if live.begin()), None)
+            if live is not None:
+                self._worker = threading.Thread(target=self._run, args=(live,), name="study")
+                self._worker.start()
+
+    def _run(self, live: LiveStudy) -> None:
+        try:
+            self._end(live)
+        finally:
+            with self._lock:
+                self._worker = None
+            self._begin_next()
+
+    def _end(self, live: LiveStudy) -> None:
+        """Does what is left to do of a study, and says how it ended.
+
+        One that has failed is left as it is: the next service goes on with it.
+        """
+        state, message = StudyState.FAILED, UNEXPECTED
+        try:
+            end = self._conduct(live)
+            if end is None:
+                state, message = StudyState.QUEUED, ""
+            else:
+                live.stored = self._store.note_end(live.stored, end)
+                state, message = StudyState(end.state), end.message
+        except SlipgraspError as error:
+            message = f"{error}; it goes on where it is when the service is started again"
+            _logger.error("study %s failed: %s", live.id, error)
+        finally:
+            live.end(state, message)
+            if state is not StudyState.FAILED:
+                self.forget(live.id)
+
+    def _conduct(self, live: LiveStudy) -> StudyEnd | None:
+        """Runs what is left of a study; None if it is left to the next service."""
+
+        def should_stop() -> bool:
+            return self._closing.is_set() or live.is_cancelled
+
+        if (known := self._store.find_end(live.id)) is not None:
+            return known
+        with StudyWriter(self._store.path_of(live.id), live.study) as writer:
+            if live.is_cancelled:
+                end = _cancelled(writer)
+            else:
+                with self._executor.use() as executor:
+                    end = conduct(
+                        live.study,
+                        executor,
+                        writer,
+                        should_stop=should_stop,
+                        watch=live.take,
+                        keep=self._store.keeper_of(live.stored),
+                    )
+            if end.state == "cancelled" and not live.is_cancelled:
+                return None
+            writer.finish(end)
+        if end.message:
+            _logger.error("study %s: %s", live.id, end.message)
+        return end
+
+
+def _cancelled(writer: StudyWriter) -> StudyEnd:
+    """The end of a study that was cancelled before its turn came."""
+    outcomes = dict(sorted(writer.outcomes.items()))
+    return StudyEnd(state="cancelled", runs=writer.num_rows, outcomes=outcomes)

@@ -1,0 +1,124 @@
+"""Makes a row of a study's results a recording, checked against what the study computed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from slipgrasp.core.executors import Cancelled
+from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.recordings.study.member import MemberResult, record_member
+from slipgrasp.recordings.study.rebuild import rebuild
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
+from slipgrasp.server.http.errors import ResultNotFoundError, ServiceBusyError, ServiceEndingError
+
+__all__ = ["StudyRecorder"]
+
+MAX_AT_ONCE = 2
+WALL_LIMIT = 120.0
+"""Computing time of one of them [s]; in the study it took less, perhaps on a faster machine."""
+
+
+class StudyRecorder:
+    """Simulates runs of studies again, a few at a time, and keeps their recordings.
+
+    Args:
+        store: Where they are kept.
+        retry_after: When to come back if it is busy [s].
+        is_ending: Whether the service is about to end.
+    """
+
+    def __init__(self, store: StudyStore, retry_after: int, is_ending: Callable[[], bool]) -> None:
+        self._store = store
+        self._retry_after = retry_after
+        self._is_ending = is_ending
+        self._making: set[tuple[str, int]] = set()
+        self._lock = threading.Lock()
+
+    def record(
+        self, stored: StoredStudy, results: StudyResults, index: int
+    ) -> tuple[StoredRun, bool]:
+        """The recording of a run, made if it is not kept already.
+
+        Args:
+            stored: The study.
+            results: Its results.
+            index: The run.
+
+        Returns:
+            The run, and whether it was made now.
+
+        Raises:
+            ResultNotFoundError: If there is no result of it.
+            RebuildError: If it does not come out as its row says.
+            ServiceBusyError: If others are being made, or this one.
+            ServiceEndingError: If the service ends before.
+            RecordingWriteError: If it cannot be written.
+        """
+        if not 0 <= index < results.num_rows:
+            raise ResultNotFoundError(stored.id, index, results.num_rows, stored.num_runs)
+        if (kept := self._store.find_recording(stored, index)) is not None:
+            return kept, False
+        with self._place_for(stored.id, index):
+            if (kept := self._store.find_recording(stored, index)) is not None:
+                return kept, False
+            made = self._make(results, _row(results, index))
+            return self._store.save_recording(stored, made), True
+
+    @contextmanager
+    def _place_for(self, study_id: str, index: int) -> Iterator[None]:
+        one = (study_id, index)
+        with self._lock:
+            if one in self._making:
+                busy_with = "recording of this run is being made already"
+                raise ServiceBusyError(1, self._retry_after, busy_with)
+            if len(self._making) >= MAX_AT_ONCE:
+                busy_with = "runs are being recorded already"
+                raise ServiceBusyError(MAX_AT_ONCE, self._retry_after, busy_with)
+            self._making.add(one)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._making.remove(one)
+
+    def _make(self, results: StudyResults, row: StudyRow) -> MemberResult:
+        try:
+            result = rebuild(results.study, row, should_stop=self._is_ending, wall_limit=WALL_LIMIT)
+        except Cancelled as error:
+            raise ServiceEndingError from error
+        return MemberResult(row=row, recording=record_member(result))
+
+
+def _row(results: StudyResults, index: int) -> StudyRow:
+    """What a run is rebuilt from: its values, why it ended, and its hash."""
+    told = results.row(index)
+    return StudyRow(
+        index=index,
+        values=results.study.values_of(index),
+        outcome=Outcome(told["outcome"]),
+        reason=_reason(told),
+        end_time=told["end_time"],
+        metrics={},
+        state_hash=told["state_hash"] or "",
+        kernel=told["kernel"] or "",
+    )
+
+
+def _reason(told: dict[str, Any]) -> Reason | None:
+    if told["reason"] is None:
+        return None
+    return Reason(
+        code=told["reason"],
+        message=told["reason_message"],
+        contact=None,
+        time=told["end_time"],
+        value=None,
+        limit=None,
+        hint="",
+    )

@@ -1,0 +1,226 @@
+"""What the REST interface gives of studies; numbers are SI and finite."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from slipgrasp.core.study.cost import StudyCost
+from slipgrasp.core.study.definition import KeptRecordings
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.results_comparison import CombinationComparison
+from slipgrasp.recordings.study.results_summary import StudySummary
+from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.studies.live_study import StudyState, StudyStatus
+
+__all__ = [
+    "StudiesPublic",
+    "StudyComparisonPublic",
+    "StudyEstimatePublic",
+    "StudyPublic",
+    "StudyResultsPublic",
+    "StudySummaryPublic",
+    "studies_link",
+]
+
+
+def studies_link(study_id: str) -> str:
+    """Where a study is found."""
+    return f"{API_PATH}/studies/{study_id}"
+
+
+class StudyEstimatePublic(BaseModel):
+    """What a study is going to take, found out from one run of its base."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    runs: int = Field(description="how many runs there are")
+    seconds: float = Field(description="computing time with all workers [s]")
+    bytes: int = Field(description="what is kept of it on disk, at most")
+    warnings: list[str] = Field(default=[], description="what stands in the way of it")
+
+    @classmethod
+    def from_cost(cls, cost: StudyCost, warnings: tuple[str, ...] = ()) -> Self:
+        """The same for a client."""
+        public = cls.model_validate(cost)
+        return public.model_copy(update={"warnings": list(warnings)})
+
+
+class StudyPublic(BaseModel):
+    """A study: what it is and how far; its results have their own addresses, see `links`."""
+
+    id: str
+    state: StudyState
+    title: str
+    base: str = Field(description="preset that varies; empty if it is none")
+    keys: list[str] = Field(description="what varies, by dotted key")
+    num_runs: int = Field(description="how many runs it has")
+    recordings: KeptRecordings = Field(description="of which runs the recording is kept")
+    created: str = Field(description="ISO 8601, UTC")
+    finished: int = Field(description="how many runs are done")
+    outcomes: dict[str, int] = Field(description="how many of them ended in which way")
+    rate: float | None = Field(description="runs done in a second, lately; null while it waits")
+    time_left: float | None = Field(description="until it is done, where that is known [s]")
+    estimate: StudyEstimatePublic | None = Field(description="null once it has ended")
+    message: str = Field(description="why it failed or was cancelled; else empty")
+    warnings: list[str]
+    links: dict[str, str]
+
+    @classmethod
+    def from_status(cls, status: StudyStatus) -> Self:
+        """How far a study is."""
+        stored = status.stored
+        cost = status.estimate
+        return cls(
+            id=stored.id,
+            state=status.state,
+            title=stored.title,
+            base=stored.base_name,
+            keys=list(stored.keys),
+            num_runs=stored.num_runs,
+            recordings=stored.recordings,
+            created=stored.created,
+            finished=status.finished,
+            outcomes=status.outcomes,
+            rate=status.rate,
+            time_left=status.time_left,
+            estimate=None if cost is None else StudyEstimatePublic.from_cost(cost),
+            message=status.message,
+            warnings=list(status.warnings),
+            links=_links(stored.id, status.state),
+        )
+
+
+def _links(study_id: str, state: StudyState) -> dict[str, str]:
+    own = studies_link(study_id)
+    parts = {
+        "events": "events",
+        "results": "results",
+        "results_csv": "results.csv",
+        "results_parquet": "results.parquet",
+        "results_json": "results.json",
+        "summary": "summary",
+        "comparison": "comparison",
+        "map_svg": "map.svg",
+        "map_png": "map.png",
+    }
+    is_complete = state in (StudyState.COMPLETED, StudyState.CANCELLED)
+    parts |= {"recording": "recording"} if is_complete else {"cancel": "cancel"}
+    return {"self": own, **{name: f"{own}/{part}" for name, part in parts.items()}}
+
+
+class StudiesPublic(BaseModel):
+    """A page of the studies, and how many there are on all pages."""
+
+    data: list[StudyPublic]
+    count: int
+    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+
+
+class ColumnPublic(BaseModel):
+    """A column of the results."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    kind: Literal["number", "integer", "boolean", "word", "value", "hash"]
+    unit: str = Field(description="SI unit, 1 for pure numbers, empty for what has none")
+    role: Literal["run", "varied", "ending", "metric", "origin"]
+
+
+class StudyResultsPublic(BaseModel):
+    """A page of the results, and how many rows there are on all pages."""
+
+    data: list[dict[str, Any]] = Field(description="one object per run: column to value")
+    columns: list[ColumnPublic]
+    count: int = Field(description="rows that are asked for, on all pages")
+    finished: int = Field(description="runs that are done, asked for or not")
+    links: dict[str, str] = Field(description="next and prev, where there is such a page")
+
+    @classmethod
+    def from_page(
+        cls, results: StudyResults, rows: list[dict[str, Any]], count: int, links: dict[str, str]
+    ) -> Self:
+        """Some rows of the results."""
+        columns = [ColumnPublic.model_validate(column) for column in results.columns]
+        return cls(data=rows, columns=columns, count=count, finished=results.num_rows, links=links)
+
+
+class SpreadPublic(BaseModel):
+    """How the values of a metric are spread, in its unit."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    runs: int = Field(description="how many runs have a value")
+    minimum: float
+    percentile_5: float
+    percentile_25: float
+    median: float
+    percentile_75: float
+    percentile_95: float
+    maximum: float
+
+
+class StudySummaryPublic(BaseModel):
+    """A study in numbers, over the runs that are done."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    runs: int
+    finished: int
+    outcomes: dict[str, int]
+    reasons: dict[str, int] = Field(description="why runs ended early, by code")
+    held: int
+    share_held: float
+    metrics: dict[str, SpreadPublic]
+    metrics_by_outcome: dict[str, dict[str, SpreadPublic]]
+
+    @classmethod
+    def from_summary(cls, summary: StudySummary) -> Self:
+        """The same for a client."""
+        return cls.model_validate(summary)
+
+
+class CombinationPublic(BaseModel):
+    """What one combination of the crossed values did."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    values: dict[str, Any] = Field(description="dotted key to value")
+    runs: int
+    held: int
+    share_held: float
+    outcomes: dict[str, int]
+    medians: dict[str, float] = Field(description="of each metric")
+
+
+class CombinationPairPublic(BaseModel):
+    """Two combinations on the samples that are done with both."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    first: int = Field(description="place of the one in the list of combinations")
+    second: int = Field(description="place of the other")
+    samples: int
+    held_by_both: int
+    held_by_first: int = Field(description="and not by the other")
+    held_by_second: int = Field(description="and not by the other")
+    held_by_neither: int
+
+
+class StudyComparisonPublic(BaseModel):
+    """Crossed values, such as controllers, on the same samples; empty if none are crossed."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    keys: list[str] = Field(description="whose values are compared")
+    combinations: list[CombinationPublic]
+    pairs: list[CombinationPairPublic]
+
+    @classmethod
+    def from_comparison(cls, comparison: CombinationComparison | None) -> Self:
+        """The same for a client."""
+        if comparison is None:
+            return cls(keys=[], combinations=[], pairs=[])
+        return cls.model_validate(comparison)

@@ -1,0 +1,243 @@
+"""Takes studies, runs one after the other, and finds what came of them; knows no HTTP.
+
+What is done of a study is in its file at once, so that a service that ends, or is killed,
+leaves it to the next one, which goes on behind its last row.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+
+from slipgrasp.core.processors import available_processors
+from slipgrasp.core.study.cost import StudyCost, estimate_cost
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.loading import check_members
+from slipgrasp.recordings.exceptions import RecordingError, StorageFullError
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.recordings.study.results import StudyResults, read_results
+from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
+from slipgrasp.server.http.errors import ServiceBusyError, ServiceEndingError, StudyUnfinishedError
+from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
+from slipgrasp.server.settings import Settings
+from slipgrasp.server.studies.live_study import LiveStudy, StudyStatus
+from slipgrasp.server.studies.study_queue import StudyQueue
+from slipgrasp.server.studies.study_recorder import StudyRecorder
+
+__all__ = ["StudyService"]
+
+MAX_CHECKS = 4
+MAX_OPENED = 4
+
+_logger = logging.getLogger(__name__)
+
+
+class StudyService:
+    """Takes studies on, one running at a time, and gives what came out of them.
+
+    Args:
+        store: Where studies are kept.
+        settings: How much to take on.
+        is_ending: Whether the service is about to end, so that nothing long goes on.
+    """
+
+    def __init__(
+        self,
+        store: StudyStore,
+        settings: Settings,
+        is_ending: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self.store = store
+        self._settings = settings
+        self._is_ending = is_ending
+        self._queue = StudyQueue(store, settings)
+        self._recorder = StudyRecorder(store, settings.retry_after, is_ending)
+        self._creating = threading.Lock()
+        self._opening = threading.Lock()
+        self._checks = threading.BoundedSemaphore(MAX_CHECKS)
+        self._opened: OrderedDict[str, StudyResults] = OrderedDict()
+        self._broken: dict[str, str] = {}
+        self._restored = threading.Event()
+
+    def start(self) -> None:
+        """Goes on with what another service has left, where no other one can be at it."""
+        if self._settings.exclusive:
+            threading.Thread(target=self._restore, name="studies", daemon=True).start()
+        else:
+            self._restored.set()
+
+    def close(self) -> None:
+        """Leaves what is not finished to the next service."""
+        self._queue.close()
+
+    def estimate(self, study: Study) -> tuple[StudyCost, tuple[str, ...]]:
+        """What a study is going to take, and what stands in the way of it."""
+        settings = self._settings
+        cost = estimate_cost(study, settings.study_workers or available_processors())
+        warnings = []
+        if study.num_runs > settings.max_study_runs:
+            warnings.append(
+                f"the study has {study.num_runs} runs; at most {settings.max_study_runs} are "
+                "allowed on this server"
+            )
+        try:
+            settings.storage_limits.check(settings.data_directory, cost.bytes)
+        except StorageFullError as error:
+            warnings.append(f"not everything of the study may find room: {error}")
+        return cost, tuple(warnings)
+
+    def create(
+        self, make_study: Callable[[], Study], *, key: str = "", digest: str = ""
+    ) -> StudyStatus:
+        """Takes a study on, or finds the one that the same request has made before.
+
+        Args:
+            make_study: Gives the study, or raises what is wrong with it.
+            key: What the client calls its request; empty if nothing.
+            digest: Of the request, to tell it from others with that key.
+
+        Raises:
+            ScenarioError: If the study, or one of its runs, is not valid.
+            IdempotencyKeyReusedError: If another request had this key.
+            ServiceBusyError: If too many studies are waiting, or being checked.
+            ServiceEndingError: If the service ends before every run is checked.
+            RecordingWriteError: If nothing can be saved.
+        """
+        self._restored.wait()
+        if (known := self._find_by_key(key, digest)) is not None:
+            return known
+        study, cost, warnings = self._checked(make_study)
+        with self._creating:
+            if (known := self._find_by_key(key, digest)) is not None:
+                return known
+            self._queue.check_room()
+            stored = self.store.create(study, idempotency_key=key, request_digest=digest)
+            live = LiveStudy(stored, StudyResults(study), cost, warnings)
+            self._queue.add(live)
+        return live.status()
+
+    def status(self, study_id: str) -> StudyStatus:
+        """How far a study is.
+
+        Raises:
+            StudyNotFoundError: If there is none.
+        """
+        live = self.find_live(study_id)
+        return live.status() if live is not None else self._status_of(self.store.get(study_id))
+
+    def find_live(self, study_id: str) -> LiveStudy | None:
+        """A study that waits, runs, or has failed; None if there is none such."""
+        self._restored.wait()
+        return self._queue.find(study_id)
+
+    def list(self, offset: int, limit: int) -> tuple[list[StudyStatus], int]:
+        """The studies, newest first, and how many there are.
+
+        Args:
+            offset: How many of the newest to leave out.
+            limit: How many to give at most.
+        """
+        self._restored.wait()
+        # In this order: one that ends meanwhile is told of by whoever has run it.
+        live = self._queue.all()
+        stored, count = self.store.list(offset, limit)
+        statuses = [
+            live[study.id].status() if study.id in live else self._status_of(study)
+            for study in stored
+        ]
+        return statuses, count
+
+    def results(self, study_id: str) -> StudyResults:
+        """The rows of a study, which grow as long as it runs.
+
+        Raises:
+            StudyNotFoundError: If there is none.
+            RecordingError: If its file is damaged.
+        """
+        live = self.find_live(study_id)
+        if live is not None:
+            return live.results
+        # Two that ask at once would read the file twice.
+        with self._opening:
+            self.store.get(study_id)
+            results = self._opened.pop(study_id, None)
+            if results is None:
+                results = read_results(self.store.file_of(study_id))
+            self._opened[study_id] = results
+            while len(self._opened) > MAX_OPENED:
+                self._opened.popitem(last=False)
+            return results
+
+    def cancel(self, study_id: str) -> StudyStatus:
+        """Ends a study; what is done stays, and what has ended is left alone.
+
+        Raises:
+            StudyNotFoundError: If there is none.
+        """
+        live = self.find_live(study_id)
+        if live is None:
+            return self.status(study_id)
+        self._queue.cancel(live)
+        return live.status()
+
+    def delete(self, study_id: str) -> None:
+        """Removes a study for good; recordings of its runs are runs, and stay.
+
+        Raises:
+            StudyNotFoundError: If there is none.
+            StudyUnfinishedError: If it has not ended.
+        """
+        live = self.find_live(study_id)
+        if live is not None and not live.has_ended:
+            raise StudyUnfinishedError(study_id)
+        self.store.delete(study_id)
+        self._queue.forget(study_id)
+        with self._opening:
+            self._opened.pop(study_id, None)
+
+    def record_run(self, study_id: str, index: int) -> tuple[StoredRun, bool]:
+        """The recording of a run, and whether it was made now; see `StudyRecorder.record`."""
+        results = self.results(study_id)
+        return self._recorder.record(self.status(study_id).stored, results, index)
+
+    def _status_of(self, stored: StoredStudy) -> StudyStatus:
+        return StudyStatus.of(stored, stored.finding or self._broken.get(stored.id, ""))
+
+    def _refuse_when_ending(self, share: float) -> None:
+        """Called now and then by what takes long, with the share of it that is done."""
+        if self._is_ending():
+            raise ServiceEndingError
+
+    def _find_by_key(self, key: str, digest: str) -> StudyStatus | None:
+        stored = self.store.find_by_key(key) if key else None
+        if stored is None:
+            return None
+        if stored.request_digest != digest:
+            raise IdempotencyKeyReusedError(f"study '{stored.id}'")
+        return self.status(stored.id)
+
+    def _checked(self, make_study: Callable[[], Study]) -> tuple[Study, StudyCost, tuple[str, ...]]:
+        if not self._checks.acquire(blocking=False):
+            busy_with = "studies are being checked already"
+            raise ServiceBusyError(MAX_CHECKS, self._settings.retry_after, busy_with)
+        try:
+            study = make_study()
+            check_members(study, self._refuse_when_ending)
+            return study, *self.estimate(study)
+        finally:
+            self._checks.release()
+
+    def _restore(self) -> None:
+        try:
+            for stored in self.store.unfinished():
+                try:
+                    results = read_results(self.store.file_of(stored.id))
+                except RecordingError as error:
+                    _logger.error("study %s cannot go on: %s", stored.id, error)
+                    self._broken[stored.id] = f"it cannot go on: {error}"
+                else:
+                    self._queue.add(LiveStudy(stored, results))
+        finally:
+            self._restored.set()

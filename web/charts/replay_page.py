@@ -1,0 +1,133 @@
+"""A run as one HTML file that plays its 3D scene in any browser, without a network."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from html import escape
+from typing import BinaryIO
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.camera import FIELD_OF_VIEW, Picture, frame_box
+from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.scene.layout import SceneLayout
+from slipgrasp.web.scene.scene import Scene
+from slipgrasp.web.scene.shapes import position
+
+__all__ = ["MAX_FRAMES", "frame_times", "write_html"]
+
+MAX_FRAMES = 1800
+"""Most frames of a file, one minute at 30 per second; a longer run has fewer per second."""
+
+_SMALLEST_PICTURE = Picture(1000, 800)
+_ROOM_FOR_WORDS = 0.16
+_TITLE = "<title>"
+_END_OF_TITLE = "</title>"
+
+
+def frame_times(result: RunResult, fps: float = 30.0) -> NDArray[np.float64]:
+    """When the frames are taken [s], evenly from the start of a run to its end.
+
+    Args:
+        result: The run.
+        fps: Frames per second; fewer where a run is too long for that many.
+    """
+    start, end = float(result.trace.times[0]), result.end_time
+    wanted = math.ceil((end - start) * fps) + 1
+    return np.linspace(start, end, min(max(wanted, 2), MAX_FRAMES))
+
+
+def write_html(
+    result: RunResult,
+    stream: BinaryIO,
+    progress: Callable[[float], None] | None = None,
+    fps: float = 30.0,
+) -> None:
+    """Writes a run as a page that plays its scene in real time, over and over.
+
+    The file holds everything it needs; it can be opened offline.
+
+    Args:
+        result: The run.
+        stream: Where the file goes.
+        progress: Told the share that is done, from 0 to 1.
+        fps: Frames per second, at most; see `MAX_FRAMES`.
+    """
+    server = ViewerServer()
+    try:
+        page = _record(server, result, frame_times(result, fps), progress or _ignore)
+    finally:
+        server.stop()
+    stream.write(_with_title(page, _title(result)).encode())
+
+
+def _ignore(_share: float) -> None:
+    """Takes the progress that nobody asked for."""
+
+
+def _record(
+    server: ViewerServer,
+    result: RunResult,
+    times: NDArray[np.float64],
+    progress: Callable[[float], None],
+) -> str:
+    """The page of a scene that is moved through all frames."""
+    scene, sampler = Scene(server), Sampler(result.trace)
+    layout = scene.show(result)
+    _frame(server, layout)
+    clock = _add_words(server, result, layout)
+    scene.update(sampler.at(float(times[0])))
+    serializer = server.get_scene_serializer()
+    interval = float(times[1] - times[0])
+    for i, time in enumerate(times.tolist()):
+        clock.text = f"t = {time:.2f} s"
+        scene.update(sampler.at(time))
+        serializer.insert_sleep(interval)
+        progress((i + 1) / len(times))
+    return serializer.as_html()
+
+
+def _frame(server: ViewerServer, layout: SceneLayout) -> None:
+    room = np.array([0.0, _ROOM_FOR_WORDS])
+    framing = frame_box(layout.low - room, layout.high + 1.6 * room, _SMALLEST_PICTURE)
+    server.initial_camera.fov = FIELD_OF_VIEW
+    server.initial_camera.up = (0.0, 0.0, 1.0)
+    server.initial_camera.position = framing.position
+    server.initial_camera.look_at = framing.look_at
+
+
+def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> viser.LabelHandle:
+    """How the run went above the scene, and a clock below, which is returned."""
+    middle = 0.5 * (layout.low[0] + layout.high[0])
+    words = (
+        ("outcome", headline_of(result), layout.high[1] + 1.1 * _ROOM_FOR_WORDS, 1.5),
+        ("title", result.name, layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
+        ("clock", "", layout.low[1] - 0.4 * _ROOM_FOR_WORDS, 1.2),
+    )
+    *_, clock = (
+        server.scene.add_label(
+            f"/words/{name}",
+            text,
+            position=position(np.array([middle, height])),
+            font_screen_scale=size,
+            anchor="center-center",
+        )
+        for name, text, height, size in words
+    )
+    return clock
+
+
+def _title(result: RunResult) -> str:
+    return f"{result.name} – {headline_of(result)}"
+
+
+def _with_title(page: str, title: str) -> str:
+    start = page.index(_TITLE) + len(_TITLE)
+    end = page.index(_END_OF_TITLE, start)
+    return page[:start] + escape(title) + page[end:]

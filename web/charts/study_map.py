@@ -1,0 +1,249 @@
+"""Draws the map of a study for the page: its runs as SVG that answers to clicks.
+
+To be called from a thread: importing it loads what draws figures, which takes a second.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.figures.map_data import (
+    NOTHING,
+    Cells,
+    MapAxis,
+    MapPanel,
+    cells_of,
+    map_axis,
+    panels_of,
+)
+from slipgrasp.figures.map_words import same_quantity
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
+from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
+from slipgrasp.web.model.parameter_names import ParameterNames, names_of
+from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
+from slipgrasp.web.model.study_words import value_words
+from slipgrasp.web.page.markup import click_attribute
+
+__all__ = ["MOST_CELLS", "draw_map", "ticks_of"]
+
+MOST_CELLS = 2500
+"""More could neither be told apart nor clicked, and would slow the page down."""
+MOST_POINTS = 1500
+
+_TICKS = 5
+_RADIUS = 9
+
+
+def draw_map(results: StudyResults) -> MapPicture | None:
+    """The map of a study, so far; None if no two parameters vary in numbers.
+
+    Args:
+        results: The results; they may grow meanwhile.
+    """
+    shown = results.first(results.num_rows)
+    keys = choose_axes(shown.study) or numeric_keys(shown.study)[:2]
+    if len(keys) < 2:
+        return None
+    x, y = map_axis(shown, keys[0]), map_axis(shown, keys[1])
+    panels = panels_of(shown, *keys)
+    lumped = _lumped(x, y, len(panels))
+    x, y = _coarser(x, lumped), _coarser(y, lumped)
+    names = names_of(shown.study.base)
+    told = _Telling(shown, keys, names)
+    counts = np.bincount(ways_of(shown), minlength=len(WAYS))
+    ways = [way for way in range(len(WAYS)) if counts[way] or way == HELD]
+    crossed = {key for panel in panels for key in panel.values}
+    return MapPicture(
+        study=shown.study,
+        finished=shown.num_rows,
+        held=int(counts[HELD]),
+        across=_axis_picture(names, x),
+        up=_axis_picture(names, y),
+        panels=tuple(_panel_picture(told, panel, x, y) for panel in panels),
+        swatches=tuple(Swatch(way, WAYS[way].words, int(counts[way])) for way in ways),
+        base=_base(x, y),
+        diagonal=_diagonal(x, y),
+        lumped=lumped,
+        note=_note(names, [key for key in shown.study.keys if key not in {*keys, *crossed}]),
+    )
+
+
+def _lumped(x: MapAxis, y: MapAxis, num_panels: int) -> int:
+    """How many cells along each side become one, so that there are not too many."""
+    if x.edges is None or y.edges is None:
+        return 1
+    columns, rows, step = len(x.edges) - 1, len(y.edges) - 1, 1
+    while math.ceil(columns / step) * math.ceil(rows / step) * num_panels > MOST_CELLS:
+        step += 1
+    return step
+
+
+def _coarser(axis: MapAxis, step: int) -> MapAxis:
+    if axis.edges is None or step == 1:
+        return axis
+    return replace(axis, edges=np.unique([*axis.edges[::step], axis.edges[-1]]))
+
+
+def _axis_picture(names: ParameterNames, axis: MapAxis) -> MapAxisPicture:
+    borders = () if axis.edges is None else tuple(axis.share(axis.edges).tolist())
+    values = ticks_of(axis.low, axis.high, is_log=axis.is_log)
+    shares = axis.share(np.array(values)).tolist()
+    return MapAxisPicture(
+        key=axis.key,
+        label=names.label(axis.key),
+        low=axis.low,
+        high=axis.high,
+        is_log=axis.is_log,
+        borders=borders,
+        ticks=tuple((share, f"{value:.6g}") for share, value in zip(shares, values, strict=True)),
+    )
+
+
+def ticks_of(low: float, high: float, *, is_log: bool) -> list[float]:
+    """Round values for the numbers at an axis.
+
+    Args:
+        low: Where it begins.
+        high: Where it ends, above.
+        is_log: Whether equal distances are equal ratios.
+    """
+    if is_log and high >= 3.0 * low:
+        decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        for steps in ((1, 2, 5), (1, 3), (1,)):
+            values = [step * 10.0**decade for decade in decades for step in steps]
+            inside = [value for value in values if low <= value <= high]
+            if len(inside) <= _TICKS + 2:
+                break
+        return inside
+    step = _round_step((high - low) / _TICKS)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [place * step for place in range(first, last + 1)]
+
+
+def _round_step(least: float) -> float:
+    power = 10.0 ** math.floor(math.log10(least))
+    return min(f * power for f in (1.0, 2.0, 2.5, 5.0, 10.0) if f * power >= least * (1 - 1e-9))
+
+
+def _base(x: MapAxis, y: MapAxis) -> tuple[float, float] | None:
+    if x.base is None or y.base is None:
+        return None
+    return float(x.share(np.array(x.base))), float(y.share(np.array(y.base)))
+
+
+def _diagonal(x: MapAxis, y: MapAxis) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Both ends of the line of equal values, where both axes are scaled alike."""
+    low, high = max(x.low, y.low), min(x.high, y.high)
+    if not same_quantity(x.key, y.key) or x.is_log != y.is_log or low >= high:
+        return None
+    ends = np.array([low, high])
+    (x0, x1), (y0, y1) = x.share(ends).tolist(), y.share(ends).tolist()
+    return (x0, y0), (x1, y1)
+
+
+def _note(names: ParameterNames, hidden: list[str]) -> str:
+    return f"Not told apart here: {', '.join(map(names.words, hidden))}." if hidden else ""
+
+
+class _Telling:
+    """Says in a line what a run varied and how it ended.
+
+    Args:
+        results: The results, which no longer grow.
+        keys: What the axes vary.
+        names: What that is called.
+    """
+
+    def __init__(self, results: StudyResults, keys: tuple[str, ...], names: ParameterNames) -> None:
+        self.names = names
+        count = results.num_rows
+        self._columns = [
+            (names.words(key), names.unit(key), results.values(key, 0, count)) for key in keys
+        ]
+        self._ends = results.numbers("end_time", count)
+        paths = [f"slip_path_{finger}" for finger in range(len(results.study.base.fingers))]
+        self._slips = np.array([results.numbers(path, count) for path in paths]).max(axis=0)
+
+    def line(self, index: int, way: int) -> str:
+        """The line about a run that ended in a way."""
+        values = ", ".join(
+            f"{words} {value_words(column[index], unit)}" for words, unit, column in self._columns
+        )
+        slip, end = self._slips[index], self._ends[index]
+        slipped = "" if math.isnan(slip) else f", slip {1e3 * slip:.3g} mm"
+        ended = "" if way == HELD or math.isnan(end) else f" at {end:.3g} s"
+        return f"run {index}: {values}. {WAYS[way].words}{ended}{slipped}"
+
+
+def _panel_picture(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> MapPanelPicture:
+    names = told.names
+    title = ", ".join(
+        f"{names.words(key)} = {value_words(value, names.unit(key))}"
+        for key, value in panel.values.items()
+    )
+    if x.edges is not None and y.edges is not None:
+        marks = "".join(_cell_marks(told, cells_of(panel, x, y), x, y))
+    else:
+        marks = "".join(_point_marks(told, panel, x, y))
+    held = int(panel.counts[HELD])
+    return MapPanelPicture(panel.values, title, marks, len(panel.runs), held)
+
+
+def _cell_marks(told: _Telling, cells: Cells, x: MapAxis, y: MapAxis) -> Iterator[str]:
+    assert x.edges is not None and y.edges is not None
+    across = _at(x.share(x.edges))
+    up = _at(1.0 - y.share(y.edges))
+    for way in np.unique(cells.ways).tolist():
+        if way == NOTHING:
+            continue
+        yield f"<g class='sg-cells' fill='url(#sg-way-{way})'>"
+        for column, row in zip(*np.nonzero(cells.ways == way), strict=True):
+            left, right, top, bottom = across[column], across[column + 1], up[row + 1], up[row]
+            box = f"x='{left}' y='{top}' width='{right - left}' height='{bottom - top}'"
+            yield _mark("rect", box, told, int(cells.runs[column, row]), way)
+        yield "</g>"
+    yield _boundary(cells.held & (cells.ways != NOTHING), cells.ways != NOTHING, across, up)
+
+
+def _point_marks(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> Iterator[str]:
+    shown = slice(0, MOST_POINTS)
+    across, up = _at(x.share(panel.x[shown])), _at(1.0 - y.share(panel.y[shown]))
+    runs, ways = panel.runs[shown].tolist(), panel.ways[shown].tolist()
+    for left, top, run, way in zip(across, up, runs, ways, strict=True):
+        place = f"cx='{left}' cy='{top}' r='{_RADIUS}' fill='url(#sg-way-{way})'"
+        yield _mark("circle", place, told, run, way)
+
+
+def _mark(shape: str, place: str, told: _Telling, run: int, way: int) -> str:
+    attribute = click_attribute("open-member", index=run)
+    line = escape(told.line(run, way))
+    return f"<{shape} {place} {attribute}><title>{line}</title></{shape}>"
+
+
+def _boundary(
+    held: NDArray[np.bool_], known: NDArray[np.bool_], across: list[int], up: list[int]
+) -> str:
+    """The line between cells that hold and their neighbours that are known not to."""
+    upright = (held[1:] != held[:-1]) & known[1:] & known[:-1]
+    level = (held[:, 1:] != held[:, :-1]) & known[:, 1:] & known[:, :-1]
+    steps = [
+        f"M{across[column + 1]} {up[row]}V{up[row + 1]}"
+        for column, row in zip(*np.nonzero(upright), strict=True)
+    ]
+    steps += [
+        f"M{across[column]} {up[row + 1]}H{across[column + 1]}"
+        for column, row in zip(*np.nonzero(level), strict=True)
+    ]
+    return f"<path class='sg-map-over sg-map-boundary' d='{''.join(steps)}'/>" if steps else ""
+
+
+def _at(shares: NDArray[np.float64]) -> list[int]:
+    """Shares as places in the picture; whole numbers, so that neighbours meet."""
+    return np.rint(SIZE * shares).astype(int).tolist()

@@ -1,1 +1,0 @@
-"""Stored runs as a user finds and opens them."""

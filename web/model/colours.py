@@ -1,0 +1,96 @@
+"""The palette of the dashboard: what it shares with the figures, and what only a screen needs."""
+
+from __future__ import annotations
+
+from slipgrasp.recordings.palette import (
+    CONE,
+    FINGERS,
+    GHOST,
+    GROUND,
+    JOINT,
+    LINK,
+    MOUNT,
+    MUTED,
+    OBJECT,
+    OBJECT_EDGE,
+    PHASES,
+    SHADE,
+    Rgb,
+)
+
+__all__ = [
+    "BELIEVED_CONE",
+    "CONE",
+    "CONE_INSIDE",
+    "FINGERS",
+    "GHOST",
+    "GROUND",
+    "JOINT",
+    "LENS",
+    "LINK",
+    "MOUNT",
+    "MUTED",
+    "OBJECT",
+    "OBJECT_EDGE",
+    "PHASES",
+    "PUSH",
+    "SHADE",
+    "WATER",
+    "WAVES",
+    "Rgb",
+    "css",
+    "glow",
+    "legible",
+    "sign",
+    "tone",
+]
+
+LENS: Rgb = (247, 248, 250)
+BELIEVED_CONE: Rgb = (150, 156, 168)
+PUSH: Rgb = (176, 24, 40)
+"""The arrow of a push."""
+WATER: Rgb = (96, 200, 226)
+WAVES: Rgb = (236, 250, 255)
+CONE_INSIDE: Rgb = (198, 207, 220)
+_WHITE_ON_DARK = 0.35
+_TONES: dict[str, Rgb] = {"good": (0, 120, 85), "warning": (178, 116, 0), "bad": (190, 40, 40)}
+
+
+def glow(colour: Rgb) -> Rgb:
+    """The colour as viser wants it for lines and arrows, so that it looks like the colour itself.
+
+    Their vertex colours are taken as linear light, those of meshes and of CSS as sRGB.
+    """
+    red, green, blue = (round(255.0 * _to_linear(channel / 255.0)) for channel in colour)
+    return (red, green, blue)
+
+
+def _to_linear(channel: float) -> float:
+    return channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4
+
+
+def css(colour: Rgb, opacity: float = 1.0) -> str:
+    """The colour as CSS, with an opacity from 0 to 1."""
+    red, green, blue = colour
+    return f"rgba({red},{green},{blue},{opacity:g})"
+
+
+def legible(colour: Rgb, *, dark: bool) -> Rgb:
+    """The colour for thin lines on a page: on a dark one it needs a share of white."""
+    share = _WHITE_ON_DARK if dark else 0.0
+    red, green, blue = (round(channel + share * (255 - channel)) for channel in colour)
+    return (red, green, blue)
+
+
+def sign(colour: Rgb) -> str:
+    """The CSS colour of a small sign or word in a colour of the palette, on any page."""
+    own = css(colour)
+    return f"light-dark({own}, color-mix(in srgb, {own} 80%, white))"
+
+
+def tone(name: str) -> str:
+    """The CSS colour of words that are ``good``, a ``warning`` or ``bad`` news.
+
+    A share of the text's own colour keeps them legible on a bright and on a dark page.
+    """
+    return f"color-mix(in srgb, {css(_TONES[name])} 75%, currentColor)"

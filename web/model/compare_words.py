@@ -1,0 +1,144 @@
+"""What the columns and metrics of runs are called, and their values with units, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS
+from slipgrasp.core.words.parameter_words import key_words, unit_words
+from slipgrasp.recordings.compare.differences import SignalDifference
+from slipgrasp.recordings.study.result_columns import metric_unit
+
+__all__ = [
+    "MISSING",
+    "Scale",
+    "amount",
+    "column_words",
+    "coordinate_words",
+    "metric_words",
+    "number",
+    "scale_of",
+    "time_words",
+    "value_words",
+]
+
+MISSING = "–"
+
+_PER = {signal.name: signal.per for signal in SIGNALS}
+_SIGNAL_WORDS = {"object_pose": "object", "estimates": "estimate of", "true_parameters": "true"}
+_METRIC_WORDS = {
+    "outcome": "ended as",
+    "end_time": "ended at",
+    "last_slip_time": "last slip ends",
+    "minimum_friction_margin": "least margin to slip",
+    "rms_tracking_error": "error of the object, rms",
+    "final_tracking_error": "error of the object, at the end",
+    "phase_change_count": "phase changes",
+}
+_COORDINATES: dict[str, str] = dict(zip(OBJECT_COORDINATES, ("x", "y", "θ"), strict=True))
+_IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
+_WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
+
+
+class Scale(NamedTuple):
+    """How a quantity is written: times a factor, with a unit."""
+
+    factor: float
+    unit: str
+
+
+def scale_of(unit: str, values: Iterable[float] = ()) -> Scale:
+    """How values of one quantity are written: lengths and angles in thousandths.
+
+    Args:
+        unit: Its SI unit; "1" or "" for pure numbers.
+        values: The values; times are written in ms while all are shorter than a second.
+    """
+    is_short = unit == "s" and 0.0 < max(map(abs, values), default=0.0) < 1.0
+    if unit in _IN_THOUSANDTHS or is_short:
+        return Scale(1e3, f"m{unit_words(unit).strip(' []')}")
+    return Scale(1.0, unit_words(unit).strip(" []"))
+
+
+def number(value: float, *, signed: bool = False, padded: bool = False) -> str:
+    """A number with three digits, or more where it is large: ``2.59``, ``5991``.
+
+    Args:
+        value: The number.
+        signed: Whether to write a plus too.
+        padded: Whether zeros at the end stay, so that numbers of a column look alike.
+    """
+    sign, digits = "+" if signed and value else "", "#.3g" if padded else ".3g"
+    is_whole = _WHOLE_FROM <= abs(value) < _WHOLE_TO
+    return (f"{value:{sign}.0f}" if is_whole else f"{value:{sign}{digits}}").replace("-", "−")
+
+
+def amount(value: float, unit: str, *, signed: bool = False) -> str:
+    """A number with its unit: ``2.59 mm``.
+
+    Args:
+        value: The number.
+        unit: Its SI unit; "1" or "" for pure numbers.
+        signed: Whether to write a plus too.
+    """
+    factor, shown = scale_of(unit, [value])
+    return f"{number(factor * value, signed=signed)} {shown}".strip()
+
+
+def time_words(time: float) -> str:
+    """A simulation time [s]."""
+    return amount(time, "s")
+
+
+def value_words(value: Any) -> str:
+    """A value of a parameter, digit for digit; one that is not there is a dash."""
+    if value is None:
+        return MISSING
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (tuple, list)):
+        return ", ".join(map(value_words, value))
+    return f"{value:.12g}" if isinstance(value, (int, float)) else str(value).replace("_", " ")
+
+
+def metric_words(name: str) -> tuple[str, str]:
+    """What a metric is called, and its SI unit; those of angles are told of elsewhere.
+
+    Args:
+        name: Field of `slipgrasp.core.run.result.Metrics`, ``outcome`` or ``end_time``.
+    """
+    unit = "s" if name == "end_time" else metric_unit(name)
+    return _METRIC_WORDS.get(name, name.replace("_", " ")), unit
+
+
+def coordinate_words(name: str) -> list[tuple[str, str]]:
+    """Of a metric with one value per coordinate: the letter and the unit of each."""
+    return [
+        (letter, metric_unit(f"{name}_{coordinate}")) for coordinate, letter in _COORDINATES.items()
+    ]
+
+
+def column_words(column: SignalDifference, names: Sequence[str]) -> str:
+    """What a column is called: ``slip velocity left``, ``estimate of object mass``.
+
+    Args:
+        column: The column.
+        names: What the fingers are called.
+    """
+    words = _SIGNAL_WORDS.get(column.signal, column.signal.replace("_", " "))
+    return f"{words} {_label(column, names)}".strip()
+
+
+def _label(column: SignalDifference, names: Sequence[str]) -> str:
+    per, parts = _PER[column.signal], column.name.split("_")
+    if per == "coordinate":
+        return _COORDINATES[parts[-1]]
+    if per == "contact":
+        return names[int(parts[-1])]
+    if per == "joint":
+        return f"{names[int(parts[-2])]} {int(parts[-1]) + 1}"
+    if per == "unknown":
+        prefix = "true_parameter_" if column.signal == "true_parameters" else "estimate_"
+        return key_words(column.name.removeprefix(prefix), names)
+    return ""

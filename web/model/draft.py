@@ -1,0 +1,241 @@
+"""What the user asks for: a scenario to start from, what was set since, and from when on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    parameter_definitions,
+    preset_names,
+    with_values,
+)
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.web.model.incidents import Incident, incident_values, incidents_of, is_of_incident
+from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.rows import row_parameters, rows_of
+
+__all__ = ["Draft", "TimedEdit", "Value", "change_time"]
+
+Value = float | int | str | list[Any] | None
+
+_DECIMALS_OF_TIME = 6
+
+
+def change_time(play_head: float) -> float:
+    """The time of a change that is made where the play head stands: to the microsecond [s]."""
+    return round(play_head, _DECIMALS_OF_TIME)
+
+
+@dataclass(frozen=True, slots=True)
+class TimedEdit:
+    """A parameter that takes another value during the run; the value may be out of bounds.
+
+    Attributes:
+        time: When it does [s].
+        key: Dotted key of the parameter.
+        value: Its value from then on.
+    """
+
+    time: float
+    key: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A scenario to start from, and what was set since.
+
+    Attributes:
+        origin: Name of the preset, label of the recording, or of the file.
+        base: The scenario of it.
+        edits: Values set since for the whole run, by dotted key; any may be out of bounds.
+        changes: What changes during the run, in order of time.
+        incidents: What happens to the object: pushes, then wet spots.
+    """
+
+    origin: str
+    base: Scenario
+    edits: Mapping[str, Value] = field(default_factory=dict)
+    changes: tuple[TimedEdit, ...] = ()
+    incidents: tuple[Incident, ...] = ()
+
+    @classmethod
+    def starting_from(cls, origin: str, scenario: Scenario) -> Draft:
+        """The scenario as it comes, with its own timed changes and incidents."""
+        return cls(
+            origin,
+            scenario,
+            changes=tuple(_timed_edits(scenario)),
+            incidents=incidents_of(scenario),
+        )
+
+    @classmethod
+    def from_preset(cls, name: str) -> Draft:
+        """The preset as it comes.
+
+        Raises:
+            ScenarioError: If there is none of that name.
+        """
+        if name not in preset_names():
+            # A name comes from a browser; a path must not be opened for it.
+            known = ", ".join(preset_names())
+            message = f"there is no preset of that name; presets: {known}"
+            raise ScenarioError(
+                [FieldError(field="scenario", value=None, limit=known, message=message)]
+            )
+        return cls.starting_from(name, load_scenario(name))
+
+    @classmethod
+    def from_replay(cls, replay: Replay) -> Draft:
+        """The scenario of a recording."""
+        return cls.starting_from(replay.label, replay.result.scenario)
+
+    @property
+    def is_touched(self) -> bool:
+        """Whether it is no longer as it came."""
+        return self != self.reset()
+
+    @property
+    def touched(self) -> frozenset[str]:
+        """The parameters that were set: for the whole run, from some time on, of incidents."""
+        of_incidents = (key for key, _ in incident_values(self.incidents))
+        return frozenset((*self.edits, *(change.key for change in self.changes), *of_incidents))
+
+    def reset(self) -> Draft:
+        """The draft as it came."""
+        return Draft.starting_from(self.origin, self.base)
+
+    def edited(self, key: str, value: Value) -> Draft:
+        """The draft with a value that holds on the whole run."""
+        kept = tuple(change for change in self.changes if change.key != key)
+        if is_of_incident(key):
+            return replace(self, changes=kept)._with_incident_edited(key, value)
+        return replace(self, edits={**self.edits, key: value}, changes=kept)
+
+    def edited_from(self, time: float, key: str, value: Value) -> Draft:
+        """The draft with a value that holds from some time on, until its next change.
+
+        A value that holds there anyway needs no change; a change of the same parameter at
+        the same time is replaced.
+
+        Args:
+            time: When it begins [s]; at 0 the run starts with it.
+            key: Dotted key; what cannot change during a run is set for the whole of it.
+            value: The value.
+        """
+        if not self.is_changeable(key):
+            return self.edited(key, value)
+        if time <= 0.0:
+            return replace(self, edits={**self.edits, key: value})
+        others = tuple(c for c in self.changes if (c.time, c.key) != (time, key))
+        draft = replace(self, changes=others)
+        if draft.value_at(time, key) == value:
+            return draft
+        timed = sorted((*others, TimedEdit(time, key, value)), key=lambda change: change.time)
+        return replace(draft, changes=tuple(timed))
+
+    def without_change(self, time: float, key: str) -> Draft:
+        """The draft without one of its timed changes."""
+        kept = tuple(c for c in self.changes if (c.time, c.key) != (time, key))
+        return replace(self, changes=kept)
+
+    def without_changes(self) -> Draft:
+        """The draft in which nothing changes or happens during the run."""
+        return replace(self, changes=(), incidents=())
+
+    def with_incident(self, incident: Incident) -> Draft:
+        """The draft in which one thing more happens."""
+        same = [each for each in self.incidents if each.place == incident.place]
+        others = [each for each in self.incidents if each.place != incident.place]
+        grown = [*same, incident]
+        ordered = [*grown, *others] if incident.place == "pulses" else [*others, *grown]
+        return replace(self, incidents=tuple(ordered))
+
+    def without_incident(self, index: int) -> Draft:
+        """The draft without one of its incidents; the same if there is no such."""
+        kept = tuple(each for i, each in enumerate(self.incidents) if i != index)
+        return replace(self, incidents=kept)
+
+    def is_changeable(self, key: str) -> bool:
+        """Whether a parameter may change during the run; those of incidents do as a whole."""
+        if is_of_incident(key):
+            return False
+        parameter = _definitions(self.base).get(key)
+        return parameter is not None and parameter.changeable
+
+    def value_at(self, time: float, key: str) -> Value:
+        """The value of a parameter at some time [s]."""
+        latest = [c.value for c in self.changes if c.key == key and c.time <= time]
+        if latest:
+            return latest[-1]
+        if is_of_incident(key):
+            return dict(incident_values(self.incidents)).get(key)
+        if key in self.edits:
+            return self.edits[key]
+        if key in row_parameters():
+            return rows_of(self.base, key)
+        return _plain(_definitions(self.base)[key].value)
+
+    def num_changes_until(self, time: float) -> int:
+        """How many of its changes have happened at some time [s]."""
+        return sum(change.time <= time for change in self.changes)
+
+    def scenario(self) -> Scenario:
+        """The scenario that is asked for.
+
+        Raises:
+            ScenarioError: With every value that is not allowed, and its limit.
+        """
+        happening = dict(incident_values(self.incidents))
+        changing = dict(self._change_entries())
+        return with_values(_calm(self.base), {**happening, **self.edits, **changing})
+
+    def key_of(self, error: FieldError) -> str:
+        """The parameter that an error in the draft is about: a change stands for what it sets."""
+        head, _, rest = error.field.partition(".")
+        index = rest.partition(".")[0]
+        if head == "changes" and index.isdecimal() and int(index) < len(self.changes):
+            return self.changes[int(index)].key
+        return error.field
+
+    def _with_incident_edited(self, key: str, value: Value) -> Draft:
+        place, index, own = key.split(".", 2)
+        same = [i for i, incident in enumerate(self.incidents) if incident.place == place]
+        if not index.isdecimal() or int(index) >= len(same):
+            return self
+        edited = list(self.incidents)
+        edited[same[int(index)]] = edited[same[int(index)]].edited(own, value)
+        return replace(self, incidents=tuple(edited))
+
+    def _change_entries(self) -> Iterator[tuple[str, Value]]:
+        for i, change in enumerate(self.changes):
+            yield f"changes.{i}.time", change.time
+            yield f"changes.{i}.parameter", change.key
+            yield f"changes.{i}.value", change.value
+
+
+@lru_cache(maxsize=32)
+def _definitions(base: Scenario) -> dict[str, Parameter]:
+    """Every parameter of a scenario that knobs start from."""
+    return parameter_definitions(base)
+
+
+@lru_cache(maxsize=32)
+def _calm(base: Scenario) -> Scenario:
+    """A scenario in which nothing changes or happens during the run."""
+    return replace(base, changes=(), pulses=(), patches=())
+
+
+def _timed_edits(scenario: Scenario) -> Iterator[TimedEdit]:
+    for change in sorted(scenario.changes, key=lambda change: change.time):
+        yield TimedEdit(change.time, change.parameter, _plain(change.value))
+
+
+def _plain(value: object) -> Value:
+    return list(value) if isinstance(value, tuple) else value  # type: ignore[return-value]

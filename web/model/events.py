@@ -1,0 +1,135 @@
+"""What happens in a run, as moments: slip begins and ends, values change, the run ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
+from slipgrasp.core.words.parameter_words import key_words
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.incidents import incident_words, incidents_of
+from slipgrasp.web.model.laws import law_change_words, main_changes
+
+__all__ = ["EventKind", "RunEvent", "events_of", "neighbouring_event_time"]
+
+
+class EventKind(StrEnum):
+    """What kind of thing happens."""
+
+    SLIP = "slip"
+    STICK = "stick"
+    CHANGE = "change"
+    PUSH = "push"
+    WET_SPOT = "wet spot"
+    END = "end"
+
+
+@dataclass(frozen=True, slots=True)
+class RunEvent:
+    """Something that happens in a run.
+
+    Attributes:
+        time: When [s].
+        kind: What.
+        text: The same in words.
+        phase: The phase that a contact has from then on; None if no contact is concerned.
+    """
+
+    time: float
+    kind: EventKind
+    text: str
+    phase: ContactPhase | None = None
+
+
+def events_of(result: RunResult) -> list[RunEvent]:
+    """Everything that happens in a run, in time order."""
+    during = [*_phase_events(result), *_timed_changes(result), *_incidents(result)]
+    happened = [event for event in during if event.time <= result.end_time]
+    return sorted([*happened, _end_of(result)], key=lambda event: event.time)
+
+
+def neighbouring_event_time(result: RunResult, time: float, direction: int) -> float:
+    """The time of the next (1) or the previous (-1) event [s].
+
+    Args:
+        result: The run.
+        time: From where [s].
+        direction: Which way; beyond the last event lies the end of the run, before the first
+            its start.
+    """
+    first = float(result.trace.times[0])
+    times = np.unique([first, *(event.time for event in events_of(result))])
+    if direction > 0:
+        place = int(np.searchsorted(times, time, side="right"))
+    else:
+        place = int(np.searchsorted(times, time, side="left")) - 1
+    return float(times[min(max(place, 0), len(times) - 1)])
+
+
+def _phase_events(result: RunResult) -> Iterator[RunEvent]:
+    names = result.scenario.finger_names
+    for change in result.phase_changes:
+        text = f"{names[change.contact]} {_what_it_does(result, change)}"
+        sticks = change.to_phase is ContactPhase.STICK
+        kind = EventKind.STICK if sticks else EventKind.SLIP
+        yield RunEvent(change.time, kind, text, change.to_phase)
+
+
+def _what_it_does(result: RunResult, change: PhaseChange) -> str:
+    if change.to_phase is ContactPhase.STICK:
+        return "sticks again"
+    starts = change.from_phase is ContactPhase.STICK
+    return f"{'starts' if starts else 'turns'} to slip {_way(result, change)}"
+
+
+def _way(result: RunResult, change: PhaseChange) -> str:
+    """Where to the fingertip slips on its face, as one sees it at that time."""
+    frame = contact_frame(result.scenario.object, result.scenario.fingers[change.contact])
+    row = int(np.searchsorted(result.trace.times, change.time))
+    angle = float(result.trace.object_pose[min(row, len(result.trace) - 1), 2])
+    (tx, ty), sign = frame.tangent, int(change.to_phase)
+    x = sign * (math.cos(angle) * tx - math.sin(angle) * ty)
+    y = sign * (math.sin(angle) * tx + math.cos(angle) * ty)
+    if abs(y) >= abs(x):
+        return "up" if y > 0.0 else "down"
+    return "to the right" if x > 0.0 else "to the left"
+
+
+def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
+    draft = Draft.starting_from("", result.scenario)
+    for change in main_changes(draft):
+        if change.key == LAW:
+            text = f"the control law becomes {law_change_words(draft, change)}"
+        else:
+            words = key_words(change.key, result.scenario.finger_names)
+            text = f"{words} becomes {change.value}"
+        yield RunEvent(change.time, EventKind.CHANGE, text)
+
+
+def _incidents(result: RunResult) -> Iterator[RunEvent]:
+    """Pushes as they begin, wet spots as they come and go."""
+    for incident in incidents_of(result.scenario):
+        is_push = incident.place == "pulses"
+        kind = EventKind.PUSH if is_push else EventKind.WET_SPOT
+        yield RunEvent(incident.time, kind, incident_words(incident))
+        end_time = incident.values.get("end_time")
+        if end_time is not None:
+            face = str(incident.values["face"]).replace("-", " ")
+            yield RunEvent(end_time, kind, f"the wet spot on {face} dries")
+
+
+def _end_of(result: RunResult) -> RunEvent:
+    """The end, with its reason where it came early."""
+    if result.reason is not None:
+        return RunEvent(result.end_time, EventKind.END, f"the run ends: {result.reason.message}")
+    completed = result.outcome is Outcome.COMPLETED
+    text = "the run is complete" if completed else f"the run ends: {result.outcome.value}"
+    return RunEvent(result.end_time, EventKind.END, text)

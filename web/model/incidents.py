@@ -1,0 +1,136 @@
+"""What happens to the object in a run: pushes and wet spots, as the user sets them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
+from typing import Any, Literal
+
+from slipgrasp.core.scenario import Patch, Pulse, Scenario
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.parameters import Parameter
+
+__all__ = [
+    "Incidence",
+    "Incident",
+    "IncidentList",
+    "incident_parameters",
+    "incident_values",
+    "incident_words",
+    "incidents_of",
+    "is_of_incident",
+    "push_at",
+    "wet_spot",
+]
+
+
+class Incidence(StrEnum):
+    """What a user may let happen."""
+
+    PUSH = "push"
+    WET_SPOT = "wet spot"
+    POUR = "pour"
+
+
+IncidentList = Literal["pulses", "patches"]
+
+_LISTS: tuple[IncidentList, ...] = ("pulses", "patches")
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """A push or a wet spot; its values may be out of bounds.
+
+    Attributes:
+        place: The list of the scenario that it is an entry of.
+        values: Its values by key, relative to the entry; None is left out.
+    """
+
+    place: IncidentList
+    values: Mapping[str, Any]
+
+    @property
+    def time(self) -> float:
+        """When it begins [s]."""
+        return float(self.values["time" if self.place == "pulses" else "start_time"])
+
+    def edited(self, key: str, value: object) -> Incident:
+        """The same with another value."""
+        return replace(self, values={**self.values, key: value})
+
+
+def push_at(time: float) -> Incident:
+    """A push as long and strong as is usual, from some time on [s]."""
+    return Incident("pulses", _plain_values(Pulse(time=time)))
+
+
+def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Incident:
+    """A wet spot below a fingertip.
+
+    Args:
+        scenario: Whose face.
+        contact: Which fingertip.
+        slip: How far it has slid along its face [m].
+        time: When the spot appears [s].
+    """
+    finger = scenario.fingers[contact]
+    centre = round(finger.contact_offset + slip, 6)
+    return Incident(
+        "patches", _plain_values(Patch(face=finger.face, centre=centre, start_time=time))
+    )
+
+
+def incidents_of(scenario: Scenario) -> tuple[Incident, ...]:
+    """What happens in a scenario: first the pushes, then the wet spots."""
+    return tuple(
+        Incident(place, _plain_values(entry))
+        for place in _LISTS
+        for entry in getattr(scenario, place)
+    )
+
+
+def incident_words(incident: Incident) -> str:
+    """What happens, such as ``push (0, -5) N for 0.05 s``."""
+    values = incident.values
+    if incident.place == "pulses":
+        force = f"({values['force.0']:g}, {values['force.1']:g}) N"
+        turning = f" and {values['moment']:g} N m" if values["moment"] else ""
+        return f"push {force}{turning} for {values['duration']:g} s"
+    face = str(values["face"]).replace("-", " ")
+    until = "" if values["end_time"] is None else f" until {values['end_time']} s"
+    return f"wet spot on {face}, friction × {values['friction_factor']:g}{until}"
+
+
+def is_of_incident(key: str) -> bool:
+    """Whether a dotted key belongs to a push or a wet spot."""
+    return key.partition(".")[0] in _LISTS
+
+
+def incident_values(incidents: Sequence[Incident]) -> Iterator[tuple[str, Any]]:
+    """The values of all incidents by dotted key of the scenario."""
+    counts = dict.fromkeys(_LISTS, 0)
+    for incident in incidents:
+        index = counts[incident.place]
+        counts[incident.place] += 1
+        for key, value in incident.values.items():
+            yield f"{incident.place}.{index}.{key}", value
+
+
+def incident_parameters(incidents: Sequence[Incident]) -> Iterator[Parameter]:
+    """The parameters of all incidents, in the order of their fields."""
+    for key, value in incident_values(incidents):
+        is_whole = isinstance(value, int) and not isinstance(value, bool)
+        number = float(value) if is_whole else value
+        yield replace(template_keys()[template_key(key)], key=key, value=number)
+
+
+def _plain_values(entry: Pulse | Patch) -> dict[str, Any]:
+    """The values of an entry by key; a vector has a key per component."""
+    values: dict[str, Any] = {}
+    for name, value in asdict(entry).items():
+        if isinstance(value, tuple):
+            values |= {f"{name}.{i}": item for i, item in enumerate(value)}
+        else:
+            values[name] = value
+    return values

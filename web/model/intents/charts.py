@@ -1,0 +1,17 @@
+"""Intents about the charts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.web.model.intents.intent import Intent
+
+__all__ = ["ToggleLine"]
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleLine(Intent):
+    """The user wants a line hidden, or back; the keys are not validated yet."""
+
+    chart: str
+    line: str

@@ -1,0 +1,80 @@
+"""Intents about the comparison of two runs, and what the comparer answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.web.model.compare import Pair
+from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.replay import Replay
+
+__all__ = [
+    "CompareRuns",
+    "CompareUnreadable",
+    "EndComparison",
+    "RunsCompared",
+    "RunsOpened",
+    "SwapRuns",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class CompareRuns(LatestIntent):
+    """The user wants to see two runs over each other; their ids are not validated yet.
+
+    Attributes:
+        a: The one on the screen; empty if it is to stay as it is.
+        b: The pale one; empty if there is to be none.
+    """
+
+    a: str
+    b: str
+
+
+@dataclass(frozen=True, slots=True)
+class SwapRuns(Intent):
+    """The user wants the pale run on the screen, and the other one pale."""
+
+
+@dataclass(frozen=True, slots=True)
+class EndComparison(Intent):
+    """The user wants the pale run to be gone."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunsOpened(Intent):
+    """Recordings are there to be compared.
+
+    Attributes:
+        number: Which request this answers.
+        a: The one to put on the screen; None if that is to stay as it is.
+        b: The pale one.
+    """
+
+    number: int
+    a: Replay | None
+    b: Replay
+
+
+@dataclass(frozen=True, slots=True)
+class CompareUnreadable(Intent):
+    """A recording could not be opened to be compared, with the reason."""
+
+    number: int
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class RunsCompared(Intent):
+    """What tells two runs apart.
+
+    Attributes:
+        pair: Which runs.
+        findings: None if they cannot be compared.
+        message: Why not.
+    """
+
+    pair: Pair
+    findings: Comparison | None
+    message: str = ""

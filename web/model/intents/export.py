@@ -1,0 +1,62 @@
+"""Intents about files that a user takes away, and the answers of the thread that makes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.web.model.export import ExportFile
+from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+
+__all__ = [
+    "CancelExport",
+    "ExportCharts",
+    "ExportFailed",
+    "ExportFinished",
+    "ExportMoved",
+    "ExportPicture",
+    "ExportReplay",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class ExportPicture(Intent):
+    """The user wants the scene as it stands, as a picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportCharts(Intent):
+    """The user wants the charts as they stand, as a drawing."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportReplay(Intent):
+    """The user wants the run as a page that plays it."""
+
+
+@dataclass(frozen=True, slots=True)
+class CancelExport(Intent):
+    """The user does not want the file any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportMoved(LatestIntent):
+    """A share of an export is done, 0 to 1."""
+
+    number: int
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class ExportFinished(Intent):
+    """The file of an export is there."""
+
+    number: int
+    file: ExportFile
+
+
+@dataclass(frozen=True, slots=True)
+class ExportFailed(Intent):
+    """An export came to nothing, with the reason."""
+
+    number: int
+    message: str

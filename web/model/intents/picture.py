@@ -1,0 +1,43 @@
+"""Intents about the picture: where it is seen from, and how it looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.room import Room
+
+__all__ = ["CameraMoved", "FrameHand", "PageMeasured", "SetLook", "ToggleDark"]
+
+
+@dataclass(frozen=True, slots=True)
+class FrameHand(Intent):
+    """The user wants to see the whole hand from the front again."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraMoved(LatestIntent):
+    """The viewer reports where its camera stands [m]."""
+
+    position: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class PageMeasured(LatestIntent):
+    """The page tells how much room it has, and whether its user likes pages to be dark."""
+
+    room: Room
+    prefers_dark: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetLook(LatestIntent):
+    """The user chose what is drawn; its numbers are not validated yet."""
+
+    look: Look
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleDark(Intent):
+    """The user wants the page dark if it is bright, and bright if it is dark."""

@@ -1,0 +1,88 @@
+"""Intents about the play head."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.playback import WindowChoice
+
+__all__ = [
+    "ChangeSpeed",
+    "ChooseWindow",
+    "GoToEdge",
+    "JumpToEvent",
+    "Seek",
+    "SetSpeed",
+    "ShowWindow",
+    "Step",
+    "TogglePlay",
+    "Zoom",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class TogglePlay(Intent):
+    """Play or pause."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seek(LatestIntent):
+    """The user put the play head to a time [s]."""
+
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Intent):
+    """The user wants the next (1) or the previous (-1) row of the trace."""
+
+    direction: int
+
+
+@dataclass(frozen=True, slots=True)
+class JumpToEvent(Intent):
+    """The user wants the next (1) or the previous (-1) event."""
+
+    direction: int
+
+
+@dataclass(frozen=True, slots=True)
+class GoToEdge(LatestIntent):
+    """The user wants the end (1) or the start (-1) of what is played."""
+
+    direction: int
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed(LatestIntent):
+    """The user chose how fast to play, by the name of a speed."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSpeed(Intent):
+    """The user wants to play faster (1) or slower (-1)."""
+
+    direction: int
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseWindow(LatestIntent):
+    """The user chose which stretch of the run to play and chart."""
+
+    choice: WindowChoice
+
+
+@dataclass(frozen=True, slots=True)
+class ShowWindow(LatestIntent):
+    """The user marked the stretch of the run to play and chart, from start to end [s]."""
+
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Zoom(Intent):
+    """The user wants a closer look at the time around the play head."""

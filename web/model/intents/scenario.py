@@ -1,0 +1,107 @@
+"""Intents about the scenario that is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.web.model.draft import Value
+from slipgrasp.web.model.editing import Reach
+from slipgrasp.web.model.incidents import Incidence
+from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+
+__all__ = [
+    "ChoosePreset",
+    "ChooseReach",
+    "Happen",
+    "LoadScenario",
+    "Redo",
+    "RemoveChange",
+    "RemoveChanges",
+    "RemoveIncident",
+    "ResetScenario",
+    "SetParameter",
+    "Undo",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameter(Intent):
+    """The user moved the knob of a parameter; its value is not validated yet."""
+
+    key: str
+    value: Value
+
+    @property
+    def subject(self) -> object:
+        """The parameter."""
+        return self.key
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseReach(LatestIntent):
+    """The user chose whether knobs act from the play head on or on the whole run."""
+
+    reach: Reach
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveChange(Intent):
+    """The user takes back one timed change: that of a parameter at a time [s]."""
+
+    time: float
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveChanges(Intent):
+    """The user takes back every timed change, push and wet spot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Happen(Intent):
+    """The user lets something happen to the object at the play head.
+
+    Attributes:
+        kind: What.
+        contact: Under which fingertip, where that matters; None is the one nearest to slip.
+    """
+
+    kind: Incidence
+    contact: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveIncident(Intent):
+    """The user takes back a push or a wet spot, by its place among them."""
+
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class ChoosePreset(Intent):
+    """The user chose another scenario to start from."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class LoadScenario(Intent):
+    """The user loads a scenario file; neither its name nor its content is validated yet."""
+
+    name: str
+    content: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class ResetScenario(Intent):
+    """The user wants the preset back as it comes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Undo(Intent):
+    """The user wants back what was asked for before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Redo(Intent):
+    """The user wants again what was taken back."""

@@ -1,0 +1,89 @@
+"""The run on the screen and the pale one below it as a pair; plain values, no viewer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from slipgrasp.web.model.compare import Comparing, Pair
+from slipgrasp.web.model.playback import (
+    TimeWindow,
+    WindowChoice,
+    slip_window,
+    whole_window,
+    window_of,
+)
+from slipgrasp.web.model.replay import Replay, moment_words
+from slipgrasp.web.model.showing import show_replay
+from slipgrasp.web.model.view import Ghost, Shown, ViewState
+
+__all__ = ["can_swap", "pair_of", "swapped", "with_pale_run", "without_pale_run"]
+
+
+def pair_of(view: ViewState) -> Pair | None:
+    """Which two runs are on the screen; None if there is no pale one."""
+    if view.shown is None or view.ghost is None:
+        return None
+    return view.shown.ticket, view.ghost.shown.ticket
+
+
+def with_pale_run(view: ViewState, recording: Replay, ticket: int) -> ViewState:
+    """Draws a recording pale below the run on the screen.
+
+    While the slip of the run is shown, the stretch grows to hold that of both.
+
+    Args:
+        view: What is on the screen.
+        recording: The recording.
+        ticket: Tells it from every other run of the session.
+    """
+    ghost = Ghost(Shown(ticket, recording.result, 0.0, recording), recording.name, is_chosen=True)
+    view = replace(view, ghost=ghost, comparing=Comparing())
+    if view.shown is None or view.playback is None or view.choice is not WindowChoice.SLIP:
+        return view
+    own, other = slip_window(view.shown.result), slip_window(recording.result)
+    whole = whole_window(view.shown.result)
+    window = TimeWindow(
+        whole.clamp(min(own.start, other.start)), whole.clamp(max(own.end, other.end))
+    )
+    return replace(view, playback=view.playback.within(window))
+
+
+def without_pale_run(view: ViewState) -> ViewState:
+    """Shows the run on the screen alone."""
+    return replace(view, ghost=None, comparing=Comparing())
+
+
+def can_swap(view: ViewState) -> bool:
+    """Whether either run could take the other's place: both are kept somewhere."""
+    pale = view.ghost.shown.replay if view.ghost else None
+    return pale is not None and _recording_on_screen(view) is not None
+
+
+def swapped(view: ViewState, ticket: int) -> ViewState:
+    """Puts the pale run on the screen and the other one below it; the play head stays.
+
+    Args:
+        view: What is on the screen.
+        ticket: Tells the run that becomes pale from every other run of the session.
+    """
+    recording = _recording_on_screen(view)
+    pale = view.ghost.shown.replay if view.ghost else None
+    if recording is None or pale is None:
+        return view
+    choice, playback = view.choice, view.playback
+    view = show_replay(view, pale)
+    if playback is not None:
+        window = window_of(pale.result, WindowChoice.CLOSER, playback.window)
+        view = replace(view, choice=choice, playback=playback.within(window))
+    return with_pale_run(view, recording, ticket)
+
+
+def _recording_on_screen(view: ViewState) -> Replay | None:
+    """The run on the screen as a recording; None while it is kept nowhere."""
+    if view.shown is None or view.shown.replay is not None:
+        return view.shown.replay if view.shown else None
+    stored = next((run for run in view.shelf.recent if run.id == view.status.run_id), None)
+    if stored is None:
+        return None
+    recorded = moment_words(stored.created)
+    return Replay(stored.display_name, recorded, view.shown.result, stored.id)

@@ -1,0 +1,211 @@
+"""Which parameters stand together in the scenario editor, and what they are called there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
+from slipgrasp.web.model.incidents import Incident, incident_parameters
+from slipgrasp.web.model.rows import is_of_rows, row_parameters
+
+__all__ = [
+    "Entry",
+    "Group",
+    "group_parameters",
+    "incident_groups",
+    "incident_title",
+    "knob_label",
+    "value_words",
+]
+
+_BELIEFS = "What the controller believes at first"
+_MAIN = ("object", "fingers", "estimates", "controller")
+# Changeable, but of use only to those who know why.
+_DETAILS = (
+    "recognition_time",
+    "latency",
+    "minimum_normal_force",
+    "maximum_normal_force",
+    "force_noise",
+    "initial_deviation",
+    "estimate_norm_bound",
+    "minimum",
+    "maximum",
+)
+_MANY_INCIDENTS = 3
+_NOUNS = {"pulses": "Push", "patches": "Wet spot"}
+_FOLDED_TITLES = {
+    "controller": "Controller in detail",
+    "object": "Shape of the object",
+    "estimates": "Unknowns and their bounds",
+    "trajectory": "Desired motion",
+    "sensing": "Sensing",
+    "actuation": "Actuation",
+    "simulation": "Simulation",
+    "title": "Title",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A place for a knob.
+
+    Attributes:
+        parameter: What it sets.
+        label: What it is called inside its group, with its unit.
+        as_text: Whether it is a text field, for one number or a list of them.
+        used_by: The kinds of its part that use it; all of them if empty.
+    """
+
+    parameter: Parameter
+    label: str
+    as_text: bool = False
+    used_by: tuple[str, ...] = ()
+
+    @property
+    def kind_key(self) -> str:
+        """Key of the parameter that says of which kind its part is."""
+        return kind_key(self.parameter.key)
+
+
+def kind_key(key: str) -> str:
+    """Key of the parameter that says of which kind the part with some parameter is."""
+    return f"{key.partition('.')[0]}.kind"
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Knobs that stand together.
+
+    Attributes:
+        title: What the group is called.
+        is_open: Whether it is unfolded at first.
+        entries: Its knobs, in order.
+    """
+
+    title: str
+    is_open: bool
+    entries: tuple[Entry, ...]
+
+
+def group_parameters(
+    definitions: Mapping[str, Parameter], names: Sequence[str]
+) -> tuple[Group, ...]:
+    """All parameters of a scenario: open groups with the main ones, then folded ones.
+
+    Args:
+        definitions: Every parameter by key.
+        names: What the fingers are called.
+    """
+    groups: dict[tuple[str, bool], list[Entry]] = {}
+    for title, is_open, entry in _placed(definitions, names):
+        groups.setdefault((title, is_open), []).append(entry)
+    ordered = sorted(groups.items(), key=lambda item: not item[0][1])
+    return tuple(Group(title, opened, tuple(entries)) for (title, opened), entries in ordered)
+
+
+def _placed(
+    definitions: Mapping[str, Parameter], names: Sequence[str]
+) -> Iterator[tuple[str, bool, Entry]]:
+    single = (parameter for parameter in definitions.values() if not is_of_rows(parameter.key))
+    for parameter in sorted((*single, *row_parameters().values()), key=_rank):
+        is_open = _is_main(parameter)
+        label, kinds = knob_label(parameter, definitions, names), _used_by(parameter, definitions)
+        as_text = parameter.kind == "number-or-list" and parameter.optional
+        entry = Entry(parameter, label, as_text, kinds)
+        yield _title(parameter.key, is_open, names), is_open, entry
+        if parameter.kind == "number-or-list" and not parameter.optional:
+            each = key_words(parameter.key.partition(".")[2], names) + ", each"
+            entry = Entry(parameter, each + unit_words(parameter.unit), True, kinds)
+            yield _title(parameter.key, False, names), False, entry
+
+
+def _rank(parameter: Parameter) -> int:
+    head = parameter.key.partition(".")[0]
+    return _MAIN.index(head) if head in _MAIN else len(_MAIN)
+
+
+def _is_main(parameter: Parameter) -> bool:
+    head, last = parameter.key.partition(".")[0], parameter.key.rpartition(".")[2]
+    return parameter.changeable and head in _MAIN and last not in _DETAILS
+
+
+def _used_by(parameter: Parameter, definitions: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """The kinds at the head of the sentence on a parameter, such as ``circle, shake: …``."""
+    kind = definitions.get(kind_key(parameter.key))
+    named = tuple(parameter.text.partition(":")[0].split(", "))
+    return named if kind is not None and set(named) <= set(kind.choices) else ()
+
+
+def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
+    head, _, rest = key.partition(".")
+    if head == "fingers":
+        finger = f"{names[int(rest.partition('.')[0])].capitalize()} finger"
+        return finger if is_open else f"Build of the {finger.lower()}"
+    if not is_open:
+        return _FOLDED_TITLES[head]
+    return _BELIEFS if head == "estimates" else head.capitalize()
+
+
+def incident_title(incident: Incident) -> str:
+    """What a push or a wet spot is called, such as ``Push at 0.08 s``."""
+    return f"{_NOUNS[incident.place]} at {incident.time:g} s"
+
+
+def incident_groups(incidents: Sequence[Incident], names: Sequence[str]) -> tuple[Group, ...]:
+    """A group for everything that happens to the object, unfolded unless there are many.
+
+    Args:
+        incidents: What happens.
+        names: What the fingers are called.
+    """
+    entries: dict[str, list[Entry]] = {}
+    for parameter in incident_parameters(incidents):
+        place, index, own = parameter.key.split(".", 2)
+        label = key_words(own, names) + unit_words(parameter.unit)
+        entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))
+    return tuple(
+        Group(incident_title(incident), len(incidents) <= _MANY_INCIDENTS, tuple(own))
+        for incident, own in zip(incidents, entries.values(), strict=True)
+    )
+
+
+def knob_label(
+    parameter: Parameter, definitions: Mapping[str, Parameter], names: Sequence[str]
+) -> str:
+    """What a knob is called inside its group, with its unit.
+
+    Args:
+        parameter: What it sets.
+        definitions: Every parameter by key.
+        names: What the fingers are called.
+    """
+    parts = parameter.key.split(".")
+    if parts[0] == "estimates":
+        if parts[2] == "parameter":
+            return f"unknown {int(parts[1]) + 1}"
+        target = definitions.get(str(definitions[f"estimates.{parts[1]}.parameter"].value))
+        words = key_words(target.key, names) if target else f"unknown {int(parts[1]) + 1}"
+        which = "" if parts[2] == "initial" else f", {parts[2]}"
+        return words + which + unit_words(target.unit if target else "")
+    if parameter.key == "controller.kind":
+        return key_words(parameter.key, names)
+    inside = parts[2:] if parts[0] == "fingers" else parts[1:]
+    return key_words(".".join(inside or parts), names) + unit_words(parameter.unit)
+
+
+def value_words(scenario: Scenario, key: str, value: str) -> str:
+    """A parameter and a value of it, such as ``object mass 1.4 kg``.
+
+    Args:
+        scenario: Whose parameter.
+        key: Its key.
+        value: The value, in the unit of the parameter.
+    """
+    template = template_keys().get(template_key(key))
+    unit = template.unit if template else ""
+    return f"{key_words(key, scenario.finger_names)} {value}{unit_after(unit)}"

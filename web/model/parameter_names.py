@@ -1,0 +1,81 @@
+"""What the parameters of a scenario are called on the page, alone and inside sentences."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
+
+__all__ = ["ParameterNames", "in_page_words", "names_of"]
+
+_QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
+_PARTS = "object|fingers|trajectory|controller|estimates|sensing|actuation|simulation"
+_KEYS = re.compile(rf"\b(?:{_PARTS})(?:\.(?:\w+|\*))+")
+
+
+class ParameterNames:
+    """What the parameters of a scenario are called.
+
+    Args:
+        scenario: The scenario.
+
+    Attributes:
+        definitions: Its parameters by dotted key.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self.definitions = describe(scenario)
+
+    def words(self, key: str) -> str:
+        """What a parameter is called, such as ``friction of all fingers``.
+
+        Args:
+            key: Its dotted key, or that of a list, maybe with a ``*``; an unknown one is given
+                back.
+        """
+        names = self._scenario.finger_names
+        if key.startswith("fingers.*."):
+            return f"{key_words(key.removeprefix('fingers.*.'), names)} of all fingers"
+        if (target := self._estimated(key)) is not None:
+            return belief_words(key.rpartition(".")[2], key_words(target.key, names))
+        if key not in self.definitions and f"{key}.0" not in self.definitions:
+            return key
+        head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")
+        return key_words(key, names).removeprefix(head.replace(".", " "))
+
+    def unit(self, key: str) -> str:
+        """The unit of a parameter, ``1`` for pure numbers."""
+        parameter = self._estimated(key) or self.definitions.get(key.replace(".*.", ".0."))
+        return "" if parameter is None else parameter.unit
+
+    def label(self, key: str) -> str:
+        """What a parameter is called, with its unit."""
+        return f"{self.words(key)}{unit_words(self.unit(key))}"
+
+    def _estimated(self, key: str) -> Parameter | None:
+        """The parameter that a belief is about; None if the key is no belief."""
+        head, _, rest = key.partition(".")
+        place, estimates = rest.partition(".")[0], self._scenario.estimates
+        if head != "estimates" or not place.isdigit() or int(place) >= len(estimates):
+            return None
+        return self.definitions.get(estimates[int(place)].parameter)
+
+
+@lru_cache(maxsize=8)
+def names_of(scenario: Scenario) -> ParameterNames:
+    """The names of a scenario; describing one takes milliseconds."""
+    return ParameterNames(scenario)
+
+
+def in_page_words(text: str, scenario: Scenario) -> str:
+    """A sentence with the names of the page where it has the dotted keys of a scenario.
+
+    Args:
+        text: The sentence.
+        scenario: Whose keys.
+    """
+    return _KEYS.sub(lambda found: names_of(scenario).words(found[0]), text)

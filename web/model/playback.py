@@ -1,0 +1,221 @@
+"""Where the play head stands and how it moves; plain values, no viewer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+
+__all__ = [
+    "SPEEDS",
+    "Playback",
+    "TimeWindow",
+    "WindowChoice",
+    "marked_window",
+    "neighbouring_speed",
+    "neighbouring_time",
+    "slip_window",
+    "speed_for",
+    "start_playback",
+    "whole_window",
+    "window_of",
+]
+
+SPEEDS: dict[str, float] = {
+    "1/64": 1 / 64,
+    "1/32": 1 / 32,
+    "1/16": 1 / 16,
+    "1/8": 1 / 8,
+    "1/4": 1 / 4,
+    "1/2": 1 / 2,
+    "1": 1.0,
+    "2": 2.0,
+    "4": 4.0,
+}
+
+_SHORTEST_WINDOW = 0.02
+_SHARE_AFTER_SLIP = 0.35
+_SHARE_BEFORE_SLIP = 0.1
+_SECONDS_PER_PASS = 6.0
+_FIRST_PICTURE = 0.4
+_ZOOM = 4.0
+_SHORTEST_ZOOM = 1e-3
+
+
+class WindowChoice(StrEnum):
+    """Which stretch of a run is played and charted."""
+
+    SLIP = "slip"
+    WHOLE = "whole run"
+    CLOSER = "closer"
+
+
+@dataclass(frozen=True, slots=True)
+class TimeWindow:
+    """A stretch of simulation time [s]."""
+
+    start: float
+    end: float
+
+    @property
+    def length(self) -> float:
+        """Its length [s]."""
+        return self.end - self.start
+
+    def clamp(self, time: float) -> float:
+        """The time in the window that is nearest to ``time`` [s]."""
+        return min(max(time, self.start), self.end)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Playback:
+    """The play head: it runs through a window, over and over.
+
+    Attributes:
+        time: Simulation time shown [s].
+        window: What is played and charted.
+        speed: Simulated seconds per second of the viewer's clock.
+        playing: Whether it moves.
+    """
+
+    time: float
+    window: TimeWindow
+    speed: float
+    playing: bool
+
+    def advance(self, elapsed: float) -> Playback:
+        """The play head after some time of the viewer's clock; the end wraps to the start.
+
+        Args:
+            elapsed: Time since the last call [s].
+        """
+        if not self.playing or self.window.length <= 0.0:
+            return self
+        into = self.time + elapsed * self.speed - self.window.start
+        if into > self.window.length:
+            into = math.fmod(into, self.window.length)
+        return replace(self, time=self.window.start + into)
+
+    def seek(self, time: float) -> Playback:
+        """The play head put somewhere by hand, at rest."""
+        return replace(self, time=self.window.clamp(time), playing=False)
+
+    def closer(self) -> Playback:
+        """The play head in a shorter window around it, at a speed that suits it."""
+        length = max(self.window.length / _ZOOM, _SHORTEST_ZOOM)
+        start = self.window.clamp(self.time - 0.5 * length)
+        window = TimeWindow(start, self.window.clamp(start + length))
+        return replace(self.within(window), speed=speed_for(window))
+
+    def reach(self, time: float, whole: TimeWindow) -> Playback:
+        """The play head put somewhere in the run, at rest; its window follows if need be.
+
+        Args:
+            time: Simulation time [s]; moved into the run if outside.
+            whole: The whole run.
+        """
+        time = whole.clamp(time)
+        if self.window.start <= time <= self.window.end:
+            return self.seek(time)
+        length = self.window.length
+        start = max(min(time - 0.5 * length, whole.end - length), whole.start)
+        return replace(self, window=TimeWindow(start, whole.clamp(start + length))).seek(time)
+
+    def within(self, window: TimeWindow) -> Playback:
+        """The play head in another window, moved into it if it was outside."""
+        return replace(self, window=window, time=window.clamp(self.time))
+
+
+def start_playback(result: RunResult) -> Playback:
+    """Plays the slip of a run slowly, from its middle: the first picture shows it."""
+    window = slip_window(result)
+    time = window.start + _FIRST_PICTURE * window.length
+    return Playback(time=time, window=window, speed=speed_for(window), playing=True)
+
+
+def window_of(result: RunResult, choice: WindowChoice, present: TimeWindow) -> TimeWindow:
+    """The stretch of a run that a choice stands for.
+
+    Args:
+        result: The run.
+        choice: The choice.
+        present: What is shown now; a closer look stays there as far as the run goes.
+    """
+    whole = whole_window(result)
+    if choice is WindowChoice.SLIP:
+        return slip_window(result)
+    kept = TimeWindow(whole.clamp(present.start), whole.clamp(present.end))
+    return kept if choice is WindowChoice.CLOSER and kept.length > 0.0 else whole
+
+
+def whole_window(result: RunResult) -> TimeWindow:
+    """The run from its start to its end."""
+    return TimeWindow(float(result.trace.times[0]), result.end_time)
+
+
+def slip_window(result: RunResult) -> TimeWindow:
+    """The stretch of a run in which contacts slip, with some rest after it.
+
+    Args:
+        result: A run; without any slip the whole run is the answer.
+    """
+    trace, whole = result.trace, whole_window(result)
+    slipping = np.flatnonzero((trace.phase != ContactPhase.STICK).any(axis=1))
+    if len(slipping) == 0:
+        return whole
+    first = float(trace.times[slipping[0]])
+    last = float(trace.times[min(slipping[-1] + 1, len(trace) - 1)])
+    length = max((last - first) * (1.0 + _SHARE_AFTER_SLIP), _SHORTEST_WINDOW)
+    start = whole.clamp(first - _SHARE_BEFORE_SLIP * length)
+    return TimeWindow(start, whole.clamp(_round_up(first + length)))
+
+
+def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values())) -> float:
+    """The offered speed at which one pass through a window takes about six seconds."""
+    wanted = max(window.length, 1e-9) / _SECONDS_PER_PASS
+    return min(speeds, key=lambda speed: abs(math.log(speed / wanted)))
+
+
+def marked_window(result: RunResult, start: float, end: float) -> TimeWindow:
+    """The stretch of a run between two times in any order, a millisecond long at least.
+
+    Args:
+        result: The run.
+        start: One time [s]; moved into the run if outside.
+        end: The other [s].
+    """
+    whole = whole_window(result)
+    first, last = sorted((whole.clamp(start), whole.clamp(end)))
+    last = whole.clamp(max(last, first + _SHORTEST_ZOOM))
+    return TimeWindow(whole.clamp(min(first, last - _SHORTEST_ZOOM)), last)
+
+
+def neighbouring_speed(speed: float, direction: int) -> float:
+    """The next faster (1) or the next slower (-1) speed that is offered."""
+    speeds = list(SPEEDS.values())
+    place = speeds.index(speed) + direction
+    return speeds[min(max(place, 0), len(speeds) - 1)]
+
+
+def neighbouring_time(result: RunResult, time: float, direction: int) -> float:
+    """The time of the next (1) or the previous (-1) stored row [s]."""
+    times = result.trace.times
+    if direction > 0:
+        row = int(np.searchsorted(times, time, side="right"))
+    else:
+        row = int(np.searchsorted(times, time, side="left")) - 1
+    return float(times[min(max(row, 0), len(times) - 1)])
+
+
+def _round_up(time: float) -> float:
+    """The next time with two significant digits [s]."""
+    if time <= 0.0:
+        return time
+    step = 10.0 ** (math.floor(math.log10(time)) - 1)
+    return math.ceil(time / step - 1e-9) * step

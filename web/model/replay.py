@@ -1,0 +1,89 @@
+"""Recordings that are opened: a stored run, or a file from anywhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.exceptions import RecordingNotFoundError
+from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
+from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.store.store import RecordingStore
+
+__all__ = ["Replay", "Source", "moment_words", "open_replay"]
+
+Source = str | Path
+"""The id of a stored run, or a file."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replay:
+    """A recording that was opened.
+
+    Attributes:
+        name: What it is called: of a stored run its display name, of a file its own.
+        recorded: When it was recorded, in words; of a file, when it was last written.
+        result: The run.
+        run_id: Its id in the store, empty for a file.
+        is_unfinished: Whether it is still being written, or was never finished.
+    """
+
+    name: str
+    recorded: str
+    result: RunResult
+    run_id: str = ""
+    is_unfinished: bool = False
+
+    @property
+    def label(self) -> str:
+        """Its name among the scenarios to choose from; nothing else is called so."""
+        return " · ".join(filter(None, (f"recording {self.name}", self.run_id)))
+
+
+def open_replay(store: RecordingStore, source: Source) -> Replay:
+    """Reads a recording.
+
+    Args:
+        store: The stored runs.
+        source: What to open. A file that is still being written is read up to its last whole
+            chunk; once it is finished, it has left its ``.part`` behind.
+
+    Raises:
+        RecordingNotFoundError: If there is none.
+        RecordingError: If it is damaged, or of another program.
+    """
+    if isinstance(source, str):
+        stored = store.get(source)
+        recorded = moment_words(stored.created)
+        return Replay(stored.display_name, recorded, store.open(source), stored.id)
+    if source.suffix == PART_SUFFIX:
+        try:
+            result = read_unfinished(source).result
+            return Replay(source.name, _last_written(source), result, is_unfinished=True)
+        except RecordingNotFoundError:
+            source = source.with_suffix("")
+    result = read_recording(source)
+    return Replay(source.name, _last_written(source), result)
+
+
+def _last_written(path: Path) -> str:
+    try:
+        seconds = path.stat().st_mtime
+    except FileNotFoundError:
+        raise RecordingNotFoundError(str(path)) from None
+    return moment_words(datetime.fromtimestamp(seconds, UTC).isoformat())
+
+
+def moment_words(stamp: str) -> str:
+    """A moment such as ``2026-11-21 10:05 UTC``.
+
+    Args:
+        stamp: The moment as ISO 8601; another text is given back, cut short.
+    """
+    try:
+        moment = datetime.fromisoformat(stamp).astimezone(UTC)
+    except (ValueError, OverflowError):
+        return stamp[:40]
+    return f"{moment:%Y-%m-%d %H:%M} UTC"

@@ -1,0 +1,89 @@
+"""Lists of rows of numbers, such as the corners of an object, as a line of text.
+
+Rows are parted by semicolons, their numbers by commas: ``-0.1, 0; 0.1, 0; 0, 0.2``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from functools import cache
+from typing import Any
+
+from slipgrasp.core.scenario import Scenario, SetPoint
+from slipgrasp.core.scenario.field_errors import full_scenario
+from slipgrasp.core.scenario.parameters import Parameter, iterate_lists
+
+__all__ = ["is_of_rows", "numbers_of", "parse_rows", "row_parameters", "rows_of"]
+
+
+@cache
+def row_parameters() -> dict[str, Parameter]:
+    """The lists of rows that a scenario has, by dotted key."""
+    return {parameter.key: parameter for parameter in iterate_lists(full_scenario())}
+
+
+def is_of_rows(key: str) -> bool:
+    """Whether a dotted key is an entry of such a list, or a part of one."""
+    return any(key.startswith(f"{rows}.") for rows in row_parameters())
+
+
+def rows_of(scenario: Scenario, key: str) -> list[Any]:
+    """The rows of a list, as plain values.
+
+    Args:
+        scenario: Whose list.
+        key: Its dotted key, one of `row_parameters`.
+    """
+    part: Any = scenario
+    for name in key.split("."):
+        part = getattr(part, name)
+    return [asdict(row) if isinstance(row, SetPoint) else list(row) for row in part]
+
+
+def numbers_of(row: Any) -> list[Any]:
+    """The numbers of a row, in the order of its fields."""
+    return list(_flat(row))
+
+
+def parse_rows(key: str, text: str) -> Any:
+    """The rows that a text says, as plain values; the text itself where it says none.
+
+    Args:
+        key: Dotted key of the list.
+        text: What the user wrote.
+    """
+    example = rows_of(full_scenario(), key)[0]
+    try:
+        rows = [[float(number) for number in row.split(",")] for row in _parts(text)]
+    except ValueError:
+        return text
+    if isinstance(example, list):
+        return rows
+    if any(len(row) != len(numbers_of(example)) for row in rows):
+        return text
+    return [_like(example, iter(row)) for row in rows]
+
+
+def _parts(text: str) -> list[str]:
+    return [row for row in text.split(";") if row.strip()]
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    if isinstance(value, dict):
+        for item in value.values():
+            yield from _flat(item)
+    elif isinstance(value, (list, tuple)):
+        for item in value:
+            yield from _flat(item)
+    else:
+        yield value
+
+
+def _like(example: Any, numbers: Iterator[float]) -> Any:
+    """Numbers in the places that those of an example have."""
+    if isinstance(example, dict):
+        return {name: _like(item, numbers) for name, item in example.items()}
+    if isinstance(example, (list, tuple)):
+        return [_like(item, numbers) for item in example]
+    return next(numbers)

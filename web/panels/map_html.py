@@ -1,0 +1,182 @@
+"""The map of a study as HTML; how it looks is in ``web/page/study.css``."""
+
+from __future__ import annotations
+
+from html import escape
+from itertools import chain
+
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.palette import HELD as HELD_COLOUR
+from slipgrasp.recordings.palette import MARK, OUTCOMES
+from slipgrasp.recordings.study.ways import HELD, WAYS
+from slipgrasp.web.model.colours import css
+from slipgrasp.web.model.study_map import (
+    SIZE,
+    Box,
+    MapAxisPicture,
+    MapPanelPicture,
+    MapPicture,
+    Swatch,
+    locate,
+)
+from slipgrasp.web.model.study_words import share_words
+
+__all__ = ["map_html"]
+
+_HATCH = 26
+
+# What tells the ways of failing apart without colours, as in the figures: strokes of a tile.
+_STROKES: dict[Outcome, str] = {
+    Outcome.LEFT_FACE: "M-2 28L28 -2",
+    Outcome.SEPARATED: "M11 13H15",
+    Outcome.CHATTERING: "M-2 28L28 -2M-2 -2L28 28",
+    Outcome.INCONSISTENT: "M13 0V26M0 13H26",
+    Outcome.DIVERGED: "M-2 -2L28 28",
+    Outcome.SINGULAR: "M8 13a5 5 0 1 0 10 0a5 5 0 1 0 -10 0",
+    Outcome.LIMIT: "M13 0V26",
+    Outcome.STOPPED: "M0 13H26",
+    Outcome.RECOVERED: "M0 13H26",
+    Outcome.FAILED: "M8 8L18 18M18 8L8 18",
+}
+_STROKES_BY_REASON = {"painleve": "M0 13H26", "step_underflow": "M13 0V26"}
+
+
+def map_html(picture: MapPicture, ringed: int | None) -> str:
+    """The map with its key.
+
+    Args:
+        picture: The map.
+        ringed: The run on the screen, marked on the map; None if it is not of this study.
+    """
+    place = None if ringed is None else locate(picture, ringed)
+    panels = "".join(
+        _panel_html(picture, panel, _ring(place[1]) if place and place[0] == number else "")
+        for number, panel in enumerate(picture.panels)
+    )
+    notes = f"<div class='sg-map-note'>{' '.join(_notes(picture))}</div>"
+    key = _key_html(picture)
+    return (
+        f"<div class='sg-map'><svg style='position:absolute;width:0;height:0'>"
+        f"<defs>{_patterns(picture)}</defs></svg>"
+        f"<div class='sg-map-panels'>{panels}</div>{key}{notes}</div>"
+    )
+
+
+def _notes(picture: MapPicture) -> list[str]:
+    notes = ["Click a cell to see its run, rest on it to read it."]
+    if not picture.across.borders or not picture.up.borders:
+        notes = ["Click a point to see its run, rest on it to read it."]
+    if picture.lumped > 1:
+        notes.append(
+            f"A cell stands for {picture.lumped} × {picture.lumped} runs and shows how most of "
+            "them ended."
+        )
+    if picture.base is not None:
+        notes.append("The white dot marks the scenario that varies.")
+    return [*notes, escape(picture.note)] if picture.note else notes
+
+
+def _panel_html(picture: MapPicture, panel: MapPanelPicture, ring: str) -> str:
+    title = ""
+    if panel.title:
+        held = f"held {panel.held} of {panel.finished} ({share_words(panel.held, panel.finished)})"
+        title = f"<div style='margin-bottom:0.3em'><b>{escape(panel.title)}</b><br>{held}</div>"
+    frame = f"<rect class='sg-map-frame' width='{SIZE}' height='{SIZE}'/>"
+    marks = f"{frame}{_grid(picture)}{panel.marks}{_diagonal(picture)}{_base(picture)}{ring}"
+    label = escape(f"{panel.title} {picture.across.label} and {picture.up.label}".strip())
+    return (
+        f"<div class='sg-map-panel'>{title}<div class='sg-map-body'>"
+        f"<div class='sg-map-up'>{_label(picture.up)}</div>"
+        f"<div class='sg-map-ticks sg-map-ticks-up'>{_ticks(picture.up, 'bottom')}</div>"
+        f"<svg viewBox='0 0 {SIZE} {SIZE}' role='img' aria-label='{label}'>{marks}</svg>"
+        "<div></div><div></div>"
+        f"<div class='sg-map-ticks sg-map-ticks-across'>{_ticks(picture.across, 'left')}</div>"
+        f"<div></div><div></div><div class='sg-map-across'>{_label(picture.across)}</div>"
+        "</div></div>"
+    )
+
+
+def _label(axis: MapAxisPicture) -> str:
+    return escape(axis.label)
+
+
+def _ticks(axis: MapAxisPicture, side: str) -> str:
+    return "".join(
+        f"<span style='{side}:{100 * share:.2f}%'>{text}</span>" for share, text in axis.ticks
+    )
+
+
+def _grid(picture: MapPicture) -> str:
+    """Short lines outside the frame, where the numbers stand."""
+    lines = [f"M{SIZE * share:.1f} {SIZE}v12" for share, _ in picture.across.ticks]
+    lines += [f"M0 {SIZE * (1.0 - share):.1f}h-12" for share, _ in picture.up.ticks]
+    return f"<path class='sg-map-lines' d='{''.join(lines)}'/>"
+
+
+def _diagonal(picture: MapPicture) -> str:
+    if picture.diagonal is None:
+        return ""
+    (x0, y0), (x1, y1) = picture.diagonal
+    ends = f"M{SIZE * x0:.1f} {SIZE * (1 - y0):.1f}L{SIZE * x1:.1f} {SIZE * (1 - y1):.1f}"
+    return f"<path class='sg-map-over sg-map-diagonal' d='{ends}'/>"
+
+
+def _base(picture: MapPicture) -> str:
+    if picture.base is None:
+        return ""
+    x, y = SIZE * picture.base[0], SIZE * (1.0 - picture.base[1])
+    # Lines without length have round ends of the same size on every map.
+    return "".join(
+        f"<path class='sg-map-over' d='M{x:.1f} {y:.1f}h0' stroke='{colour}' "
+        f"stroke-width='{width}' stroke-linecap='round'/>"
+        for colour, width in ((css(MARK), 12), ("white", 7))
+    )
+
+
+def _ring(box: Box) -> str:
+    """A frame around the run on the screen that stands out on every colour."""
+    left, right, low, high = box
+    x, y = SIZE * left, SIZE * (1.0 - high)
+    width, height = SIZE * (right - left), SIZE * (high - low)
+    if not width or not height:
+        x, y, width, height = x - 18, y - 18, 36, 36
+    place = f"x='{x:.1f}' y='{y:.1f}' width='{width:.1f}' height='{height:.1f}' rx='4'"
+    return (
+        f"<rect class='sg-map-over' {place} stroke='white' stroke-width='6'/>"
+        f"<rect class='sg-map-over sg-map-ring' {place} stroke='{css(MARK)}' stroke-width='3'/>"
+    )
+
+
+def _patterns(picture: MapPicture) -> str:
+    return "".join(_pattern(swatch.way) for swatch in picture.swatches)
+
+
+def _pattern(way: int) -> str:
+    what = WAYS[way]
+    colour = css(HELD_COLOUR if way == HELD else OUTCOMES[what.outcome])
+    strokes = _STROKES_BY_REASON.get(what.reason, _STROKES.get(what.outcome, ""))
+    look = f"stroke='{css(MARK, 0.28)}' stroke-width='3' fill='none'"
+    lines = "" if way == HELD else f"<path d='{strokes}' {look}/>"
+    size = f"width='{_HATCH}' height='{_HATCH}'"
+    return (
+        f"<pattern id='sg-way-{way}' {size} patternUnits='userSpaceOnUse'>"
+        f"<rect {size} fill='{colour}'/>{lines}</pattern>"
+    )
+
+
+def _key_html(picture: MapPicture) -> str:
+    cells = chain.from_iterable(_key_line(s, picture.finished) for s in picture.swatches)
+    return f"<div class='sg-map-key'>{''.join(cells)}</div>"
+
+
+def _key_line(swatch: Swatch, total: int) -> tuple[str, str, str, str]:
+    box = (
+        "<svg viewBox='0 0 60 34' preserveAspectRatio='none'>"
+        f"<rect width='60' height='34' rx='5' fill='url(#sg-way-{swatch.way})'/></svg>"
+    )
+    return (
+        f"<span>{box}</span>",
+        f"<span>{escape(swatch.words)}</span>",
+        f"<span>{swatch.count}</span>",
+        f"<span>{share_words(swatch.count, total)}</span>",
+    )

@@ -1,0 +1,188 @@
+"""The phase strip as HTML: a lane per contact in its phases' colours, events, and a time axis.
+
+The play head over it is moved by the page's own script.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from typing import NamedTuple
+
+import numpy as np
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.web.model.colours import PHASES, css, sign
+from slipgrasp.web.model.events import EventKind, RunEvent, events_of
+from slipgrasp.web.model.playback import Playback, TimeWindow
+from slipgrasp.web.model.view import Ghost
+from slipgrasp.web.page.markup import click_attribute
+
+__all__ = ["Tick", "axis_ticks", "clock_words", "phase_spans", "strip_html"]
+
+_CELLS = 480
+_NUM_TICKS = 6
+_MARK_WIDTH = 0.012
+_TOLD_EVENTS = 6
+_SIGNS = {
+    EventKind.SLIP: "▼",
+    EventKind.STICK: "▲",
+    EventKind.CHANGE: "◆",
+    EventKind.PUSH: "►",
+    EventKind.WET_SPOT: "●",
+    EventKind.END: "■",
+}
+_WEIGHTS = (
+    EventKind.END,
+    EventKind.PUSH,
+    EventKind.WET_SPOT,
+    EventKind.CHANGE,
+    EventKind.SLIP,
+    EventKind.STICK,
+)
+
+
+class Tick(NamedTuple):
+    """A label of the time axis.
+
+    Attributes:
+        share: Where it stands in the window, from 0 to 1.
+        label: Its number, in the unit of the axis.
+    """
+
+    share: float
+    label: str
+
+
+def strip_html(result: RunResult, playback: Playback, ghost: Ghost | None) -> str:
+    """The strip over the window of a play head.
+
+    Args:
+        result: The run.
+        playback: Has the window, and where the play head stands at first.
+        ghost: The run that is drawn pale; its phases lie as a thin lane below each lane.
+    """
+    window = playback.window
+    pale = None if ghost is None else ghost.shown.result
+    ticks, unit = axis_ticks(window)
+    names = "".join(f"<span>{escape(name)}</span>" for name in result.scenario.finger_names)
+    lanes = "".join(
+        _lane_html(result, pale, contact, window) for contact in range(len(result.scenario.fingers))
+    )
+    share = (playback.time - window.start) / max(window.length, 1e-12)
+    line = f'<div class="sg-head" data-sg-head="" style="--sg-share:{share:.5f}"></div>'
+    return (
+        f'<div class="sg-strip{" sg-with-ghost" if pale else ""}">'
+        f'<div class="sg-names"><span class="sg-events"></span>{names}'
+        f'<span class="sg-axis">{unit}</span></div>'
+        '<div class="sg-track" data-sg-track="" tabindex="0" role="group" '
+        'aria-label="Time: click or drag to move the play head">'
+        f'<div class="sg-events">{_marks_html(events_of(result), window)}</div>'
+        f'{lanes}<div class="sg-axis">{_ticks_html(ticks)}</div>{line}</div></div>'
+    )
+
+
+def phase_spans(
+    result: RunResult, contact: int, window: TimeWindow, cells: int = _CELLS
+) -> Iterator[tuple[int, int, ContactPhase]]:
+    """Stretches of one phase, in cells of a window: first cell, number of cells, phase.
+
+    A cell in which a contact slips at all counts as slip, however short it was.
+
+    Args:
+        result: The run.
+        contact: Which contact.
+        window: What the strip shows.
+        cells: How many cells; what is shorter than one is as wide as one.
+    """
+    times, phase = result.trace.times, result.trace.phase[:, contact]
+    edges = window.start + np.arange(cells + 1) / cells * window.length
+    rows = np.maximum(np.searchsorted(times, edges, side="right") - 1, 0)
+    slipping = np.flatnonzero(phase)
+    first = np.searchsorted(slipping, rows[:-1])
+    slips = np.append(slipping, len(times))[first] <= rows[1:]
+    phases = np.where(slips, np.append(phase[slipping], 0)[first], 0)
+    starts = np.flatnonzero(np.diff(phases, prepend=2) != 0)
+    for start, end in zip(starts, [*starts[1:], cells], strict=True):
+        yield int(start), int(end - start), ContactPhase(int(phases[start]))
+
+
+def axis_ticks(window: TimeWindow) -> tuple[list[Tick], str]:
+    """Labels of a time axis at round times, and their unit.
+
+    Args:
+        window: What the axis spans.
+    """
+    scale, unit = (1e3, "ms") if window.end < 1.0 else (1.0, "s")
+    start, end = scale * window.start, scale * window.end
+    step = _round_step((end - start) / _NUM_TICKS)
+    digits = max(-math.floor(math.log10(step) + 1e-9), 0)
+    first, last = math.ceil(start / step - 1e-9), math.floor(end / step + 1e-9)
+    length = max(end - start, 1e-12)
+    return [
+        Tick((number * step - start) / length, f"{number * step:.{digits}f}")
+        for number in range(first, last + 1)
+    ], unit
+
+
+def clock_words(seconds: float) -> str:
+    """A time as it is shown beside the play head; the page's script writes it the same way."""
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.3f} s"
+
+
+def _round_step(least: float) -> float:
+    """The smallest of 1, 2 and 5 times a power of ten that is not below."""
+    power = 10.0 ** math.floor(math.log10(max(least, 1e-9)))
+    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least - 1e-12)
+
+
+def _lane_html(result: RunResult, pale: RunResult | None, contact: int, window: TimeWindow) -> str:
+    lane = _bars_html("sg-lane", phase_spans(result, contact, window))
+    if pale is None:
+        return lane
+    has_contact = contact < len(pale.scenario.fingers)
+    spans = phase_spans(pale, contact, window) if has_contact else ()
+    return lane + _bars_html("sg-ghost-lane", spans)
+
+
+def _bars_html(name: str, spans: Iterable[tuple[int, int, ContactPhase]]) -> str:
+    bars = "".join(
+        f'<rect x="{start}" width="{length}" height="1" fill="{css(PHASES[phase])}"/>'
+        for start, length, phase in spans
+    )
+    return (
+        f'<svg class="{name}" viewBox="0 0 {_CELLS} 1" preserveAspectRatio="none" '
+        f'aria-hidden="true">{bars}</svg>'
+    )
+
+
+def _marks_html(events: Iterable[RunEvent], window: TimeWindow) -> str:
+    """A mark per event; those that would cover each other share one."""
+    bins: dict[int, list[RunEvent]] = {}
+    for event in events:
+        if window.start <= event.time <= window.end:
+            share = (event.time - window.start) / max(window.length, 1e-12)
+            bins.setdefault(round(share / _MARK_WIDTH), []).append(event)
+    return "".join(_mark_html(together, window) for together in bins.values())
+
+
+def _mark_html(events: Sequence[RunEvent], window: TimeWindow) -> str:
+    event = min(events, key=lambda event: _WEIGHTS.index(event.kind))
+    share = (event.time - window.start) / max(window.length, 1e-12)
+    told = [f"{clock_words(e.time)}: {e.text}" for e in events[:_TOLD_EVENTS]]
+    if len(events) > _TOLD_EVENTS:
+        told.append(f"and {len(events) - _TOLD_EVENTS} more")
+    colour = "currentColor" if event.phase is None else sign(PHASES[event.phase])
+    return (
+        f'<span class="sg-mark" role="button" {click_attribute("seek", time=event.time)} '
+        f'style="left:{100 * share:.2f}%;color:{colour}" title="{escape(chr(10).join(told))}">'
+        f"{_SIGNS[event.kind]}</span>"
+    )
+
+
+def _ticks_html(ticks: Iterable[Tick]) -> str:
+    return "".join(
+        f'<span style="left:{100 * tick.share:.2f}%">{tick.label}</span>' for tick in ticks
+    )

@@ -1,0 +1,117 @@
+"""The desk of the files that a user takes away."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import replace
+from typing import ClassVar
+
+from slipgrasp.core.words.phrases import milliseconds
+from slipgrasp.web.charts.drawn import ChartedRun, drawn_charts
+from slipgrasp.web.charts.replay_page import write_html
+from slipgrasp.web.model.export import ExportFile, Exporting, file_name
+from slipgrasp.web.model.intents.export import (
+    CancelExport,
+    ExportCharts,
+    ExportFailed,
+    ExportFinished,
+    ExportMoved,
+    ExportPicture,
+    ExportReplay,
+)
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.workers.export_worker import ExportWorker
+
+__all__ = ["ExportDesk"]
+
+
+class ExportDesk(Desk):
+    """Makes files and brings them to the user, one at a time.
+
+    Args:
+        send: Takes the answers of its thread.
+        deliver: Brings a file to the user.
+    """
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (
+        ExportPicture,
+        ExportCharts,
+        ExportReplay,
+        CancelExport,
+        ExportMoved,
+        ExportFinished,
+        ExportFailed,
+    )
+
+    def __init__(self, send: Send, deliver: Callable[[ExportFile], None]) -> None:
+        self._deliver = deliver
+        self._worker = ExportWorker(send)
+        self.workers = (self._worker,)
+
+    def take(self, intent: Intent, view: ViewState) -> ViewState:
+        """Begins, gives up, or ends the making of a file."""
+        exporting = view.exporting
+        if isinstance(intent, CancelExport):
+            self._worker.close()
+        elif isinstance(intent, ExportMoved | ExportFinished | ExportFailed):
+            exporting = self._take_answer(intent, exporting)
+        elif view.shown is not None and not exporting.busy_with:
+            exporting = self._begin(intent, view, view.shown)
+        return replace(view, exporting=exporting)
+
+    def _begin(self, intent: Intent, view: ViewState, shown: Shown) -> Exporting:
+        number, run = view.exporting.number + 1, shown.name
+        begun = replace(view.exporting, number=number, share=0.0, message="", is_failure=False)
+        if isinstance(intent, ExportPicture):
+            # The page itself takes the picture of what it shows.
+            time = milliseconds(view.playback.time) if view.playback else ""
+            name = file_name(run, time.replace(" ", ""), "png")
+            return replace(begun, pictures=begun.pictures + 1, picture_name=name)
+        if isinstance(intent, ExportCharts):
+            name = file_name(run, "charts", "svg")
+            self._worker.start(number, lambda _: ExportFile(name, _charts_file(view, shown)))
+            return replace(begun, busy_with="Drawing the charts")
+        name = file_name(run, "replay", "html")
+        self._worker.start(number, lambda tell: ExportFile(name, _replay_file(shown, tell)))
+        return replace(begun, busy_with="Recording the replay")
+
+    def _take_answer(
+        self, answer: ExportMoved | ExportFinished | ExportFailed, exporting: Exporting
+    ) -> Exporting:
+        if answer.number != exporting.number:
+            return exporting
+        if isinstance(answer, ExportMoved):
+            return replace(exporting, share=answer.share)
+        done = replace(exporting, busy_with="", share=0.0)
+        if isinstance(answer, ExportFailed):
+            return replace(done, message=answer.message, is_failure=True)
+        self._deliver(answer.file)
+        size = len(answer.file.content) / 1e6
+        return replace(done, message=f"{answer.file.name} ({size:.1f} MB) is in your downloads.")
+
+
+def _charts_file(view: ViewState, shown: Shown) -> bytes:
+    """The charts as they stand."""
+    # Drawing imports matplotlib, which takes a second; most sessions never need it.
+    from slipgrasp.web.charts.figure import ChartsHeading, charts_svg
+
+    assert view.playback is not None
+    ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None
+    pages = drawn_charts(ChartedRun.of(shown.result), ghost, view.playback.window, view.charts)
+    heading = ChartsHeading(
+        title=shown.name,
+        ghost=view.ghost.label if view.ghost else "",
+        time=view.playback.time,
+        changes=tuple(change.time for change in shown.result.scenario.changes),
+    )
+    return charts_svg([chart for charts in pages.values() for chart in charts], heading)
+
+
+def _replay_file(shown: Shown, tell: Callable[[float], None]) -> bytes:
+    """The run as a page that plays it."""
+    stream = io.BytesIO()
+    write_html(shown.result, stream, tell)
+    return stream.getvalue()

@@ -1,0 +1,67 @@
+"""What every desk is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar, Protocol
+
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.view import ViewState
+
+__all__ = ["Desk", "Worker"]
+
+
+class Worker(Protocol):
+    """A thread that works for a desk."""
+
+    def close(self) -> None:
+        """Asks it to end; what is to be kept is still kept."""
+        ...
+
+    def join(self, timeout: float) -> None:
+        """Waits until it has ended [s]."""
+        ...
+
+
+class Desk(ABC):
+    """One concern of a session: makes a new view of what is asked for.
+
+    A desk holds threads and clocks; whatever is on the screen is in the view.
+
+    Attributes:
+        takes: The intents that it is asked about; several desks may take the same one.
+        workers: Its threads; the session ends them.
+    """
+
+    takes: ClassVar[tuple[type[Intent], ...]]
+    workers: Sequence[Worker] = ()
+
+    def start(self, view: ViewState) -> ViewState:
+        """What it makes of the first view."""
+        return view
+
+    @abstractmethod
+    def take(self, intent: Intent, view: ViewState) -> ViewState:
+        """What it makes of an intent."""
+
+    def pass_time(self, now: float, view: ViewState) -> ViewState:
+        """What it makes of time that has passed; called at least as often as it asks to be.
+
+        Args:
+            now: The monotonic clock [s].
+            view: What is on the screen.
+        """
+        return view
+
+    def wait(self, now: float, view: ViewState) -> float | None:
+        """How soon time must pass for it again [s]; None is whenever something happens."""
+        return None
+
+    def expects_answer(self, now: float) -> bool:
+        """Whether what it asked for is about to come, so that drawing waits for it.
+
+        Args:
+            now: The monotonic clock [s].
+        """
+        return False

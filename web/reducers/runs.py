@@ -1,0 +1,145 @@
+"""The desk of runs: what is asked for is simulated, shown, and saved once it rests."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import ClassVar
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.simulator import kernel_progress
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
+from slipgrasp.web.model.pacing import is_save_due
+from slipgrasp.web.model.showing import show, show_replay, with_status
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.services import Services
+from slipgrasp.web.workers.preview_worker import PreviewWorker
+
+__all__ = ["RunDesk"]
+
+_UNNOTICED_WAIT = 0.3
+_LOOK_AGAIN = 0.1
+_SHORT_RUN = 0.03
+_GHOST_LABEL = "the run before"
+
+
+class RunDesk(Desk):
+    """Turns the draft into a run, whoever made the draft.
+
+    Args:
+        services: Simulates and saves.
+        send: Takes the worker's answers.
+        simulates_first: Whether it starts with the run of the first draft.
+    """
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (RunFinished, RunRefused, RunSaved, SaveFailed)
+
+    def __init__(self, services: Services, send: Send, *, simulates_first: bool) -> None:
+        self._worker = PreviewWorker(services.runs, services.saved, send)
+        self.workers = (self._worker,)
+        self._simulates_first = simulates_first
+        self._asked: Draft | None = None
+        self._base: Scenario | None = None
+        self._asked_at = -math.inf
+        self._waiting_since: float | None = None
+
+    def start(self, view: ViewState) -> ViewState:
+        """Asks for the run of the first draft as soon as time passes."""
+        self._asked = None if self._simulates_first else view.draft
+        return view
+
+    def take(self, intent: Intent, view: ViewState) -> ViewState:
+        """Shows what the worker answers, unless it comes too late."""
+        match intent:
+            case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
+                return view if intent.ticket != view.ticket else self._answered(intent, view)
+            case _:
+                return view
+
+    def pass_time(self, now: float, view: ViewState) -> ViewState:
+        """Asks for the run of a new draft, keeps one that rests, and tells about a long one."""
+        if view.draft is not self._asked:
+            return self._ask(now, view)
+        if view.shown and is_save_due(view.status.stage, now - self._asked_at):
+            self._worker.save(view.shown.ticket, view.shown.result)
+            return with_status(view, RunStatus(RunStage.SAVING))
+        if self._waiting_since is not None and now - self._waiting_since > _UNNOTICED_WAIT:
+            return with_status(view, _busy_status())
+        return view
+
+    def wait(self, now: float, view: ViewState) -> float | None:
+        """At once for a new draft; a while where something is computed or is to be saved."""
+        if view.draft is not self._asked:
+            return 0.0
+        if self._waiting_since is not None and self.expects_answer(now):
+            return self._waiting_since + _SHORT_RUN - now
+        busy = self._waiting_since is not None or view.status.stage is RunStage.PREVIEW
+        return _LOOK_AGAIN if busy else None
+
+    def expects_answer(self, now: float) -> bool:
+        """Most runs take a few milliseconds: a picture without theirs would only delay it."""
+        return self._waiting_since is not None and now - self._waiting_since < _SHORT_RUN
+
+    def _answered(
+        self, answer: RunFinished | RunRefused | RunSaved | SaveFailed, view: ViewState
+    ) -> ViewState:
+        match answer:
+            case RunFinished(ticket, result, elapsed):
+                self._waiting_since = None
+                return self._show(Shown(ticket, result, elapsed), view)
+            case RunRefused(_, error):
+                self._waiting_since = None
+                return with_status(view, RunStatus.refused(error))
+            case RunSaved(_, stored):
+                return with_status(view, RunStatus(RunStage.SAVED, run_id=stored.id))
+            case SaveFailed(_, message):
+                return with_status(view, RunStatus(RunStage.NOT_SAVED, (message,)))
+
+    def _show(self, shown: Shown, view: ViewState) -> ViewState:
+        """Shows a run; the one on the screen stays as a ghost where a gesture began with it."""
+        afresh = view.draft.base is not self._base
+        self._base = view.draft.base
+        ghost = None if afresh and not (view.ghost and view.ghost.is_chosen) else view.ghost
+        if view.editing.ghost_due and not afresh and view.shown and not (ghost and ghost.is_chosen):
+            ghost = Ghost(view.shown, f"{_GHOST_LABEL}: {view.shown.name}")
+        editing = replace(view.editing, ghost_due=False)
+        view = replace(view, ghost=ghost, editing=editing)
+        return show(view, shown, RunStage.PREVIEW, afresh=afresh)
+
+    def _ask(self, now: float, view: ViewState) -> ViewState:
+        """Asks for the run of the draft; an older one that is still computed is void then."""
+        self._asked_at = now
+        if view.is_as_recorded:
+            view = self._replay(view)
+            self._asked, self._base, self._waiting_since = view.draft, view.draft.base, None
+            return view
+        self._asked = view.draft
+        view = replace(view, ticket=view.ticket + 1)
+        try:
+            scenario = view.draft.scenario()
+        except ScenarioError as error:
+            self._waiting_since = None
+            return with_status(view, RunStatus.refused(error))
+        if self._waiting_since is None:
+            self._waiting_since = now
+        self._worker.simulate(view.ticket, scenario)
+        return view
+
+    def _replay(self, view: ViewState) -> ViewState:
+        """Shows the recording that the draft is of, unless it is on the screen just now."""
+        on_screen = view.shown is not None and view.shown.ticket == view.ticket
+        if on_screen and view.status.stage is RunStage.REPLAY:
+            return view
+        assert view.replay is not None
+        return show_replay(view, view.replay)
+
+
+def _busy_status() -> RunStatus:
+    ready = kernel_progress()
+    if ready < 1.0:
+        return RunStatus(RunStage.COMPILING, (f"{ready:.0%}",))
+    return RunStatus(RunStage.SIMULATING)

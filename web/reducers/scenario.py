@@ -1,0 +1,208 @@
+"""The desk of the scenario: what the user asks for, and what was asked for before."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario import CONTROL_LAWS
+from slipgrasp.core.scenario.field_errors import shortened
+from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.loading import scenario_from_toml
+from slipgrasp.web.model.draft import Draft, Value, change_time
+from slipgrasp.web.model.editing import LawNote, Reach
+from slipgrasp.web.model.history import Turn
+from slipgrasp.web.model.incidents import Incidence, push_at, wet_spot
+from slipgrasp.web.model.intents.compare import EndComparison
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.scenario import (
+    ChoosePreset,
+    ChooseReach,
+    Happen,
+    LoadScenario,
+    Redo,
+    RemoveChange,
+    RemoveChanges,
+    RemoveIncident,
+    ResetScenario,
+    SetParameter,
+    Undo,
+)
+from slipgrasp.web.model.laws import set_words, with_law, without_law_change
+from slipgrasp.web.model.sampling import locate
+from slipgrasp.web.model.showing import with_status
+from slipgrasp.web.model.view import RunStatus, Shown, ViewState
+from slipgrasp.web.reducers.reducer import Desk
+
+__all__ = ["ScenarioDesk"]
+
+_POURED = 1.5
+"""What a pour multiplies mass and inertia by."""
+_DIGITS = 6
+
+
+class ScenarioDesk(Desk):
+    """Edits the draft; the desk of runs sees that it is another one and simulates it."""
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (
+        SetParameter,
+        ChooseReach,
+        RemoveChange,
+        RemoveChanges,
+        RemoveIncident,
+        Happen,
+        ChoosePreset,
+        LoadScenario,
+        ResetScenario,
+        Undo,
+        Redo,
+        EndComparison,
+    )
+
+    def take(self, intent: Intent, view: ViewState) -> ViewState:
+        """Makes the draft that is asked for."""
+        if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
+            view = replace(view, editing=replace(view.editing, file_errors=()))
+        match intent:
+            case SetParameter(key, value) if key == LAW:
+                return _with_law(view, value)
+            case SetParameter():
+                return _moved(view, intent, time.monotonic())
+            case ChooseReach(reach):
+                return replace(view, editing=replace(view.editing, reach=reach, gesture=None))
+            case Undo():
+                return _turned(view, view.editing.history.undo(view.draft))
+            case Redo():
+                return _turned(view, view.editing.history.redo(view.draft))
+            case ChoosePreset(name):
+                return _chosen(view, name)
+            case LoadScenario(name, content):
+                return _loaded(view, name, content)
+            case EndComparison():
+                return replace(view, editing=replace(view.editing, ghost_due=False))
+            case Happen():
+                return _with_draft(view, _happened(view, intent))
+            case _:
+                return _with_draft(view, _simplified(view.draft, intent))
+
+
+def _simplified(draft: Draft, intent: Intent) -> Draft:
+    """The draft after something was taken back."""
+    match intent:
+        case RemoveChange(moment, key) if key == LAW:
+            return without_law_change(draft, moment)
+        case RemoveChange(moment, key):
+            return draft.without_change(moment, key)
+        case RemoveIncident(index):
+            return draft.without_incident(index)
+        case RemoveChanges():
+            return draft.without_changes()
+        case ResetScenario():
+            return draft.reset()
+        case _:
+            return draft
+
+
+def _happened(view: ViewState, intent: Happen) -> Draft:
+    """The draft in which something happens where the play head stands."""
+    if view.shown is None or view.playback is None:
+        return view.draft
+    draft, moment = view.draft, change_time(view.playback.time)
+    match intent.kind:
+        case Incidence.PUSH:
+            return draft.with_incident(push_at(moment))
+        case Incidence.WET_SPOT:
+            return _wetted(draft, view.shown, moment, intent.contact)
+        case Incidence.POUR:
+            for key in ("object.mass", "object.inertia"):
+                draft = _multiplied(draft, moment, key, _POURED)
+            return draft
+
+
+def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
+    """The draft with a wet spot where a fingertip of the run on the screen is."""
+    trace = shown.result.trace
+    spot = locate(trace.times, moment)
+    contacts = range(len(draft.base.fingers))
+    if contact is None:
+        contact = int(np.argmin(trace.friction_margin[spot.row]))
+    if contact not in contacts or trace.shape.num_contacts != len(contacts):
+        return draft
+    slip = float(spot.read(trace.slip)[contact])
+    return draft.with_incident(wet_spot(draft.base, contact, slip, moment))
+
+
+def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:
+    value = draft.value_at(moment, key)
+    if not isinstance(value, float):
+        return draft
+    return draft.edited_from(moment, key, float(f"{factor * value:.{_DIGITS}g}"))
+
+
+def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
+    """The view after a knob was moved."""
+    play_head = view.playback.time if view.playback else 0.0
+    editing = view.editing.move(view.draft, intent.key, play_head, now)
+    draft = editing.apply(view.draft, intent.value)
+    return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
+
+
+def _with_law(view: ViewState, kind: Value) -> ViewState:
+    """The view with another law and its settings, and what those are in words.
+
+    A law that is chosen while the run plays acts on all of it: nobody aims at an instant then.
+    """
+    if not isinstance(kind, str) or kind not in CONTROL_LAWS:
+        return view
+    playback = view.playback
+    is_aimed = view.editing.reach is Reach.PLAY_HEAD and not (playback and playback.playing)
+    time = change_time(playback.time if playback else 0.0) if is_aimed else None
+    draft = with_law(view.draft, kind, time)
+    chosen = _with_draft(view, draft)
+    if chosen is view:
+        return view
+    note = LawNote(kind, set_words(view.draft, draft, time or 0.0), time or 0.0)
+    return replace(chosen, editing=replace(chosen.editing, law_note=note))
+
+
+def _with_draft(view: ViewState, draft: Draft) -> ViewState:
+    """The view with another draft, as one step of undo; what is still being opened is void."""
+    if draft == view.draft and view.shown is not None:
+        return view
+    editing = view.editing.begin(view.draft)
+    return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
+
+
+def _turned(view: ViewState, turn: Turn | None) -> ViewState:
+    """The view after undo or redo; the very same one where there is nothing to do."""
+    if turn is None:
+        return view
+    editing = replace(
+        view.editing, history=turn.history, gesture=None, ghost_due=True, law_note=None
+    )
+    return replace(view, draft=turn.draft, editing=editing, opening=view.opening + 1)
+
+
+def _chosen(view: ViewState, name: str) -> ViewState:
+    """The view with a preset, or with the recording that was opened last."""
+    try:
+        recording = view.replay
+        if recording is not None and name == recording.label:
+            return _with_draft(view, Draft.from_replay(recording))
+        return _with_draft(view, Draft.from_preset(name))
+    except ScenarioError as error:
+        return with_status(view, RunStatus.refused(error))
+
+
+def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:
+    """The view with the scenario of a file, or with what is wrong with it."""
+    label = f"file {shortened(name)}"
+    try:
+        draft = Draft.starting_from(label, scenario_from_toml(content, label))
+    except ScenarioError as error:
+        return replace(view, editing=replace(view.editing, file_errors=error.errors))
+    return _with_draft(replace(view, editing=replace(view.editing, file_errors=())), draft)

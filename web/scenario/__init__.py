@@ -1,1 +1,0 @@
-"""What is asked for: scenarios, edits, their runs, and what is said of these."""

@@ -1,1 +1,0 @@
-"""The play head: where it stands, what happens around it, and how it is moved."""

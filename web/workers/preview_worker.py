@@ -1,0 +1,137 @@
+"""The thread that simulates and saves for one session."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
+from slipgrasp.web.workers.saved_runs import SavedRuns
+
+__all__ = ["PreviewWorker", "is_outdated"]
+
+_PATIENCE = 0.15
+_INTERNAL_ERROR = "an internal error; the log of the server tells more"
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class _Simulate:
+    ticket: int
+    scenario: Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class _Save:
+    ticket: int
+    result: RunResult
+
+
+def is_outdated(newer_waits: bool, elapsed: float) -> bool:
+    """Whether to give up a run because a newer one waits.
+
+    A run that takes a moment is finished all the same: a knob that is dragged without a
+    pause would else never show anything.
+
+    Args:
+        newer_waits: Whether a newer scenario waits to be simulated.
+        elapsed: How long the run has been going on [s].
+    """
+    return newer_waits and elapsed > _PATIENCE
+
+
+class PreviewWorker:
+    """Simulates the latest scenario asked for, and saves what it is told to keep.
+
+    Args:
+        service: Simulates.
+        saved: Keeps runs.
+        send: Takes the answers.
+    """
+
+    def __init__(self, service: RunService, saved: SavedRuns, send: Send) -> None:
+        self._service = service
+        self._saved = saved
+        self._send = send
+        self._wake = threading.Condition()
+        self._simulation: _Simulate | None = None
+        self._save: _Save | None = None
+        self._closed = False
+        self._thread = threading.Thread(target=self._work, name="preview", daemon=True)
+        self._thread.start()
+
+    def simulate(self, ticket: int, scenario: Scenario) -> None:
+        """Asks for a run; one that still waits, or takes long, is given up for it."""
+        with self._wake:
+            self._simulation = _Simulate(ticket, scenario)
+            self._wake.notify()
+
+    def save(self, ticket: int, result: RunResult) -> None:
+        """Asks to keep a run."""
+        with self._wake:
+            self._save = _Save(ticket, result)
+            self._wake.notify()
+
+    def close(self) -> None:
+        """Gives up what goes on; a run that is to be kept is still saved."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify()
+
+    def join(self, timeout: float) -> None:
+        """Waits until the thread has ended [s]."""
+        self._thread.join(timeout)
+
+    def _work(self) -> None:
+        while (job := self._next()) is not None:
+            try:
+                if isinstance(job, _Simulate):
+                    self._run(job)
+                else:
+                    self._keep(job)
+            except Exception:
+                # The edge of the thread: one failure must neither end it nor leave a user waiting.
+                _logger.exception("a run of the dashboard failed")
+                self._send(SaveFailed(job.ticket, _INTERNAL_ERROR))
+
+    def _next(self) -> _Simulate | _Save | None:
+        """The next thing to do, runs first; None when closed and everything is saved."""
+        with self._wake:
+            self._wake.wait_for(lambda: self._closed or self._simulation or self._save)
+            job: _Simulate | _Save | None = None if self._closed else self._simulation
+            if job is not None:
+                self._simulation = None
+            else:
+                job, self._save = self._save, None
+            return job
+
+    def _run(self, job: _Simulate) -> None:
+        started = time.monotonic()
+
+        def should_stop() -> bool:
+            newer_waits = self._simulation is not None
+            return self._closed or is_outdated(newer_waits, time.monotonic() - started)
+
+        try:
+            result = self._service.preview(job.scenario, should_stop)
+        except ScenarioError as error:
+            self._send(RunRefused(job.ticket, error))
+            return
+        if result.outcome is not Outcome.STOPPED:
+            self._send(RunFinished(job.ticket, result, time.monotonic() - started))
+
+    def _keep(self, job: _Save) -> None:
+        try:
+            self._send(RunSaved(job.ticket, self._saved.save(job.result)))
+        except RecordingError as error:
+            self._send(SaveFailed(job.ticket, str(error)))

@@ -1,0 +1,158 @@
+"""Asks the study service on behalf of one session, in a thread of its own."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.server.studies.live_study import StudyState, StudyStatus
+from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.study import (
+    MemberRecorded,
+    MemberRefused,
+    StudiesListed,
+    StudyMoved,
+    StudyPriced,
+    StudyRefused,
+    StudyStarted,
+    StudyUnreadable,
+)
+from slipgrasp.web.model.study_map import MapPicture
+from slipgrasp.web.model.study_plan import Plan, study_of
+from slipgrasp.web.workers.errands import Errands
+
+__all__ = ["MOST_LISTED", "StudyClerk"]
+
+MOST_LISTED = 30
+"""More than may wait, so that whatever comes first is among them."""
+
+_REDRAW_EVERY = 1.0
+_DRAWING_SHARE = 0.1
+
+
+class StudyClerk:
+    """Prices, starts, follows and opens studies; each answer is an intent.
+
+    Args:
+        service: Runs studies.
+        send: Takes the answers.
+    """
+
+    def __init__(self, service: StudyService, send: Send) -> None:
+        self._service, self._send = service, send
+        self.errands = Errands("study-clerk")
+        self._told: tuple[int, StudyStatus, int] | None = None
+        self._drawn: tuple[int, int] | None = None
+        self._draw_again_at = 0.0
+
+    def list(self) -> None:
+        """Asks for the newest studies."""
+        self.errands.ask(self._list, "list")
+
+    def price(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+        """Asks what a study is going to take; ``number`` is what the answer is known by."""
+        self.errands.ask(partial(self._price, number, plan, scenario, origin), "price")
+
+    def start(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+        """Asks for a study to be run; ``number`` is what the answer is known by."""
+        self.errands.ask(partial(self._start, number, plan, scenario, origin), "start", must=True)
+
+    def look(self, number: int, study_id: str) -> None:
+        """Asks how far a study is; ``number`` is that of the request to follow it."""
+        self.errands.ask(partial(self._look, number, study_id), "look")
+
+    def cancel(self, number: int, study_id: str) -> None:
+        """Asks for a study to end."""
+        self.errands.ask(partial(self._cancel, number, study_id), "cancel", must=True)
+
+    def record(self, study_id: str, index: int) -> None:
+        """Asks for the recording of a run of a study."""
+        self.errands.ask(partial(self._record, study_id, index), "record")
+
+    def _list(self) -> None:
+        studies, _ = self._service.list(0, MOST_LISTED)
+        self._send(StudiesListed(tuple(studies)))
+
+    def _price(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+        try:
+            cost, warnings = self._service.estimate(study_of(plan, scenario, origin))
+        except ScenarioError as error:
+            self._send(StudyRefused(number, _sentences(error)))
+        else:
+            self._send(StudyPriced(number, cost.seconds, warnings))
+
+    def _start(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+        try:
+            status = self._service.create(partial(study_of, plan, scenario, origin))
+        except ScenarioError as error:
+            self._send(StudyRefused(number, _sentences(error)))
+        except SlipgraspError as error:
+            self._send(StudyRefused(number, (str(error),)))
+        else:
+            self._send(StudyStarted(number, status))
+            self._list()
+
+    def _cancel(self, number: int, study_id: str) -> None:
+        try:
+            self._service.cancel(study_id)
+        except SlipgraspError as error:
+            self._send(StudyUnreadable(number, str(error)))
+
+    def _record(self, study_id: str, index: int) -> None:
+        try:
+            stored, _ = self._service.record_run(study_id, index)
+        except SlipgraspError as error:
+            self._send(MemberRefused(study_id, index, str(error)))
+        else:
+            self._send(MemberRecorded(study_id, index, stored.id))
+
+    def _look(self, number: int, study_id: str) -> None:
+        try:
+            status = self._service.status(study_id)
+            behind = self._num_before(status)
+            picture, has_map = self._picture(number, status)
+        except SlipgraspError as error:
+            self._send(StudyUnreadable(number, str(error)))
+            return
+        told = (number, status, behind)
+        if told != self._told or picture is not None:
+            self._told = told
+            self._send(StudyMoved(number, status, behind, picture, has_map))
+
+    def _num_before(self, status: StudyStatus) -> int:
+        """How many studies end before this one begins; ids are in the order of creation."""
+        if status.state is not StudyState.QUEUED:
+            return 0
+        studies, _ = self._service.list(0, MOST_LISTED)
+        return sum(
+            not other.state.has_ended and other.stored.id < status.stored.id for other in studies
+        )
+
+    def _picture(self, number: int, status: StudyStatus) -> tuple[MapPicture | None, bool]:
+        """The map if it is time to draw it anew, and whether there can be one.
+
+        Raises:
+            RecordingError: If the file of the study is damaged.
+        """
+        drawn = (number, status.finished)
+        if drawn == self._drawn:
+            return None, True
+        is_new = self._drawn is None or self._drawn[0] != number
+        started = time.monotonic()
+        if not is_new and not status.state.has_ended and started < self._draw_again_at:
+            return None, True
+        # What draws figures takes a second to load, and few sessions ever need it.
+        from slipgrasp.web.charts.study_map import draw_map
+
+        picture = draw_map(self._service.results(status.stored.id))
+        self._drawn = drawn
+        took = time.monotonic() - started
+        self._draw_again_at = started + max(_REDRAW_EVERY, took / _DRAWING_SHARE)
+        return picture, picture is not None
+
+
+def _sentences(error: ScenarioError) -> tuple[str, ...]:
+    return tuple(finding.message for finding in error.errors)
