@@ -17,8 +17,6 @@ from slipgrasp import simulate_many
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
 
-__all__ = ["compare_batches", "run", "vary"]
-
 ROUNDS = 3
 COUNT = 200
 THREADS = 2

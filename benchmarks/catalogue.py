@@ -15,8 +15,6 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.store.run_query import Condition, RunQuery
 from slipgrasp.recordings.store.store import RecordingStore
 
-__all__ = ["measure_catalogue", "run"]
-
 ROUNDS = 15
 COUNT = 10_000
 PAGE = 100

@@ -20,8 +20,6 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.style import add_axes, new_figure, paint, paper_style
 from slipgrasp.recordings.palette import MUTED, PHASES, Rgb
 
-__all__ = ["draw_scaling", "draw_work_precision", "save"]
-
 _COLOURS: dict[str, Rgb] = {
     OURS: PHASES[ContactPhase.STICK],
     MUJOCO: PHASES[ContactPhase.SLIP_FORWARD],

@@ -19,15 +19,6 @@ from slipgrasp.core.study.definition import MAX_RUNS, Study
 from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
-__all__ = [
-    "Costs",
-    "_duration",
-    "measure_costs",
-    "measure_costs_of_a_run",
-    "project",
-    "run",
-]
-
 PAGE = "scaling.md"
 ROUNDS = 3
 COUNT = 600

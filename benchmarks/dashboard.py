@@ -20,8 +20,6 @@ from benchmarks.processes import memory_of
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
 
-__all__ = ["run"]
-
 EDITS = 50
 VIEWERS = 20
 CONNECTS = 500

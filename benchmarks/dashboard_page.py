@@ -8,8 +8,6 @@ from playwright.sync_api import Page, sync_playwright
 
 from tests.ensure_programs import FLAGS, find_chromium
 
-__all__ = ["Edit", "measure_edits"]
-
 _QUIET = 450  # [ms]; a run is saved once its knob has rested for half a second.
 _BETWEEN = 700
 _PATIENCE = 60_000

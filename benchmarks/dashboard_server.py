@@ -21,8 +21,6 @@ from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.screen import Screen
 
-__all__ = ["STAMP", "main"]
-
 STAMP = "drawn at "
 """What a stamp begins with; the monotonic clock follows [s]."""
 

@@ -16,8 +16,6 @@ from websockets.typing import Subprotocol
 from benchmarks.dashboard_server import STAMP
 from benchmarks.headless_viewer import camera_fields
 
-__all__ = ["Watched", "come_and_go", "watch"]
-
 _HEADER_BYTES = 16
 _PATIENCE = 60.0
 

@@ -32,8 +32,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 
-__all__ = ["APPROXIMATIONS", "measure_differences", "replay_in_drake"]
-
 Floats = NDArray[np.float64]
 
 APPROXIMATIONS = {"sap": "kSap", "similar": "kSimilar"}  # our names, Drake's

@@ -9,8 +9,6 @@ import numpy as np
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 
-__all__ = ["holding_hand"]
-
 SPREAD = 0.05  # the outermost fingertips of a face are this far from its middle [m]
 
 # Without a grasp force, which is for two fingers, friction must make up for the squeeze.

@@ -16,8 +16,6 @@ import zstandard
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-__all__ = ["HeadlessViewer", "beacon_state", "camera_fields"]
-
 _WIDTH, _HEIGHT = 1440, 900
 _HEADER_BYTES = 16
 _PATIENCE = 60.0

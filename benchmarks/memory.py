@@ -16,8 +16,6 @@ from benchmarks.batch import THREADS, vary
 from benchmarks.report import Table
 from slipgrasp import simulate_many
 
-__all__ = ["measure_memory", "peak_memory", "run"]
-
 COUNTS = (1000, 3000, 10_000)
 DURATION = 0.5  # [s]; a batch keeps no trace, so longer runs need no more
 LIMIT = 500e6  # [B]

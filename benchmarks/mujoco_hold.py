@@ -23,8 +23,6 @@ from benchmarks.mujoco_scene import (
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 
-__all__ = ["STEP", "Hold", "hold_by_actuators", "hold_by_numpy"]
-
 Floats = NDArray[np.float64]
 
 STEP = 1e-3

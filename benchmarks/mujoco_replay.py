@@ -23,8 +23,6 @@ from benchmarks.replay import (
 )
 from slipgrasp.core.run.result import RunResult
 
-__all__ = ["measure_differences", "replay_in_mujoco"]
-
 _OSCILLATION_PER_STEP = 0.3  # natural frequency of a contact times the step [rad]
 
 

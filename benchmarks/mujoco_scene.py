@@ -16,8 +16,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 
-__all__ = ["DEFAULT_CONTACT", "Contact", "build_model", "describe_scene", "motors"]
-
 STIFFNESS, DAMPING = 2000.0, 120.0
 NO_SLIP_ITERATIONS = 5  # three already give all digits that ten give
 

@@ -14,8 +14,6 @@ from benchmarks.mujoco_scene import describe_scene, motors
 from benchmarks.replay import mean_torques
 from slipgrasp.core.run.result import RunResult
 
-__all__ = ["friction_margins", "stepping"]
-
 Floats = NDArray[np.float64]
 
 

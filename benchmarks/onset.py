@@ -23,8 +23,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-__all__ = ["Onset", "compare_onsets", "mujoco_onset", "our_onset", "run", "turning_hand"]
-
 BELIEVED, FRICTION = 0.5, 0.45
 INERTIA = 0.001  # [kg m^2]
 SPIN, SPEEDING_UP = 100.0, 0.05  # [rad/s^2], [s]

@@ -23,8 +23,6 @@ from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 if TYPE_CHECKING:
     from tests.references.open_contacts import Answer
 
-__all__ = ["CHECKS", "Check", "Judgement", "find_missed", "judge_run"]
-
 FINE_RATE = 10_000.0  # [Hz]
 SAME_INSTANT = 1e-9  # [s]
 GIVEN_BACK = 1e-9  # [J]

@@ -19,8 +19,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
 
-__all__ = ["QUANTITIES", "Comparison", "compare", "measure_truth", "tabulate_truth"]
-
 COUNT = 1000
 MOST = 4 * COUNT  # so many are drawn to find them
 TIGHT, TIGHTER = (1e-11, 1e-13), (2e-12, 2e-14)  # relative and absolute tolerance

@@ -32,8 +32,6 @@ from benchmarks.report import Table
 from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario.loading import scenario_to_toml
 
-__all__ = ["Campaign", "judge_many", "run", "tabulate"]
-
 COUNT = 10_000  # of each population
 SEED = 14
 PER_RATE = 10_000  # of so many runs one may differ with the output rate

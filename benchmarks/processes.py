@@ -9,8 +9,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
 
-__all__ = ["MemoryWatch", "family_of", "memory_of"]
-
 _PERIOD = 0.25
 _PROC = Path("/proc")
 _PROPORTIONAL = re.compile(r"^Pss:\s*(\d+) kB", re.MULTILINE)

@@ -15,8 +15,6 @@ from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-__all__ = ["ANYWHERE", "AT_ENDS", "ON_BOUNDS", "POPULATIONS", "draw", "in_processes", "reported"]
-
 AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its bounds", "any"
 
 MAX_STEPS = 200_000

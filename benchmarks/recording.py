@@ -14,8 +14,6 @@ from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.state_hash import state_hash
 
-__all__ = ["measure_recording", "run"]
-
 ROUNDS = 15
 MICROSECONDS = 1e6
 TARGET = 15e-6

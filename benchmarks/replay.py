@@ -23,20 +23,6 @@ from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
 
-__all__ = [
-    "CASES",
-    "DURATION",
-    "STEPS",
-    "Differences",
-    "Replay",
-    "compare",
-    "extrapolate",
-    "format_table",
-    "mean_torques",
-    "record_case",
-    "slip_of",
-]
-
 Floats = NDArray[np.float64]
 
 CASES = ("paper-case-1", "paper-case-2")

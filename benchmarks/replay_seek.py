@@ -23,8 +23,6 @@ from slipgrasp.server.app import server_config
 from slipgrasp.server.settings import Settings
 from slipgrasp.web.app import create_dashboard_app
 
-__all__ = ["measure_seek", "run"]
-
 SEEKS = 300
 DURATION = 60.0
 _FIRST_SEEK = 0.5

@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Table", "format_share", "format_text", "judge", "share_interval", "update_page"]
-
 NORMAL_95 = 1.959964  # of a standard normal variable 95 % lie within this
 
 

@@ -23,19 +23,6 @@ from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-__all__ = [
-    "LAWS",
-    "ORACLE",
-    "WORLDS",
-    "World",
-    "hold_random_objects",
-    "measure_verdicts",
-    "random_objects",
-    "run",
-    "share_held",
-    "vary_objects",
-]
-
 COUNT = 1000
 SEED = 20
 DURATION = 1.0

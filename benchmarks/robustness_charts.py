@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from benchmarks.robustness import World
     from benchmarks.robustness_sweeps import MeasuredSweep
 
-__all__ = ["draw_random_objects", "draw_success_maps", "draw_sweeps"]
-
 _HELD, _LOST = "#005596", "#e66100"
 _SERIES = (("#005596", "o"), ("#e66100", "s"), ("#5d3a9b", "^"))
 _NOT_HELD = "#c8ccd2"

@@ -12,8 +12,6 @@ from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-__all__ = ["SWEEPS", "HeldShares", "MeasuredSweep", "Sweep", "measure_sweep", "tabulate_sweep"]
-
 COUNT = 300
 FAILED = 0.5  # the law fails where it holds less
 

@@ -13,8 +13,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-__all__ = ["CONTROL", "Scaling", "measure_duration", "measure_fingers", "run"]
-
 ROUNDS = 15
 DURATIONS = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)  # [s]
 FINGERS = (2, 3, 4, 5, 6)

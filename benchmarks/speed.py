@@ -15,8 +15,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-__all__ = ["compare_speed", "profile", "run"]
-
 ROUNDS = 15
 CASES = ("paper-case-1", "paper-case-2")
 CONTROL = {"continuous control": 0.0, "1 kHz control": 0.001}

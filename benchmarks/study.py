@@ -33,8 +33,6 @@ from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
-__all__ = ["describe_study", "make_study", "measure_large_study", "measure_rates", "run"]
-
 ROUNDS = 3
 COUNT = 2000
 LARGE = 10_000

@@ -16,8 +16,6 @@ import numpy as np
 
 from benchmarks.processes import MemoryWatch
 
-__all__ = ["Client", "Load", "run_over_rest"]
-
 API = "/api/v1/studies"
 PAUSE = 0.1
 PAGE = 100

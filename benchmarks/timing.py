@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["MILLISECONDS", "Line", "fit_exponent", "fit_line", "median_seconds", "on_threads"]
-
 MILLISECONDS = 1e3
 
 

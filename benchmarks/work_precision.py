@@ -27,20 +27,6 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
 
-__all__ = [
-    "DRAKE",
-    "MUJOCO",
-    "OURS",
-    "Point",
-    "Reference",
-    "measure_drake",
-    "measure_mujoco",
-    "measure_ours",
-    "oracle_difference",
-    "run",
-    "slip_ends",
-]
-
 ROUNDS = 9
 OUR_ROUNDS = 45  # a run takes a millisecond or two
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)

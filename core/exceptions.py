@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["FieldError", "ScenarioError", "SlipgraspError"]
-
 
 class SlipgraspError(Exception):
     """Base of all errors this project raises."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 
-__all__ = ["available_processors"]
-
 
 def available_processors() -> int:
     """How many processors this process may use."""

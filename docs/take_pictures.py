@@ -32,8 +32,6 @@ from tests.server.serving import RunningServer, serve
 from tests.web.conftest import FLAGS, PATIENCE
 from tests.web.driving import pause, pause_at, set_number
 
-__all__ = ["main"]
-
 FOLDER = Path(__file__).parent / "images" / "dashboard"
 SIZES = ((1440, 900), (1024, 700))
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")

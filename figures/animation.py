@@ -15,8 +15,6 @@ from slipgrasp.figures.hand_motion import motion_at
 from slipgrasp.figures.moving_hand import MovingHand
 from slipgrasp.figures.style import paper_style
 
-__all__ = ["MAX_FRAMES", "frame_times", "write_gif"]
-
 MAX_FRAMES = 400
 """Most frames of a file; a run that is too long for them has fewer per second."""
 

@@ -24,8 +24,6 @@ from slipgrasp.figures.trends import Pair, Trend, pair_of, trends_of
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.palette import MARK, MUTED
 
-__all__ = ["draw_comparison"]
-
 # Sizes on the page [mm].
 _MARGIN = 2.0
 _HEADER = 10.5

@@ -14,8 +14,6 @@ from slipgrasp.figures.schematic import draw_schematic
 from slipgrasp.figures.sheet import draw_sheet
 from slipgrasp.figures.style import paper_style
 
-__all__ = ["draw_figures", "figure_names"]
-
 SCHEMATIC = "schematic"
 
 _PANELS: dict[str, Callable[[RunResult], tuple[Panel, ...]]] = {

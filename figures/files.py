@@ -13,8 +13,6 @@ from slipgrasp.figures.style import paper_style
 from slipgrasp.recordings.exceptions import RecordingExistsError, RecordingWriteError
 from slipgrasp.recordings.file.atomic_file import atomic_file
 
-__all__ = ["FORMATS", "check_folder", "save_figure", "write_figure", "write_figures"]
-
 FORMATS = ("svg", "pdf", "png")
 
 _MARK = "slipgrasp figures"

@@ -11,8 +11,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.geometry import contact_frame, joint_points, outline
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 
-__all__ = ["HandMotion", "drawable", "motion_at"]
-
 Values = NDArray[np.float64]
 
 _LARGEST = 1e100

@@ -15,8 +15,6 @@ from slipgrasp.recordings.study.results_comparison import rows_by_combination
 from slipgrasp.recordings.study.varied import compared_keys, numeric_keys, parameter_of
 from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
 
-__all__ = ["NOTHING", "Cells", "MapAxis", "MapPanel", "cells_of", "map_axis", "panels_of"]
-
 NOTHING = -1
 """In place of a way: no run stands there."""
 

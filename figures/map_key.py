@@ -19,16 +19,6 @@ from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.palette import MARK, MUTED
 from slipgrasp.recordings.study.ways import HELD, WAYS
 
-__all__ = [
-    "BASE_MARK",
-    "BOUNDARY_LINE",
-    "EQUAL_LINE",
-    "KEY_LINE",
-    "KeyLine",
-    "draw_key",
-    "key_lines",
-]
-
 KEY_LINE = 4.4
 """Height of a line of the key [mm]."""
 

@@ -16,8 +16,6 @@ from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.palette import MARK
 from slipgrasp.recordings.study.ways import HELD, WAYS
 
-__all__ = ["draw_runs", "has_cells", "run_link"]
-
 _MOST_POINTS = 4000
 """More could not be told apart; those left out still colour the ground behind them."""
 _RASTER = 256

@@ -10,15 +10,6 @@ from slipgrasp.core.study.definition import Study
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.recordings.study.varied import parameter_of
 
-__all__ = [
-    "axis_label",
-    "equality_words",
-    "panel_title",
-    "projection_note",
-    "same_quantity",
-    "spelled",
-]
-
 _SYMBOLS = {
     "object.mass": r"$m_o$",
     "object.inertia": r"$I_o$",

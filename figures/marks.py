@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from slipgrasp.figures.style import add_axes, paint
 from slipgrasp.recordings.palette import MARK, Rgb
 
-__all__ = ["Borders", "Drawing", "Frame", "Point", "new_drawing", "unit"]
-
 Point = NDArray[np.float64]
 Frame = tuple[float, float, float, float]
 Borders = tuple[float, float, float, float]

@@ -34,8 +34,6 @@ from slipgrasp.recordings.palette import (
     PHASES,
 )
 
-__all__ = ["MovingHand"]
-
 Pixels = NDArray[np.uint8]
 
 # Size of the picture [inches] and dots per inch.

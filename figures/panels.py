@@ -20,20 +20,6 @@ from slipgrasp.core.scenario.unknowns import Unknown, parse_unknown
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.recordings.palette import CONE, FINGERS, MARK, Rgb
 
-__all__ = [
-    "Curve",
-    "Panel",
-    "Plot",
-    "estimate_label",
-    "estimate_panels",
-    "finger_colour",
-    "force_panels",
-    "lighter",
-    "link_colour",
-    "tracking_panels",
-    "unknown_symbol",
-]
-
 Values = NDArray[np.float64]
 
 

@@ -14,8 +14,6 @@ from slipgrasp.figures.slip_times import PhaseSpan, Window, phase_spans
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import MARK, PHASES, SHADE
 
-__all__ = ["draw_lanes", "name_lanes", "phase_patches", "shade"]
-
 _TINT = 0.86
 _WORDS = {
     ContactPhase.STICK: "stick",

@@ -26,8 +26,6 @@ from slipgrasp.recordings.palette import (
     OBJECT_EDGE,
 )
 
-__all__ = ["draw_schematic", "start_pose"]
-
 # Sizes on the page [mm].
 _HEIGHT = 84.0
 _TITLE = 6.0

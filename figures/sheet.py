@@ -23,8 +23,6 @@ from slipgrasp.figures.slip_times import Window, closer_look, whole_run
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
 from slipgrasp.recordings.palette import MARK, MUTED
 
-__all__ = ["draw_sheet", "ending_words", "rows_from_start"]
-
 # Sizes on the page [mm].
 _MARGIN = 1.5
 _COLUMN = PAGE_WIDTH / 2

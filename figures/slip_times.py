@@ -8,8 +8,6 @@ from typing import NamedTuple
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 
-__all__ = ["PhaseSpan", "Window", "closer_look", "phase_spans", "whole_run"]
-
 _SHORTEST = 1e-3
 _LONGEST_SHARE = 0.25
 _MERGED_SHARE = 0.02

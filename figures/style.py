@@ -13,8 +13,6 @@ from matplotlib.figure import Figure
 
 from slipgrasp.recordings.palette import Rgb
 
-__all__ = ["PAGE_WIDTH", "add_axes", "new_figure", "paint", "paper_style"]
-
 PAGE_WIDTH = 180.0
 """Width of a page with two columns [mm]."""
 

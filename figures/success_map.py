@@ -19,9 +19,6 @@ from slipgrasp.figures.map_words import axis_label, panel_title, projection_note
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paper_style
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.varied import choose_axes
-
-__all__ = ["choose_axes", "draw_success_map"]
 
 # Sizes on the page [mm].
 _MARGIN = 2.0

@@ -18,8 +18,6 @@ from slipgrasp.recordings.compare.alignment import MatchedRows, match_rows
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.palette import FINGERS, MARK, Rgb
 
-__all__ = ["Line", "Pair", "Trend", "pair_of", "trends_of"]
-
 _MOST_NAMED = 3
 _FIRST, _SECOND = FINGERS[-1], MARK
 

@@ -7,8 +7,6 @@ from slipgrasp.recordings.palette import HELD as HELD_COLOUR
 from slipgrasp.recordings.palette import OUTCOMES, Rgb
 from slipgrasp.recordings.study.ways import HELD, WAYS
 
-__all__ = ["colour_of", "hatch_of", "marker_of"]
-
 _HATCHES = {
     Outcome.COMPLETED: "",
     Outcome.LEFT_FACE: "////",

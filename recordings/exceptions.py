@@ -9,26 +9,6 @@ from typing import Self
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.claims import Contradiction
 
-__all__ = [
-    "AlteredRecordingError",
-    "AnnotationError",
-    "ContradictoryRecordingError",
-    "DamagedRecordingError",
-    "FolderInUseError",
-    "ForeignRecordingError",
-    "NewerRecordingError",
-    "NothingToRecoverError",
-    "QueryError",
-    "RecordingBusyError",
-    "RecordingChangedError",
-    "RecordingError",
-    "RecordingExistsError",
-    "RecordingNotFoundError",
-    "RecordingWriteError",
-    "StorageFullError",
-    "UploadError",
-]
-
 
 class RecordingError(SlipgraspError):
     """Base of everything that can go wrong with a recording."""

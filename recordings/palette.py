@@ -8,25 +8,6 @@ from __future__ import annotations
 
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 
-__all__ = [
-    "CONE",
-    "FINGERS",
-    "GHOST",
-    "GROUND",
-    "HELD",
-    "JOINT",
-    "LINK",
-    "MARK",
-    "MOUNT",
-    "MUTED",
-    "OBJECT",
-    "OBJECT_EDGE",
-    "OUTCOMES",
-    "PHASES",
-    "SHADE",
-    "Rgb",
-]
-
 Rgb = tuple[int, int, int]
 
 PHASES: dict[ContactPhase, Rgb] = {

@@ -44,8 +44,6 @@ from slipgrasp.server.service_lock import service_lock
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.study_service import StudyService
 
-__all__ = ["Lifespan", "create_app", "server_config"]
-
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
 GRACEFUL_SHUTDOWN_SECONDS = 3

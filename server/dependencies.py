@@ -26,20 +26,6 @@ from slipgrasp.server.runs.runs_query import RunsQuery
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.study_service import StudyService
 
-__all__ = [
-    "EndedRunIdDep",
-    "RunCreateDep",
-    "RunResultDep",
-    "RunServiceDep",
-    "RunUpdateDep",
-    "RunsQueryDep",
-    "SettingsDep",
-    "StoredRunDep",
-    "StudyBodyDep",
-    "StudyResultsDep",
-    "StudyServiceDep",
-]
-
 JSON_TYPE = "application/json"
 MERGE_TYPE = "application/merge-patch+json"
 MAX_STUDY_VALUES = 500_000

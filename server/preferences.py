@@ -10,8 +10,6 @@ from fastapi import Depends, Header, Request
 
 from slipgrasp.server.settings import Settings
 
-__all__ = ["Patience", "PatienceDep"]
-
 _WAIT = re.compile(r'wait *= *"?([0-9]{1,6})"?', re.IGNORECASE)
 _ASYNC = "respond-async"
 

@@ -11,8 +11,6 @@ from typing import BinaryIO
 from slipgrasp.recordings.exceptions import FolderInUseError, RecordingWriteError
 from slipgrasp.recordings.file.file_lock import try_lock
 
-__all__ = ["LOCK_NAME", "check_not_served", "service_lock"]
-
 LOCK_NAME = "service.lock"
 MAX_OWNER_LENGTH = 20
 

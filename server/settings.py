@@ -8,8 +8,6 @@ from pathlib import Path
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 
-__all__ = ["LOOPBACK_HOSTS", "Settings", "SettingsError"]
-
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 
 

@@ -10,8 +10,6 @@ from typing import Annotated, Any
 import uvicorn
 from fastapi import Depends, FastAPI, Request
 
-__all__ = ["StoppableServer", "StoppingDep", "wait_for"]
-
 
 class StoppableServer(uvicorn.Server):
     """Sets ``app.state.stopping`` before it waits for the answers that are still going on."""

@@ -7,8 +7,6 @@ from typing import Any
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 
-__all__ = ["CORNERS", "held_polygon"]
-
 CORNERS = (
     (-0.12, -0.12),
     (0.12, -0.12),

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-__all__ = ["PATIENCE", "wait_until"]
-
 PATIENCE = 240.0
 """When a test gives up on what will not happen any more [s]; no assertion about speed."""
 

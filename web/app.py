@@ -16,8 +16,6 @@ from slipgrasp.web.model.replay import Source
 from slipgrasp.web.page.head import head_html
 from slipgrasp.web.page.routes import add_page_routes
 
-__all__ = ["create_dashboard_app"]
-
 
 def create_dashboard_app(settings: Settings, first: Source | None = None) -> FastAPI:
     """Builds the application with the dashboard at ``/`` and the API below ``/api/v1``.

@@ -20,8 +20,6 @@ from slipgrasp.web.services import Services
 from slipgrasp.web.session import Session
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
-__all__ = ["Dashboard"]
-
 _CLOSING_TIME = 5.0
 _FIRST_BOX = (np.array([-0.3, -0.3]), np.array([3.2, 2.4]))
 _FIRST_PICTURE = Picture(700, 900)

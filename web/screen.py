@@ -24,8 +24,6 @@ from slipgrasp.web.panels.scenario_panel import ScenarioPanel
 from slipgrasp.web.panels.study_panel import StudyPanel
 from slipgrasp.web.scene.scene import Scene
 
-__all__ = ["Screen"]
-
 
 class Screen:
     """Owns every node and panel of one viewer.

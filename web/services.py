@@ -10,8 +10,6 @@ from slipgrasp.web.model.pacing import FramePacer
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
-__all__ = ["Services"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Services:

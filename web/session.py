@@ -35,8 +35,6 @@ from slipgrasp.web.reducers.study import StudyDesk
 from slipgrasp.web.screen import Screen
 from slipgrasp.web.services import Services
 
-__all__ = ["Session"]
-
 FIRST_PRESET = "paper-case-2"
 
 _TIME_TO_LEAVE = 1.0

@@ -40,8 +40,6 @@ from slipgrasp.recordings.file.documents import (
 from slipgrasp.recordings.file.foxglove import FrameClock
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 
-__all__ = ["BOMBS", "Defused", "defuse", "defuse_all", "write_bombs"]
-
 _READER = """
 import json, sys
 from pathlib import Path

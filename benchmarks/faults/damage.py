@@ -16,16 +16,6 @@ from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
-__all__ = [
-    "Cuts",
-    "Flips",
-    "assert_prefix",
-    "cut_everywhere",
-    "flip_bits",
-    "small_run",
-    "write_part",
-]
-
 SAMPLES_PER_CHUNK = 3
 
 

@@ -28,16 +28,6 @@ from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.writer import write_recording
 
-__all__ = [
-    "KINDS",
-    "FailingFile",
-    "Failures",
-    "PowerCuts",
-    "cut_the_power",
-    "fail_every_write",
-    "growing_files",
-]
-
 Clock = Callable[[], float]
 
 KINDS = ("full", "broken", "torn")

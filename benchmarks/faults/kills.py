@@ -26,8 +26,6 @@ from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_unfinished
 from slipgrasp.recordings.file.recorder import record
 
-__all__ = ["Kills", "kill_writers", "long_scenario"]
-
 _WRITER = """
 import sys
 from pathlib import Path

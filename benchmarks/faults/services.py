@@ -18,8 +18,6 @@ from typing import Any
 
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX
 
-__all__ = ["ServiceKills", "kill_services", "start_service"]
-
 RUNS = 2
 PATIENCE = 120.0
 POLL = 0.01

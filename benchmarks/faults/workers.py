@@ -21,8 +21,6 @@ from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.writer import StudyWriter
 
-__all__ = ["WorkerKills", "kill_workers"]
-
 WORKERS = 2
 POLL = 0.01
 PAUSES = (0.0, 0.3)

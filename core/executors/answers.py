@@ -11,8 +11,6 @@ from typing import Any, cast
 from slipgrasp.core.executors.executor import Cancelled, ExecutorError, ShouldStop, TaskFunction
 from slipgrasp.core.executors.messages import Kind, Message
 
-__all__ = ["ask", "do", "open_answer", "reply_with"]
-
 
 def ask(round: int, number: int, function: TaskFunction[Any, Any], task: object) -> Message:
     """The message that asks for a task to be done.

@@ -33,8 +33,6 @@ from slipgrasp.core.run.simulator import prepare_kernel
 if TYPE_CHECKING:
     import distributed
 
-__all__ = ["DaskExecutor"]
-
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 

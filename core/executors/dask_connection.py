@@ -13,8 +13,6 @@ from slipgrasp.core.executors.executor import ExecutorError
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
 
-__all__ = ["DaskConnection", "describe_installation"]
-
 _PATIENCE = 10.0  # [s] until a scheduler that does not answer is given up
 _WORKERS_PATIENCE = 10.0  # [s] until one that has no workers is given up
 _POLL = 0.1

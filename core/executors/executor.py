@@ -11,19 +11,6 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from slipgrasp.core.exceptions import SlipgraspError
 
-__all__ = [
-    "AHEAD",
-    "ATTEMPTS",
-    "Cancelled",
-    "Executor",
-    "ExecutorError",
-    "Finished",
-    "ShouldStop",
-    "TaskFunction",
-    "never",
-    "only_caller",
-]
-
 AHEAD = 64
 """How far, at least, tasks are taken beyond the oldest that is not finished."""
 

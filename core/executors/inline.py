@@ -15,8 +15,6 @@ from slipgrasp.core.executors.executor import (
     never,
 )
 
-__all__ = ["InlineExecutor"]
-
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 

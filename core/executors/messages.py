@@ -11,8 +11,6 @@ import struct
 from enum import IntEnum
 from typing import BinaryIO, NamedTuple
 
-__all__ = ["Kind", "Message", "read_message", "write_message"]
-
 _HEAD = struct.Struct("<BqqQ")
 
 

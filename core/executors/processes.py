@@ -24,8 +24,6 @@ from slipgrasp.core.executors.window import Window, window_length
 from slipgrasp.core.executors.worker_process import Event, WorkerProcess
 from slipgrasp.core.processors import available_processors
 
-__all__ = ["MAX_WORKERS", "ProcessExecutor"]
-
 MAX_WORKERS = 1024
 
 Task = TypeVar("Task")

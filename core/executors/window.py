@@ -8,8 +8,6 @@ from typing import Generic, NamedTuple, TypeVar
 
 from slipgrasp.core.executors.executor import AHEAD, ATTEMPTS
 
-__all__ = ["Attempt", "Window", "window_length"]
-
 Task = TypeVar("Task")
 
 _PER_WORKER = 4

@@ -17,8 +17,6 @@ from typing import BinaryIO
 from slipgrasp.core.executors.answers import do, reply_with
 from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
-__all__ = ["serve"]
-
 NICENESS = 5
 
 

@@ -21,8 +21,6 @@ from typing import BinaryIO, NamedTuple, cast
 
 from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
-__all__ = ["Event", "WorkerProcess"]
-
 _PROGRAM = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from slipgrasp.core.executors.worker import serve; serve()"

@@ -20,8 +20,6 @@ import numba
 import platformdirs
 from numba.core import config
 
-__all__ = ["ROOT_VARIABLE", "cache_root", "functions_in_cache", "in_cache_folder", "kernel_name"]
-
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
 
 

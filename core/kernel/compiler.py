@@ -34,16 +34,6 @@ from slipgrasp.core.kernel.cache import (
 )
 from slipgrasp.core.kernel.records import Record
 
-__all__ = [
-    "call",
-    "compile_from_the_end",
-    "compiled",
-    "compiled_apart",
-    "from_python",
-    "prepare_units",
-    "share_ready",
-]
-
 _OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
 _FEW_UNITS = 8
 _LOCK = threading.Lock()
@@ -193,7 +183,10 @@ def compile_from_the_end() -> None:
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
-    command = "from slipgrasp.core.kernel.entry import compile_from_the_end as go; go()"
+    command = (
+        "import slipgrasp.core.kernel.entry; "
+        "from slipgrasp.core.kernel.compiler import compile_from_the_end as go; go()"
+    )
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = {**os.environ, "PYTHONPATH": path, ROOT_VARIABLE: str(cache_root())}
     nothing = subprocess.DEVNULL

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.methods import pack_method
 
-__all__ = ["DOP853"]
-
 # Three more slopes after the twelfth serve the interpolant of order 7.
 _DOP853_NODES = (
     0.0,

@@ -2,22 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from slipgrasp.core.kernel import advance as hybrid
-from slipgrasp.core.kernel.compiler import call, compile_from_the_end, prepare_units, share_ready
+from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.records import Record
-
-__all__ = ["advance", "compile_from_the_end", "prepare", "share_ready"]
-
-
-def prepare(progress: Callable[[float], None] | None = None) -> None:
-    """Loads the compiled kernel, or compiles it the first time; safe from any thread.
-
-    Args:
-        progress: Called with the share of the kernel that is ready, 0 to 1.
-    """
-    prepare_units(progress)
 
 
 def advance(

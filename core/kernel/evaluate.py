@@ -18,9 +18,6 @@ from slipgrasp.core.kernel.regressor import multiply_regressor
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import Scenario
 
-__all__ = ["StateEvaluation", "evaluate_motion", "evaluate_state"]
-
-
 _apply_tip_forces = from_python(reduced.apply_tip_forces)
 _assemble_bias = from_python(reduced.assemble_bias)
 _desired_motion = from_python(motion.desired_motion)

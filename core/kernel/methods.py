@@ -9,8 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["DENSE_ROWS", "DOPRI5", "MAX_SLOPES", "METHOD", "pack_method"]
-
 MAX_SLOPES = 16
 DENSE_ROWS = 4
 

@@ -27,8 +27,6 @@ from slipgrasp.core.scenario import ControllerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
-__all__ = ["LAW", "MODEL", "TRUTH", "pack_model", "solve_lyapunov"]
-
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 FORGETTING_TIME = 1e-3
 _UNKNOWN_KINDS = {

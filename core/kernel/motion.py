@@ -12,8 +12,6 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.scenario import TrajectoryParameters
 from slipgrasp.core.scenario.trajectory import DEGREE, MAX_PIECES, pieces_of
 
-__all__ = ["MOTION", "desired_motion", "pack_motion"]
-
 MOTION = np.dtype(
     [
         ("coasts", np.bool_),  # whether it is the paper's, by start and acceleration alone

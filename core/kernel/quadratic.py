@@ -16,8 +16,6 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 
-__all__ = ["MAX_ROWS", "MAX_SIZE", "QUADRATIC", "largest_violation", "solve_quadratic"]
-
 # Two force components and at most one slip row and eight inequalities per finger; the wrench,
 # and one unknown more for the violation where the rows contradict each other.
 MAX_SIZE = 2 * MAX_FINGERS + 1

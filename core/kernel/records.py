@@ -13,20 +13,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import MAX_FINGERS, MAX_UNKNOWNS
 
-__all__ = [
-    "MAX_COORDINATES",
-    "MAX_FINGERS",
-    "MAX_SIDE",
-    "MAX_STATE",
-    "MAX_UNKNOWNS",
-    "STATE",
-    "Floats",
-    "Integers",
-    "Record",
-    "make_record",
-    "make_unset_record",
-]
-
 _CACHE_LINE = 64
 
 Record: TypeAlias = np.record

@@ -26,15 +26,6 @@ from slipgrasp.core.kernel.tally import TALLY, add_to_tally, make_tally
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES
 
-__all__ = [
-    "OUTLET",
-    "PROGRESS",
-    "last_row",
-    "make_outlet",
-    "make_progress",
-    "rows_in",
-]
-
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED = range(4)
 

@@ -7,18 +7,6 @@ import numpy as np
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, STATE, Floats, Record
 
-__all__ = [
-    "MAX_CHANNELS",
-    "NOISE_TICKS",
-    "SENSES",
-    "detect_slip",
-    "measure",
-    "measure_acceleration",
-    "noise_used_up",
-    "trust",
-    "trust_in_contact",
-]
-
 NOISE_TICKS = 256
 SAME_TIME = 1e-9
 MAX_CHANNELS = 3 * MAX_COORDINATES

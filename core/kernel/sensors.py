@@ -6,8 +6,6 @@ import numpy as np
 
 from slipgrasp.core.scenario import Scenario
 
-__all__ = ["ACTUATORS", "SENSORS", "pack_actuators", "pack_sensors"]
-
 SENSORS = np.dtype(
     [
         ("perfect", np.int64),  # 1: everything below is off

@@ -12,8 +12,6 @@ from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
 from slipgrasp.core.kernel.rows import ROW
 from slipgrasp.core.kernel.workspace import WORKSPACE
 
-__all__ = ["TALLY", "add_to_tally", "make_tally"]
-
 # Sums so far, and what the last row adds to the integrals (by the trapezoidal rule).
 TALLY = np.dtype(
     [

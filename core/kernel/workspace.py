@@ -11,8 +11,6 @@ from slipgrasp.core.kernel.model import TRUTH
 from slipgrasp.core.kernel.quadratic import QUADRATIC
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
 
-__all__ = ["DISCRETE", "WORKSPACE"]
-
 # What stays fixed between two jumps.
 DISCRETE = np.dtype(
     [

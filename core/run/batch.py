@@ -7,14 +7,11 @@ from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Event
 
-from slipgrasp.core.kernel import entry as kernel
 from slipgrasp.core.processors import available_processors
 from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.run.simulator import run_to_end
+from slipgrasp.core.run.simulator import prepare_kernel, run_to_end
 from slipgrasp.core.scenario import Scenario
-
-__all__ = ["simulate_many"]
 
 _AHEAD_PER_THREAD = 4
 
@@ -38,7 +35,7 @@ def simulate_many(
     Raises:
         ScenarioError: At the place of a scenario that cannot be simulated.
     """
-    kernel.prepare()
+    prepare_kernel()
     count = threads or available_processors()
     pending: deque[Future[RunSummary]] = deque()
     abandoned = Event()

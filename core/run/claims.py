@@ -17,8 +17,6 @@ from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
-__all__ = ["Contradiction", "contradictions_of", "describe_false_end"]
-
 ROUNDING = 1e-9
 """Relative difference of two sums over the same rows that were added up in another order."""
 

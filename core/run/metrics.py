@@ -13,8 +13,6 @@ from slipgrasp.core.run.result import Metrics
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
-__all__ = ["compute_metrics", "metrics_of_trace"]
-
 _HOLD_WINDOW = 0.5
 
 

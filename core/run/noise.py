@@ -8,8 +8,6 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.sensing import NOISE_TICKS
 from slipgrasp.core.scenario import Scenario
 
-__all__ = ["provide_noise"]
-
 
 def provide_noise(run: Record, scenario: Scenario) -> None:
     """Lays out standard normal numbers for the coming ticks of sampled control.

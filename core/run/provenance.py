@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 
-__all__ = ["Provenance", "present_provenance", "program_version"]
-
 _DIGEST_BYTES = 8
 
 

@@ -12,8 +12,6 @@ from slipgrasp.core.trace.trace import OBJECT_COORDINATES, Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange, Reason, RunWarning
 from slipgrasp.core.words.display_name import name_run
 
-__all__ = ["Metrics", "RunResult", "RunSummary", "metric_names"]
-
 _PER_CONTACT = ("slip_path", "peak_normal_force", "minimum_friction_margin")
 _PER_COORDINATE = ("rms_tracking_error", "final_tracking_error")
 

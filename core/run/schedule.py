@@ -19,8 +19,6 @@ from slipgrasp.core.run.segments import Segment, segment_at, segments_of
 from slipgrasp.core.scenario import Change, Patch, Pulse, Scenario
 from slipgrasp.core.scenario.loading import with_values
 
-__all__ = ["Schedule"]
-
 Floats = NDArray[np.float64]
 
 

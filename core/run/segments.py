@@ -10,8 +10,6 @@ from typing import NamedTuple
 from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Patch
 from slipgrasp.core.scenario.geometry import contact_frame
 
-__all__ = ["Segment", "segment_at", "segments_of"]
-
 # On an edge [m]: both fingertips of a symmetric hand cross theirs at one instant.
 EDGE_WIDTH = 1e-11
 

@@ -26,8 +26,6 @@ from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reaso
 from slipgrasp.core.words.endings import describe_end
 from slipgrasp.core.words.warnings import describe_warnings
 
-__all__ = ["Simulation"]
-
 _STEPS_PER_PIECE = 1000
 
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from slipgrasp.core.kernel import entry as kernel
+from slipgrasp.core.kernel.compiler import prepare_units, share_ready
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
-
-__all__ = ["kernel_is_cached", "kernel_progress", "prepare_kernel", "run_to_end", "simulate"]
 
 
 def simulate(
@@ -79,12 +77,12 @@ def prepare_kernel(progress: Callable[[float], None] | None = None) -> None:
     Args:
         progress: Called with the share of the kernel that is ready, 0 to 1.
     """
-    kernel.prepare(progress)
+    prepare_units(progress)
 
 
 def kernel_progress() -> float:
     """Share of the kernel that is loaded or lies compiled on disk, 0 to 1."""
-    return kernel.share_ready()
+    return share_ready()
 
 
 def kernel_is_cached() -> bool:

@@ -31,8 +31,6 @@ from slipgrasp.core.words.hints import (
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
 from slipgrasp.core.words.placement import describe_offset, is_far_off
 
-__all__ = ["Verdict", "describe_run", "headline_of", "scenario_title", "title_of"]
-
 Tone = Literal["good", "warning", "bad"]
 
 _ENDED_EARLY = {

@@ -18,8 +18,6 @@ from slipgrasp.core.scenario.field_errors import (
 )
 from slipgrasp.core.scenario.parameters import describe
 
-__all__ = ["assign", "replaced"]
-
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
 
 

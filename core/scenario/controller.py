@@ -11,8 +11,6 @@ from slipgrasp.core.scenario.field_types import CONFIG, Gain, PositiveGain
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.parameters import Quantity
 
-__all__ = ["ControllerParameters", "Estimate"]
-
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ControllerParameters:

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions
 
-__all__ = ["ParameterDifference", "parameter_differences"]
-
 ParameterValue = float | int | str | tuple[float, ...] | None
 
 

@@ -25,19 +25,6 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.parameters import Parameter, describe
 
-__all__ = [
-    "echo",
-    "field_errors",
-    "full_scenario",
-    "key_of_first",
-    "nearest",
-    "shortened",
-    "single_error",
-    "template_key",
-    "template_keys",
-    "unknown_key",
-]
-
 
 def unknown_key(scenario: Scenario, key: str) -> FieldError:
     """The error for a key that no parameter has, with the nearest one that there is."""

@@ -7,8 +7,6 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le
 from pydantic import ConfigDict
 
-__all__ = ["CONFIG", "Coordinate", "Face", "Gain", "PositiveGain"]
-
 CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]

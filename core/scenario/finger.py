@@ -10,8 +10,6 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, Face
 from slipgrasp.core.scenario.parameters import Quantity
 
-__all__ = ["FingerParameters"]
-
 LinkMass = Annotated[float, Ge(1e-3), Le(1e3)]
 LinkLength = Annotated[float, Ge(1e-3), Le(1e2)]
 

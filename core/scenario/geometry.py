@@ -10,17 +10,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
 
-__all__ = [
-    "ContactFrame",
-    "contact_frame",
-    "face_names",
-    "inner_radius",
-    "joint_points",
-    "outline",
-    "smallest_extent",
-    "tip_distance",
-]
-
 
 class ContactFrame(NamedTuple):
     """Anchor, tangent and inward normal of a contact in the object frame, and its slip range.

@@ -10,8 +10,6 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG
 from slipgrasp.core.scenario.parameters import Quantity
 
-__all__ = ["MAX_CORNERS", "ObjectParameters"]
-
 MAX_CORNERS = 12
 
 Corner = tuple[Annotated[float, Ge(-10.0), Le(10.0)], Annotated[float, Ge(-10.0), Le(10.0)]]

@@ -24,17 +24,6 @@ from slipgrasp.core.scenario.field_errors import nearest, shortened, single_erro
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
 
-__all__ = [
-    "LAW",
-    "LawChoice",
-    "SettingChange",
-    "choose_law",
-    "describe_settings",
-    "law_keys",
-    "law_settings",
-    "with_law",
-]
-
 LAW = "controller.kind"
 
 _GRIP_FORCE = "controller.grip_force"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["CONTROL_LAWS", "SAMPLED_CONTROL", "ControlLaw", "LawSetting"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawSetting:

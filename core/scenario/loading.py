@@ -22,17 +22,6 @@ from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.timed_changes import check_changes
 from slipgrasp.core.scenario.validation import check_scenario
 
-__all__ = [
-    "load_scenario",
-    "parameter_definitions",
-    "preset_names",
-    "scenario_from_mapping",
-    "scenario_from_toml",
-    "scenario_to_toml",
-    "settable_parameters",
-    "with_values",
-]
-
 _MAX_FILE_BYTES = 1_000_000
 
 

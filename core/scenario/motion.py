@@ -10,8 +10,6 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
 from slipgrasp.core.scenario.parameters import Quantity
 
-__all__ = ["MAX_SET_POINTS", "MAX_TABLE_ROWS", "SetPoint", "TrajectoryParameters"]
-
 MAX_SET_POINTS = 50
 MAX_TABLE_ROWS = 250
 

@@ -12,8 +12,6 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import MAX_TABLE_ROWS
 from slipgrasp.core.scenario.field_errors import shortened, single_error
 
-__all__ = ["fill_in_table", "refuse_table_name"]
-
 _FIELD = "trajectory.table"
 _COLUMNS = ("t", "x", "y", "theta")
 _MAX_BYTES = 200_000

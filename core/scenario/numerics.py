@@ -10,8 +10,6 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG
 from slipgrasp.core.scenario.parameters import Quantity
 
-__all__ = ["Change", "SimulationParameters"]
-
 MAX_CHATTER_CHANGES = 10_000
 
 

@@ -15,9 +15,6 @@ from typing import Any, Literal
 
 import annotated_types
 
-__all__ = ["Parameter", "Quantity", "describe", "iterate_lists", "iterate_parameters"]
-
-
 ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
 
 

@@ -11,8 +11,6 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.parameters import Parameter, describe
 
-__all__ = ["check_changes"]
-
 
 def check_changes(
     scenario: Scenario, apply: Callable[[Scenario, Mapping[str, object]], Scenario]

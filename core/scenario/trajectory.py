@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS, TrajectoryParameters
 
-__all__ = ["DEGREE", "MAX_PIECES", "SAME_TIME", "Pieces", "pieces_of"]
-
 DEGREE = 5
 MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 

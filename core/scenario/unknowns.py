@@ -8,8 +8,6 @@ from typing import Literal, NamedTuple
 
 from slipgrasp.core.scenario import Scenario
 
-__all__ = ["PHYSICAL_BOUNDS", "Unknown", "name_unknown", "parse_unknown", "unit_of_unknown"]
-
 
 class Unknown(NamedTuple):
     """Where an unknown parameter stands: its kind, finger and link (-1 where none)."""

@@ -17,8 +17,6 @@ from slipgrasp.core.scenario.numerics import Change, SimulationParameters
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
-__all__ = ["Scenario"]
-
 MAX_FINGERS = 6
 MAX_UNKNOWNS = 32
 

@@ -10,8 +10,6 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG, Face
 from slipgrasp.core.scenario.parameters import Quantity
 
-__all__ = ["ActuationParameters", "Patch", "Pulse", "SensingParameters"]
-
 Force = Annotated[float, Ge(-1e4), Le(1e4)]
 
 

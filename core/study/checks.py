@@ -11,8 +11,6 @@ from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
 
-__all__ = ["check_document"]
-
 
 def check_document(
     document: StudyDocument, base: Scenario, definitions: Mapping[str, Parameter]

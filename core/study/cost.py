@@ -5,11 +5,9 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from slipgrasp.core.kernel import entry as kernel
 from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.study.definition import Study
-
-__all__ = ["StudyCost", "estimate_cost"]
 
 _PATIENCE = 1.0
 _BYTES_PER_ROW = 600
@@ -38,7 +36,7 @@ def estimate_cost(study: Study, num_workers: int) -> StudyCost:
         study: The study; nothing of it is expanded.
         num_workers: How many runs are simulated at a time.
     """
-    kernel.prepare()
+    prepare_kernel()
     simulation = Simulation(study.base)
     started = time.perf_counter()
     while not simulation.finished and time.perf_counter() - started < _PATIENCE:

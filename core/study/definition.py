@@ -18,18 +18,6 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.study.sampling import unit_samples
 
-__all__ = [
-    "MAX_RUNS",
-    "Axis",
-    "KeptRecordings",
-    "Method",
-    "Sampling",
-    "Study",
-    "Value",
-    "apply_values",
-    "expand_key",
-]
-
 MAX_RUNS = 1_000_000
 
 Value = float | int | str | bool | tuple[float, ...] | None

@@ -11,16 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipgrasp.core.scenario.field_errors import shortened, single_error
 from slipgrasp.core.study.definition import KeptRecordings, Method
 
-__all__ = [
-    "MAX_AXES",
-    "MAX_LISTED",
-    "AxisDocument",
-    "SamplingDocument",
-    "StudyDocument",
-    "flatten",
-    "plain_value",
-]
-
 MAX_AXES = 20
 MAX_LISTED = 10_000
 MAX_VALUES = 10_000

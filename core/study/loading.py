@@ -38,8 +38,6 @@ from slipgrasp.core.study.document import (
     plain_value,
 )
 
-__all__ = ["check_members", "load_study", "study_from_mapping", "study_to_mapping"]
-
 MAX_FILE_BYTES = 20_000_000
 MAX_RUNS_RECORDED_BY_DEFAULT = 1000
 MAX_FINDINGS = 10

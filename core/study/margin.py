@@ -18,8 +18,6 @@ from slipgrasp.core.scenario.field_errors import single_error
 from slipgrasp.core.study.parameter_range import ParameterRange
 from slipgrasp.core.trace.types import Outcome
 
-__all__ = ["DEFAULT_TOLERANCE", "Margin", "MarginError", "find_margin"]
-
 DEFAULT_TOLERANCE = 1e-3
 _LEAST_TOLERANCE = 1e-12
 _LARGEST_TOLERANCE = 0.1

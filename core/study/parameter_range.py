@@ -13,8 +13,6 @@ from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import apply_values, expand_key
 
-__all__ = ["ParameterRange"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterRange:

@@ -7,8 +7,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["unit_samples"]
-
 
 @lru_cache(maxsize=4)
 def unit_samples(method: str, count: int, dimension: int, seed: int) -> NDArray[np.float64]:

@@ -17,8 +17,6 @@ from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS, Signal, Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase
 
-__all__ = ["TIME_COLUMN", "Column", "columns_of", "labels_of", "short_columns", "units_of"]
-
 TIME_COLUMN = "t"
 
 _PREFIXES = {

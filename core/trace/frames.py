@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-__all__ = ["MissingPackageError", "import_optional", "trace_to_pandas", "trace_to_xarray"]
-
 
 class MissingPackageError(SlipgraspError, ImportError):
     """A package that only some people need is not installed."""

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-__all__ = ["SIGNALS", "Signal", "Trace", "TraceShape"]
-
 JOINTS_PER_FINGER = 2
 OBJECT_COORDINATES = ("x", "y", "theta")
 

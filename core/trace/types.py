@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
-__all__ = ["ContactPhase", "Outcome", "PhaseChange", "Reason", "RunWarning"]
-
 
 class ContactPhase(IntEnum):
     """Phase of one contact; the value is gamma of Eq. 6, the sign of the slip velocity."""

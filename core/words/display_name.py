@@ -20,8 +20,6 @@ from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import load_scenario, preset_names
 from slipgrasp.core.words.parameter_words import belief_words, key_words, value_words
 
-__all__ = ["file_stem", "name_run", "preset_titles"]
-
 SEPARATOR = " · "
 MOST_FACTS = 4
 MOST_FACTS_FROM_NEAREST = 8

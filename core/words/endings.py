@@ -39,8 +39,6 @@ from slipgrasp.core.words.hints import (
 from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.placement import is_far_off
 
-__all__ = ["describe_end", "describe_stop", "describe_wall_limit"]
-
 _SINGULAR_ESTIMATE = 1e6
 _NO_FORCE = 1e-6
 

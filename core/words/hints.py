@@ -19,20 +19,6 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.misbelief import turns, worst_beliefs
 from slipgrasp.core.words.phrases import joined
 
-__all__ = [
-    "Situation",
-    "any_of",
-    "bound_estimates",
-    "change_law",
-    "lower",
-    "raise_",
-    "sample_control",
-    "scenario_at",
-    "squeeze_harder",
-    "start_nearer_to_the_truth",
-    "stop_slip_earlier",
-]
-
 _NEARLY_ALL = 1.0 - 1e-6
 _SAMPLED = "set controller.control_period to 0.001 s"
 _OUTSIDE = "no setting of this law is left to try: make the object lighter or its faces rougher"

@@ -9,8 +9,6 @@ from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
 from slipgrasp.core.scenario.unknowns import name_unknown, parse_unknown, unit_of_unknown
 from slipgrasp.core.trace.trace import Trace
 
-__all__ = ["describe_misbelief", "turns", "worst_beliefs"]
-
 _WORTH_TELLING = math.log(1.3)
 _TURNING = 1e-6  # [rad/s]
 

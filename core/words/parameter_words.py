@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-__all__ = ["belief_words", "key_words", "unit_after", "unit_words", "value_words"]
-
 _WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
 _COORDINATES = ("x", "y", "theta")
 _BELIEFS = {

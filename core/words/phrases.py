@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["joined", "length_words", "milliseconds", "sentence"]
-
 _LENGTHS = ((1e-3, "mm", 1e3), (1e-6, "µm", 1e6), (1e-9, "nm", 1e9))
 _LEAST_LENGTH = 1e-9
 

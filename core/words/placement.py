@@ -11,8 +11,6 @@ from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import outline, smallest_extent
 from slipgrasp.core.words.phrases import joined
 
-__all__ = ["describe_offset", "is_far_off"]
-
 _SHARE = 0.1  # of the object's smallest extent
 
 

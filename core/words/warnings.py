@@ -5,8 +5,6 @@ from __future__ import annotations
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.trace.types import RunWarning
 
-__all__ = ["describe_warnings"]
-
 _COUNTED = (
     (
         "multiple_phases",

@@ -12,8 +12,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.compare.alignment import SAME_TIME
 from slipgrasp.recordings.compare.causes import first_cause
 
-__all__ = ["AMPLIFICATION", "Accuracy"]
-
 AMPLIFICATION = 100.0
 """How many times the error allowed in one step a signal may be off.
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.trace.types import PhaseChange
 
-__all__ = ["MatchedRows", "Pair", "match_phase_changes", "match_rows"]
-
 SAME_TIME = 1e-9
 """Times that differ by no more are one instant [s]."""
 

@@ -13,8 +13,6 @@ from typing import Any
 from slipgrasp.core.scenario import Change, Scenario
 from slipgrasp.core.scenario.differences import parameter_differences
 
-__all__ = ["first_cause"]
-
 _NO_CAUSE = frozenset(
     f"simulation.{name}"
     for name in (

@@ -28,15 +28,6 @@ from slipgrasp.recordings.exceptions import RecordingError
 if TYPE_CHECKING:
     import pandas
 
-__all__ = [
-    "Comparison",
-    "IncomparableError",
-    "IntegrationError",
-    "ToleranceError",
-    "check_tolerance",
-    "compare",
-]
-
 LEAST_INSTANTS = 2
 
 

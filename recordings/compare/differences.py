@@ -15,13 +15,6 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.compare.accuracy import Accuracy
 from slipgrasp.recordings.compare.alignment import MatchedRows, Pair, match_phase_changes
 
-__all__ = [
-    "PhaseDifference",
-    "SignalDifference",
-    "phase_differences",
-    "signal_differences",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhaseDifference:

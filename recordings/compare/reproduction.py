@@ -15,15 +15,6 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange
 from slipgrasp.recordings.compare.alignment import match_rows
 
-__all__ = [
-    "SAMPLE_TOLERANCE",
-    "TIME_TOLERANCE",
-    "Mismatch",
-    "Stretch",
-    "find_bit_mismatches",
-    "find_mismatches",
-]
-
 SAMPLE_TOLERANCE = 1e-8
 """Largest difference of a column until the first phase change after the start [SI]."""
 

@@ -25,8 +25,6 @@ from slipgrasp.recordings.compare.reproduction import (
 )
 from slipgrasp.recordings.file.reader import read_back
 
-__all__ = ["WALL_TIME", "Verification", "verify", "verify_recording"]
-
 _CUT_SHORT = (Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED)
 WALL_TIME = "wall_time"
 

@@ -8,8 +8,6 @@ from typing import TextIO
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import Column, short_columns
 
-__all__ = ["csv_columns", "write_csv"]
-
 ROWS_AT_ONCE = 1000
 
 

@@ -15,8 +15,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.recordings.file.documents import scenario_document
 
-__all__ = ["ENDING", "PROVENANCE", "SCENARIO", "UNITS", "write_npz"]
-
 SCENARIO = "scenario.json"
 ENDING = "ending.json"
 UNITS = "units.json"

@@ -13,8 +13,6 @@ from slipgrasp.recordings.file.documents import scenario_document
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["write_parquet"]
-
 
 def write_parquet(result: RunResult, stream: BinaryIO) -> None:
     """Writes a run as a Parquet file.

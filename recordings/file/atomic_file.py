@@ -15,8 +15,6 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.file_lock import try_lock
 
-__all__ = ["PART_SUFFIX", "atomic_file", "part_of", "sync_folder"]
-
 PART_SUFFIX = ".part"
 RECORDING_PART = ".mcap.part"
 

@@ -24,8 +24,6 @@ from slipgrasp.recordings.file.schemas import (
 from slipgrasp.recordings.file.state_hash import StateHash
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
-__all__ = ["ChunkWriter", "layouts_of"]
-
 Columns = Mapping[str, NDArray[Any]]
 
 

@@ -36,8 +36,6 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
-__all__ = ["MAGIC", "MESSAGE_HEAD", "ChannelBlock", "McapContainer", "summary_checksum"]
-
 MAGIC = MCAP0_MAGIC
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 """What stands before a payload: kind, length, channel, sequence, log and publish time."""

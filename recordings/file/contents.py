@@ -40,8 +40,6 @@ from slipgrasp.recordings.file.schemas import (
 )
 from slipgrasp.recordings.file.state_hash import StateHash
 
-__all__ = ["Contents"]
-
 FIRST_FORMAT_WITH_HASHES = 2
 
 Columns = dict[str, NDArray[Any]]

@@ -26,26 +26,6 @@ from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.state_hash import digest_of
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
-__all__ = [
-    "PARAMETERS_ATTACHMENT",
-    "PROFILE",
-    "SCENARIO_ATTACHMENT",
-    "START",
-    "STOP",
-    "STUDY_PROFILE",
-    "Ending",
-    "documents_hash",
-    "parameters_document",
-    "read_provenance",
-    "read_scenario",
-    "read_shape",
-    "read_stop",
-    "scenario_document",
-    "start_document",
-    "stop_document",
-    "stop_is_unchanged",
-]
-
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
 START = "slipgrasp/start"

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.recordings.file.schemas import Field, Topic
 
-__all__ = ["MESSAGE_HEAD", "MessageLayout", "fill_heads", "to_log_times"]
-
 MESSAGE_HEAD = np.dtype(
     [
         ("opcode", "u1"),

@@ -33,15 +33,6 @@ from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
-__all__ = [
-    "ReadBack",
-    "Unfinished",
-    "read_as_stated",
-    "read_back",
-    "read_recording",
-    "read_unfinished",
-]
-
 LONGEST_RUN = 1e3
 """No simulation lasts as long [s]."""
 

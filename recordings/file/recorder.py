@@ -29,8 +29,6 @@ from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
 from slipgrasp.recordings.file.reader import read_unfinished
 from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
-__all__ = ["FLUSH_INTERVAL", "REGULAR_SUFFIX", "SYNC_INTERVAL", "Recorded", "record", "unsaved"]
-
 FLUSH_INTERVAL = 0.25
 SYNC_INTERVAL = 1.0
 

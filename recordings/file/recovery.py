@@ -23,8 +23,6 @@ from slipgrasp.recordings.file.reader import read_as_stated, read_unfinished
 from slipgrasp.recordings.file.recorder import REGULAR_SUFFIX
 from slipgrasp.recordings.file.writer import write_recording
 
-__all__ = ["Recovered", "recover", "recover_orphans", "recovered_name"]
-
 RECORDING_SUFFIX = ".mcap"
 DAMAGED_SUFFIX = ".damaged"
 RECOVERING_SUFFIX = ".recovering.part"

@@ -36,8 +36,6 @@ from mcap.records import (
 from slipgrasp.recordings.exceptions import DamagedRecordingError, ForeignRecordingError
 from slipgrasp.recordings.file.container import FOOTER_LENGTH, MAGIC, MESSAGE_HEAD, summary_checksum
 
-__all__ = ["ChannelMessages", "RecordScanner"]
-
 MAX_CHUNK_BYTES = 1 << 23
 MAX_RECORD_BYTES = 1 << 20
 MAX_SUMMARY_BYTES = 1 << 25

@@ -18,20 +18,6 @@ from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FORMAT_VERSION
 
-__all__ = [
-    "CHECKPOINTS",
-    "OWN_TOPICS",
-    "PHASE_CHANGES",
-    "SAMPLE_TOPICS",
-    "SCHEMA_VERSION",
-    "Field",
-    "Topic",
-    "file_descriptor_set",
-    "own_topics",
-    "signals_in",
-    "signals_of",
-]
-
 TIME_SIGNAL = SIGNALS[0]
 PACKAGE = "slipgrasp"
 SCHEMA_VERSION = 1

@@ -18,8 +18,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH_SHA256, FORMAT_VERSION
 
-__all__ = ["HASH_BYTES", "StateHash", "digest_of", "state_hash"]
-
 HASH_BYTES = 16
 
 _CHANGE = struct.Struct("<dibb")

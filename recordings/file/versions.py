@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["FIRST_FORMAT_WITH", "FIRST_FORMAT_WITH_SHA256", "FORMAT_VERSION"]
-
 FORMAT_VERSION = 4
 """Raised when a reader of the previous version could no longer read a file correctly."""
 

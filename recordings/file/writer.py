@@ -44,8 +44,6 @@ from slipgrasp.recordings.file.foxglove import (
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.schemas import OWN_TOPICS, SCHEMA_VERSION, file_descriptor_set
 
-__all__ = ["RecordingWriter", "write_recording"]
-
 CHUNK_BYTES = 1 << 18
 MAX_CHANGES_PER_CHUNK = 4096
 

@@ -13,8 +13,6 @@ from pydantic.types import Strict
 
 from slipgrasp.recordings.exceptions import AnnotationError
 
-__all__ = ["MAX_TAGS", "Annotations", "RunName", "RunNotes", "RunTag", "RunTags", "usable_part"]
-
 MAX_NAME_LENGTH = 200
 MAX_NOTES_LENGTH = 10_000
 MAX_TAGS = 32

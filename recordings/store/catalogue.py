@@ -19,8 +19,6 @@ from slipgrasp.recordings.store.description import figures_of
 from slipgrasp.recordings.store.run_query import FIGURES, RunQuery
 from slipgrasp.recordings.store.stored_run import StoredRun
 
-__all__ = ["IN_MEMORY", "Catalogue", "Entry"]
-
 IN_MEMORY = ":memory:"
 BUSY_SECONDS = 0.2
 

@@ -15,8 +15,6 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import DamagedRecordingError
 
-__all__ = ["Description", "figures_of"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:

@@ -9,8 +9,6 @@ import string
 from datetime import datetime
 from threading import Lock
 
-__all__ = ["ID", "IdSource", "derived_id"]
-
 ID = re.compile(r"[a-z0-9]{12}")
 
 _DIGITS = string.digits + string.ascii_lowercase

@@ -32,8 +32,6 @@ from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import ID
 from slipgrasp.recordings.store.stored_run import StoredRun
 
-__all__ = ["RunFolder", "Sidecar", "checked_time", "iso_time", "read_document", "time_of"]
-
 MAX_SIDECAR_BYTES = 1 << 25
 DIGEST_BYTES = 12
 

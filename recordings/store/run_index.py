@@ -23,8 +23,6 @@ from slipgrasp.recordings.store.run_folder import RunFolder
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.stored_run import StoredRun
 
-__all__ = ["CATALOGUE_NAME", "READING_SECONDS", "FoundRuns", "RunIndex"]
-
 CATALOGUE_NAME = "catalogue.sqlite"
 READING_SECONDS = 0.25
 

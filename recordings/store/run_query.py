@@ -13,16 +13,6 @@ from slipgrasp.core.scenario import MAX_FINGERS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 
-__all__ = [
-    "FIGURES",
-    "SORT_KEYS",
-    "Condition",
-    "RunQuery",
-    "parse_end",
-    "parse_instant",
-    "parse_sort",
-]
-
 FIGURES = ("end_time", *metric_names(MAX_FINGERS))
 """Numbers that a run can be searched and sorted by."""
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 from slipgrasp.recordings.exceptions import RecordingWriteError, StorageFullError
 
-__all__ = ["StorageLimits"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StorageLimits:

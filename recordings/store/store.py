@@ -38,8 +38,6 @@ from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.store.upload import UPLOAD_SUFFIX, Upload
 
-__all__ = ["RecordingStore", "Reservation", "StoredRun", "default_data_directory"]
-
 DATA_VARIABLE = "SLIPGRASP_DATA"
 
 _logger = logging.getLogger(__name__)

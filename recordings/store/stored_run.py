@@ -12,8 +12,6 @@ from slipgrasp.core.words.display_name import file_stem
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.description import Description
 
-__all__ = ["StoredRun"]
-
 _REVISION_BYTES = 12
 
 

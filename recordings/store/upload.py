@@ -14,8 +14,6 @@ from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 
-__all__ = ["UPLOAD_SUFFIX", "Upload"]
-
 UPLOAD_SUFFIX = ".upload.part"
 """Not that of runs: what is left of an upload is of no use to anyone."""
 

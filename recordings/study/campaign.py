@@ -16,8 +16,6 @@ from slipgrasp.recordings.study.results import StudyResults, read_results
 from slipgrasp.recordings.study.rows import StudyRow
 from slipgrasp.recordings.study.writer import StudyWriter
 
-__all__ = ["run_study"]
-
 
 def run_study(
     study: Study,

@@ -16,8 +16,6 @@ from slipgrasp.recordings.study.member import MemberResult, MemberTask, lost_mem
 from slipgrasp.recordings.study.rows import StudyRow
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
-__all__ = ["conduct"]
-
 TASKS_PER_WORKER = 4
 WRITE_INTERVAL = 1.0
 """How long a row waits at most for those that fill its chunk, once it is its turn [s]."""

@@ -19,23 +19,6 @@ from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
 from slipgrasp.recordings.file.documents import parse_json
 from slipgrasp.recordings.study.rows import row_schema
 
-__all__ = [
-    "CHANNEL",
-    "DEFINITION",
-    "STUDY_FORMAT",
-    "STUDY_START",
-    "STUDY_STOP",
-    "TOPIC",
-    "StudyEnd",
-    "definition_document",
-    "read_definition",
-    "read_end",
-    "rows_channel",
-    "rows_schema",
-    "start_document",
-    "stop_document",
-]
-
 STUDY_FORMAT = 1
 STUDY_START = "slipgrasp/study/start"
 STUDY_STOP = "slipgrasp/study/stop"

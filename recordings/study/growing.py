@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.recordings.study.ordering import order_of
 
-__all__ = ["GrowingColumn", "HashColumn", "NumberColumn", "ValueColumn"]
-
 _FIRST_ROWS = 256
 
 

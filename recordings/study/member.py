@@ -19,15 +19,6 @@ from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.study.rows import StudyRow, row_of
 
-__all__ = [
-    "MemberRecording",
-    "MemberResult",
-    "MemberTask",
-    "lost_member",
-    "record_member",
-    "run_members",
-]
-
 WALL_LIMIT = 60.0
 """Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
 

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["order_of"]
-
 
 def order_of(
     values: Sequence[Any], rows: NDArray[np.intp], *, descending: bool

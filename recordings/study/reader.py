@@ -32,8 +32,6 @@ from slipgrasp.recordings.study.documents import (
 )
 from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row
 
-__all__ = ["NoSuchRunError", "StudyReader", "StudySoFar", "open_study", "read_rows_so_far"]
-
 MAX_RECORD_BYTES = 1 << 25
 
 

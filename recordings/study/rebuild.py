@@ -18,8 +18,6 @@ from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study.reader import open_study
 from slipgrasp.recordings.study.rows import StudyRow
 
-__all__ = ["RebuildError", "rebuild", "rebuild_run"]
-
 
 class RebuildError(RecordingError):
     """A run that does not come out again as its row says."""

@@ -11,8 +11,6 @@ from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
 from slipgrasp.recordings.study.varied import parameter_of
 
-__all__ = ["ResultColumn", "column_for", "columns_of", "metric_unit"]
-
 Kind = Literal["number", "integer", "boolean", "word", "value", "hash"]
 
 _BOOLEANS = ("held", "slipping_at_end")

@@ -24,8 +24,6 @@ from slipgrasp.recordings.study.results_export import write_csv, write_json, wri
 from slipgrasp.recordings.study.results_summary import StudySummary, summarize
 from slipgrasp.recordings.study.rows import StudyRow
 
-__all__ = ["StudyResults", "read_results"]
-
 
 class StudyResults:
     """One row per run, in the order of their indices.

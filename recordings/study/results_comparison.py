@@ -16,14 +16,6 @@ from slipgrasp.recordings.study.varied import compared_keys
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
 
-__all__ = [
-    "Combination",
-    "CombinationComparison",
-    "CombinationPair",
-    "compare_combinations",
-    "rows_by_combination",
-]
-
 _MISSING = -1
 
 

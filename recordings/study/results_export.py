@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from slipgrasp.recordings.study.results import StudyResults
 
-__all__ = ["write_csv", "write_json", "write_parquet"]
-
 ROWS_AT_ONCE = 1000
 
 

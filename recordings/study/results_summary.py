@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
 
-__all__ = ["Spread", "StudySummary", "spread_of", "summarize"]
-
 _SHARES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 

@@ -21,8 +21,6 @@ from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.file.documents import parse_json
 from slipgrasp.recordings.file.state_hash import HASH_BYTES, StateHash
 
-__all__ = ["Figures", "RowsHash", "StudyRow", "decode_row", "encode_row", "row_of", "row_schema"]
-
 Figures = dict[str, float | int | bool | None]
 """The metrics of a run by their names; None where there is none."""
 

@@ -17,8 +17,6 @@ from slipgrasp.recordings.store.run_folder import checked_time, read_document
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.reader import open_study
 
-__all__ = ["StoredStudy", "StudySidecars", "told_by_file", "unknown_study"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredStudy:

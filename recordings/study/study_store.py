@@ -36,8 +36,6 @@ from slipgrasp.recordings.study.stored_study import (
 )
 from slipgrasp.recordings.study.writer import StudyWriter
 
-__all__ = ["STUDIES_FOLDER", "StoredStudy", "StudyNotFoundError", "StudyStore"]
-
 STUDIES_FOLDER = "studies"
 MAX_NAME_LENGTH = 150
 

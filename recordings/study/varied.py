@@ -7,8 +7,6 @@ import math
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.study.definition import Study, expand_key
 
-__all__ = ["choose_axes", "compared_keys", "numeric_keys", "parameter_of"]
-
 MOST_COMBINATIONS = 16
 """Of more, no table and no row of panels could be read."""
 

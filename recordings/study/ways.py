@@ -13,8 +13,6 @@ from slipgrasp.core.trace.types import Outcome
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
 
-__all__ = ["HELD", "WAYS", "Way", "ways_of"]
-
 
 class Way(NamedTuple):
     """One way in which a run ends.

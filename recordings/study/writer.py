@@ -46,8 +46,6 @@ from slipgrasp.recordings.study.documents import (
 from slipgrasp.recordings.study.reader import StudySoFar, read_rows_so_far
 from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row, encode_row
 
-__all__ = ["RUNS_PER_CHUNK", "StudyWriter"]
-
 RUNS_PER_CHUNK = 20
 SYNC_INTERVAL = 1.0
 REGULAR_SUFFIX = ".regular"

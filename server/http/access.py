@@ -22,15 +22,6 @@ from websockets.http11 import Request, Response
 
 from slipgrasp.server.http.errors import problem_response
 
-__all__ = [
-    "LOOPBACK_NAMES",
-    "RESOURCE_CONTENT_POLICY",
-    "AccessGuard",
-    "Rejection",
-    "check_access",
-    "guarded_websocket_listeners",
-]
-
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
 
 RESOURCE_CONTENT_POLICY = "default-src 'none'; frame-ancestors 'self'"

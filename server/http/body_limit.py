@@ -9,8 +9,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from slipgrasp.server.http.errors import BodyTooLargeError, problem_response
 
-__all__ = ["BodyLimit"]
-
 
 class BodyLimit:
     """ASGI middleware: answers 413 to a body that is, or turns out to be, too large.

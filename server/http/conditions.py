@@ -6,8 +6,6 @@ import re
 
 from slipgrasp.recordings.store.stored_run import StoredRun
 
-__all__ = ["entity_tag", "expected_revisions", "is_known"]
-
 _TAG = re.compile(r'(W/)?"([^"]*)"')
 
 

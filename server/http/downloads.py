@@ -23,17 +23,6 @@ from slipgrasp.server.http.conditions import expected_revisions, is_known
 from slipgrasp.server.http.errors import printable, problem_response
 from slipgrasp.server.runs.schemas import ProblemPublic
 
-__all__ = [
-    "BINARY",
-    "BINARY_SCHEMA",
-    "Asked",
-    "AskedDep",
-    "Download",
-    "download_responses",
-    "file_tag",
-    "tag_of",
-]
-
 PIECE_BYTES = 1 << 18
 BINARY = "application/octet-stream"
 BINARY_SCHEMA = {"type": "string", "format": "binary"}

@@ -28,26 +28,6 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.study.rebuild import RebuildError
 from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
 
-__all__ = [
-    "STATUSES",
-    "BodyTooLargeError",
-    "BodyTooSlowError",
-    "InvalidRequestError",
-    "ResultNotFoundError",
-    "RunForgottenError",
-    "RunUnfinishedError",
-    "ServiceBusyError",
-    "ServiceEndingError",
-    "StudyUnfinishedError",
-    "UnreadableBodyError",
-    "UnsupportedBodyError",
-    "add_error_handlers",
-    "invalid_fields",
-    "nearest",
-    "printable",
-    "problem_response",
-]
-
 _BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
 _PLACES = ("body", "query", "header", "path", "str", "dict")
 _METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")

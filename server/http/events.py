@@ -14,8 +14,6 @@ from starlette.types import Receive, Scope, Send
 
 from slipgrasp.server.http.errors import ServiceBusyError
 
-__all__ = ["HEARTBEAT", "Event", "EventSlots", "EventStream", "LastEventId"]
-
 HEARTBEAT = b": still here\n\n"
 RETRY_AFTER = 5
 MAX_MAKERS = 1

@@ -14,8 +14,6 @@ from fastapi import Header
 
 from slipgrasp.core.exceptions import SlipgraspError
 
-__all__ = ["IdempotencyKey", "IdempotencyKeyReusedError", "request_digest"]
-
 MAX_KEY_LENGTH = 200
 _DIGEST_BYTES = 16
 

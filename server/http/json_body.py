@@ -18,8 +18,6 @@ from typing import Any
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.server.http.errors import InvalidRequestError, UnreadableBodyError, printable
 
-__all__ = ["MAX_DEPTH", "MAX_NAMES", "MAX_NAME_LENGTH", "MAX_VALUES", "read_json"]
-
 MAX_DEPTH = 12
 MAX_NAMES = 200
 MAX_NAME_LENGTH = 100

@@ -15,8 +15,6 @@ from fastapi import Depends, Request
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
 
-__all__ = ["MadeFiles", "MadeFilesDep"]
-
 MAX_BYTES = 500_000_000
 
 

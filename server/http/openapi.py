@@ -12,8 +12,6 @@ from pydantic import BaseModel
 
 from slipgrasp.server.runs.schemas import ProblemPublic
 
-__all__ = ["add_openapi", "json_body", "operation_id"]
-
 _REFERENCE = "#/components/schemas/{model}"
 _VALIDATION_ERRORS = ("HTTPValidationError", "ValidationError")
 

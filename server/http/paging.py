@@ -6,8 +6,6 @@ from urllib.parse import urlencode
 
 from fastapi import Request
 
-__all__ = ["page_links"]
-
 
 def page_links(request: Request, offset: int, limit: int, count: int) -> dict[str, str]:
     """Links to the next and the previous page, as far as there are any.

@@ -14,8 +14,6 @@ from starlette.requests import ClientDisconnect, Request
 
 from slipgrasp.server.http.errors import BodyTooSlowError, UnreadableBodyError, UnsupportedBodyError
 
-__all__ = ["FORM", "RAW_TYPES", "file_pieces"]
-
 FORM = "multipart/form-data"
 RAW_TYPES = (
     "application/octet-stream",

@@ -14,8 +14,6 @@ from slipgrasp.server.http.downloads import BINARY_SCHEMA
 from slipgrasp.server.runs.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
 from slipgrasp.server.runs.schemas import ProblemPublic
 
-__all__ = ["router"]
-
 MEDIA_TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 
 router = APIRouter(prefix="/diff", tags=["diff"])

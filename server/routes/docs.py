@@ -7,8 +7,6 @@ from importlib import resources
 from fastapi import APIRouter
 from starlette.responses import Response
 
-__all__ = ["router"]
-
 router = APIRouter(include_in_schema=False)
 
 _POLICY = "; ".join(

@@ -9,8 +9,6 @@ from slipgrasp.core.run.simulator import kernel_progress
 from slipgrasp.server.dependencies import RunServiceDep
 from slipgrasp.server.runs.schemas import HealthPublic
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["health"])
 
 

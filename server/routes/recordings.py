@@ -19,8 +19,6 @@ from slipgrasp.server.http.errors import ServiceBusyError
 from slipgrasp.server.http.upload_body import FORM, RAW_TYPES, file_pieces
 from slipgrasp.server.runs.schemas import API_PATH, ProblemPublic, RunPublic
 
-__all__ = ["MAX_UPLOADS", "RETRY_AFTER", "UPLOAD_PATH", "router"]
-
 MAX_UPLOADS = 4
 RETRY_AFTER = 5
 WRITE_BYTES = 1 << 20

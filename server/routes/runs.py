@@ -31,8 +31,6 @@ from slipgrasp.server.runs.run_update import RunUpdate
 from slipgrasp.server.runs.schemas import PendingRunPublic, ProblemPublic, RunPublic, RunsPublic
 from slipgrasp.server.stopping import StoppingDep, wait_for
 
-__all__ = ["router"]
-
 RETRY_AFTER = 1
 
 router = APIRouter(prefix="/runs", tags=["runs"])

@@ -16,8 +16,6 @@ from slipgrasp.server.runs.scenario_schemas import (
 )
 from slipgrasp.server.runs.schemas import ProblemPublic
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["scenarios"])
 
 

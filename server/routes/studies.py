@@ -24,8 +24,6 @@ from slipgrasp.server.studies.study_events import StudyTeller
 from slipgrasp.server.studies.study_request import StudiesQuery, check_some_runs, read_study
 from slipgrasp.server.studies.study_schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
 
-__all__ = ["BODY_PATHS", "router"]
-
 BODY_PATHS = (f"{API_PATH}/studies", f"{API_PATH}/studies/estimate")
 
 _LOCATION = {"Location": {"description": "Where it is found", "schema": {"type": "string"}}}

@@ -31,8 +31,6 @@ from slipgrasp.server.http.errors import (
 from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
 from slipgrasp.server.studies.study_request import MapQuery
 
-__all__ = ["router"]
-
 CSV = "text/csv"
 JSON = "application/json"
 PARQUET = "application/vnd.apache.parquet"

@@ -19,8 +19,6 @@ from slipgrasp.server.studies.study_schemas import (
     StudySummaryPublic,
 )
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 
 

@@ -30,8 +30,6 @@ from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
 from slipgrasp.server.runs.schemas import ProblemPublic
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
-__all__ = ["router"]
-
 CSV = "text/csv"
 PARQUET = "application/vnd.apache.parquet"
 

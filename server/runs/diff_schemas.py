@@ -8,8 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.recordings.compare.comparison import Comparison
 
-__all__ = ["DiffFigureQuery", "DiffPublic", "DiffQuery"]
-
 RunId = Annotated[str, Field(max_length=100, description="id of a saved run")]
 Tolerance = Annotated[
     Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None,

@@ -11,8 +11,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.store.stored_run import StoredRun
 
-__all__ = ["Ended", "PendingRun", "RunState"]
-
 Ended = tuple[RunResult, StoredRun | None]
 """A run that has ended, and how it is kept: None if it could not be written."""
 

@@ -17,8 +17,6 @@ from pathlib import Path
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.file.atomic_file import atomic_file
 
-__all__ = ["KEYS_NAME", "KeyedRequest", "RequestKeys"]
-
 KEYS_NAME = "idempotency-keys.jsonl"
 MAX_KEYS = 10_000
 MAX_FILE_BYTES = 4_000_000

@@ -16,8 +16,6 @@ from slipgrasp.core.scenario.loading import (
 )
 from slipgrasp.server.http.errors import nearest, printable
 
-__all__ = ["RunCreate", "find_preset"]
-
 
 class RunCreate(BaseModel):
     """What to simulate: a preset by name or a whole scenario, and what to change in it."""

@@ -31,8 +31,6 @@ from slipgrasp.server.runs.pending_run import Ended, PendingRun
 from slipgrasp.server.runs.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.settings import Settings
 
-__all__ = ["Load", "RunService"]
-
 MAX_UNSAVED = 100
 
 _logger = logging.getLogger(__name__)

@@ -8,8 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.recordings.store.annotations import MAX_TAGS, RunName, RunNotes, RunTag
 
-__all__ = ["RunUpdate"]
-
 
 class RunUpdate(BaseModel):
     """What is left out stays as it is."""

@@ -23,8 +23,6 @@ from slipgrasp.recordings.store.run_query import (
 )
 from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
 
-__all__ = ["RunsQuery"]
-
 MAX_PAGE = 1000
 MAX_CONDITIONS = 20
 

@@ -11,8 +11,6 @@ from slipgrasp.core.scenario.loading import load_scenario, settable_parameters
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.server.runs.schemas import API_PATH
 
-__all__ = ["ParameterPublic", "ParametersPublic", "PresetPublic", "PresetSummary", "PresetsPublic"]
-
 
 class PresetSummary(BaseModel):
     """A scenario that comes with the program."""

@@ -16,15 +16,6 @@ from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.runs.pending_run import PendingRun, RunState
 
-__all__ = [
-    "API_PATH",
-    "HealthPublic",
-    "PendingRunPublic",
-    "ProblemPublic",
-    "RunPublic",
-    "RunsPublic",
-]
-
 API_PATH = "/api/v1"
 
 

@@ -18,8 +18,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import Column, columns_of
 from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
 
-__all__ = ["SignalsPublic", "encode_columns", "select_columns"]
-
 VALUES_AT_ONCE = 5000
 MAX_UNKNOWN_LISTED = 20
 

@@ -14,8 +14,6 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.rows import StudyRow
 from slipgrasp.recordings.study.study_store import StoredStudy
 
-__all__ = ["LiveStudy", "StudyState", "StudyStatus"]
-
 RATE_WINDOW = 10.0
 MARK_EVERY = 0.25
 

@@ -14,8 +14,6 @@ from slipgrasp.server.http.events import HEARTBEAT, Event
 from slipgrasp.server.studies.live_study import StudyState, StudyStatus
 from slipgrasp.server.studies.study_schemas import StudyPublic
 
-__all__ = ["LOOK_EVERY", "StudyTeller"]
-
 LOOK_EVERY = 0.25
 ROWS_AT_ONCE = 100
 

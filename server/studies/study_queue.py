@@ -17,8 +17,6 @@ from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.live_study import LiveStudy, StudyState
 from slipgrasp.server.studies.warm_executor import WarmExecutor
 
-__all__ = ["StudyQueue"]
-
 UNEXPECTED = "an unexpected error; the server's log has its traceback"
 
 _logger = logging.getLogger(__name__)

@@ -17,8 +17,6 @@ from slipgrasp.recordings.study.rows import StudyRow
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
 from slipgrasp.server.http.errors import ResultNotFoundError, ServiceBusyError, ServiceEndingError
 
-__all__ = ["StudyRecorder"]
-
 MAX_AT_ONCE = 2
 WALL_LIMIT = 120.0
 """Computing time of one of them [s]; in the study it took less, perhaps on a faster machine."""

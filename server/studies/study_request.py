@@ -15,15 +15,6 @@ from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.server.runs.run_request import find_preset
 
-__all__ = [
-    "MAX_PAGE",
-    "MapQuery",
-    "ResultsQuery",
-    "StudiesQuery",
-    "check_some_runs",
-    "read_study",
-]
-
 MAX_PAGE = 1000
 CHECKED_RUNS = 100
 

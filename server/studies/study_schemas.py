@@ -14,16 +14,6 @@ from slipgrasp.recordings.study.results_summary import StudySummary
 from slipgrasp.server.runs.schemas import API_PATH
 from slipgrasp.server.studies.live_study import StudyState, StudyStatus
 
-__all__ = [
-    "StudiesPublic",
-    "StudyComparisonPublic",
-    "StudyEstimatePublic",
-    "StudyPublic",
-    "StudyResultsPublic",
-    "StudySummaryPublic",
-    "studies_link",
-]
-
 
 def studies_link(study_id: str) -> str:
     """Where a study is found."""

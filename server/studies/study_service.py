@@ -26,8 +26,6 @@ from slipgrasp.server.studies.live_study import LiveStudy, StudyStatus
 from slipgrasp.server.studies.study_queue import StudyQueue
 from slipgrasp.server.studies.study_recorder import StudyRecorder
 
-__all__ = ["StudyService"]
-
 MAX_CHECKS = 4
 MAX_OPENED = 4
 

@@ -8,8 +8,6 @@ from contextlib import contextmanager
 
 from slipgrasp.core.executors import Executor
 
-__all__ = ["WarmExecutor"]
-
 IDLE_SECONDS = 300.0
 
 

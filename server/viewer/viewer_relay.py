@@ -22,8 +22,6 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
-__all__ = ["CONTENT_POLICY", "MAX_VIEWERS", "ViewerRelay", "add_viewer_routes"]
-
 MAX_VIEWERS = 32
 CLOSE_SECONDS = 1
 FULL_SECONDS = 3.0

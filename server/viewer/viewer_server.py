@@ -9,8 +9,6 @@ import viser
 
 from slipgrasp.server.http.access import guarded_websocket_listeners
 
-__all__ = ["ViewerServer"]
-
 _logger = logging.getLogger(__name__)
 
 

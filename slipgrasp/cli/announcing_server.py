@@ -8,8 +8,6 @@ import uvicorn
 
 from slipgrasp.server.stopping import StoppableServer
 
-__all__ = ["AnnouncingServer"]
-
 
 class AnnouncingServer(StoppableServer):
     """Prints its URL alone on a line of standard output as soon as it serves.

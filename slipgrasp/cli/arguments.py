@@ -14,16 +14,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.scenario import Scenario
     from slipgrasp.recordings.store.store import RecordingStore
 
-__all__ = [
-    "add_data_directory",
-    "add_scenario",
-    "data_directory",
-    "names_a_file",
-    "read_scenario",
-    "recording_path",
-    "store_in",
-]
-
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Adds ``SCENARIO``, ``--law`` and ``--set`` to a parser without help, and help with keys."""

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.recordings.compare.comparison import Comparison
 
-__all__ = ["add_command"]
-
 FIGURE_FORMATS = ("svg", "pdf", "png")
 DESCRIPTION = (
     "Compares two recordings at the instants that both stored: parameters, phase changes, when "

@@ -11,8 +11,6 @@ from slipgrasp.core.words.parameter_words import unit_after
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference
 
-__all__ = ["describe_differences"]
-
 MOST_DIVERGENCES = 8
 MOST_PHASE_CHANGES = 40
 MOST_NAMES = 4

@@ -18,8 +18,6 @@ from slipgrasp.cli.status import CommandError, ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
 
-__all__ = ["add_command"]
-
 Update = Callable[[float], None]
 
 FORMATS = ("csv", "parquet", "npz", "html", "gif")

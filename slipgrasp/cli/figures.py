@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.scenario import Scenario
 
-__all__ = ["add_command"]
-
 FORMATS = ("svg", "pdf", "png")
 RECORDING_SUFFIX = ".mcap"
 DESCRIPTION = (

@@ -6,8 +6,6 @@ import signal
 from types import FrameType, TracebackType
 from typing import Self
 
-__all__ = ["Interrupt"]
-
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from slipgrasp.cli.progress import COMPILING, Progress
 
-__all__ = ["load_simulation"]
-
 
 def load_simulation() -> None:
     """Returns when runs can start."""

@@ -26,8 +26,6 @@ from slipgrasp.cli import (
 from slipgrasp.cli.status import ExitStatus, complain
 from slipgrasp.core.exceptions import SlipgraspError
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.study.margin import Margin, MarginError
 
-__all__ = ["add_command"]
-
 DESCRIPTION = (
     "Finds how far one parameter can go before the object is not held any more, by simulating "
     "both ends of a range, values between them, and then halving; keeps the recordings of the "

@@ -8,8 +8,6 @@ from threading import Lock, Timer
 from types import TracebackType
 from typing import Self
 
-__all__ = ["COMPILING", "Progress"]
-
 COMPILING = "compiling the simulation for this processor; only the first run waits, half a minute"
 
 PATIENCE = 1.0

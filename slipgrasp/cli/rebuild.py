@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.study.definition import Study
     from slipgrasp.recordings.study.rows import StudyRow
 
-__all__ = ["add_command"]
-
 DESCRIPTION = (
     "Simulates a run of a study again, checks it against the hash that the study holds of it, and "
     "keeps it as a recording like any other."

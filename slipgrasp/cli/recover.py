@@ -8,8 +8,6 @@ from pathlib import Path
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus
 
-__all__ = ["add_command"]
-
 DESCRIPTION = (
     "Writes what a damaged or unfinished recording holds, up to its first missing or damaged "
     "byte, as a whole recording of outcome 'recovered'. The original stays as it is."

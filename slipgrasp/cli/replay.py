@@ -14,8 +14,6 @@ from slipgrasp.cli.status import ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.web.model.replay import Source
 
-__all__ = ["add_command"]
-
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.scenario import Scenario
 
-__all__ = ["add_command"]
-
 DESCRIPTION = "Simulates a scenario, keeps the recording and tells what happened."
 MAX_DISPLAY_RATE = 1000.0
 STATUSES = (

@@ -11,8 +11,6 @@ from slipgrasp.cli.status import ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.parameters import Parameter
 
-__all__ = ["HelpWithParameters", "add_command"]
-
 
 class HelpWithParameters(argparse.Action):
     """``--help`` that also lists the parameters, and imports their definition only then."""

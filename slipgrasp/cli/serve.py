@@ -8,8 +8,6 @@ from slipgrasp.cli.arguments import add_data_directory, data_directory
 from slipgrasp.cli.serving import add_executor, add_limits, add_port, serve_dashboard
 from slipgrasp.cli.status import ExitStatus
 
-__all__ = ["add_command"]
-
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from slipgrasp.cli.announcing_server import AnnouncingServer
     from slipgrasp.web.model.replay import Source
 
-__all__ = ["add_executor", "add_limits", "add_port", "serve_dashboard"]
-
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8020
 DEFAULT_EXECUTOR = "processes"

@@ -11,8 +11,6 @@ from slipgrasp.core.exceptions import SlipgraspError
 if TYPE_CHECKING:
     from slipgrasp.core.trace.types import Outcome
 
-__all__ = ["CommandError", "ExitStatus", "complain"]
-
 
 class ExitStatus(IntEnum):
     """Exit statuses that scripts may rely on."""

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.documents import StudyEnd
     from slipgrasp.recordings.study.results import StudyResults
 
-__all__ = ["add_command"]
-
 MAX_WORKERS = 1024
 REMOTE = "dask://"
 CHECKED_BY_ESTIMATE = 10_000

@@ -20,8 +20,6 @@ from slipgrasp.recordings.study.reader import open_study, read_rows_so_far
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.writer import StudyWriter
 
-__all__ = ["StudyFolder", "find_folder"]
-
 RESULTS_FOLDER = "study-results"
 STUDY = "study.mcap"
 TABLE = "results.csv"

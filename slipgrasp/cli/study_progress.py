@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
     from slipgrasp.recordings.study.rows import StudyRow
 
-__all__ = ["StudyProgress"]
-
 WINDOW = 200
 """The rate is that of the last so many pieces of news."""
 

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
     from slipgrasp.recordings.study.results_comparison import CombinationComparison
 
-__all__ = ["duration_words", "report", "size_words"]
-
 MOST_REASONS = 3
 LONGEST_VALUE = 48
 

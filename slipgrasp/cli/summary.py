@@ -10,8 +10,6 @@ from slipgrasp.core.run.verdict import describe_run, title_of
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.types import Outcome
 
-__all__ = ["summarize"]
-
 LABEL_WIDTH = 16
 
 

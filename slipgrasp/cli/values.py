@@ -11,8 +11,6 @@ from slipgrasp.cli.status import CommandError
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.parameters import Parameter
 
-__all__ = ["parse_assignments", "parse_value"]
-
 NONE = "none"
 
 

@@ -14,8 +14,6 @@ from slipgrasp.cli.status import ExitStatus
 if TYPE_CHECKING:
     from slipgrasp.recordings.compare.verification import Verification
 
-__all__ = ["add_command"]
-
 MOST_NAMES = 6
 DESCRIPTION = (
     "Simulates the scenario of a recording again and compares. Computed by the same machine "

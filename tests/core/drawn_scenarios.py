@@ -16,8 +16,6 @@ from slipgrasp.core.scenario import FingerParameters, ObjectParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 
-__all__ = ["KINDS", "AtEnds", "Kind", "draw_kind", "draw_scenario"]
-
 DURATION = 0.3
 POSITION = (1.466, 0.366)
 FACES = ("left", "right", "bottom", "bottom")

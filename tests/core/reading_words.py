@@ -20,8 +20,6 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 
-__all__ = ["check_words"]
-
 LEARNING = {"theorem-3", "theorem-4", "composite"}
 GRIPPING_BY_FRICTION = {"theorem-3", "theorem-4", "certainty-equivalence", "composite"}
 CONTROLLERS = {

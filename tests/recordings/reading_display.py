@@ -14,8 +14,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock
 
-__all__ = ["Shown", "matrix", "placed", "read_topic", "shown_rows"]
-
 Matrix = NDArray[np.float64]
 
 

@@ -10,11 +10,12 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.files import save_figure
 from slipgrasp.figures.nearest import nearest_samples
 from slipgrasp.figures.style import paint
-from slipgrasp.figures.success_map import choose_axes, draw_success_map
+from slipgrasp.figures.success_map import draw_success_map
 from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.varied import choose_axes
 from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
 from tests.recordings.reading_figures import axes_of, texts
 from tests.recordings.studying import make_study, run_study

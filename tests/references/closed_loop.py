@@ -13,8 +13,6 @@ from tests.references.finger import Finger
 from tests.references.hand import Hand, Kinematics, Motion, Parameters, Phase, State
 from tests.references.trajectory import Trajectory, trajectory_of
 
-__all__ = ["ClosedLoop", "Evaluation"]
-
 Array = NDArray[np.float64]
 
 _FACES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "bottom": (-1.0, 0.0), "top": (1.0, 0.0)}

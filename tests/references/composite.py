@@ -16,8 +16,6 @@ from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import regressor
 from tests.references.hand import Kinematics, Parameters, Phase, State
 
-__all__ = ["Composite", "stopping"]
-
 Array = NDArray[np.float64]
 
 SURPRISE = 6.0  # standard deviations

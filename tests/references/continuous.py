@@ -23,8 +23,6 @@ from tests.references.hybrid import (
 )
 from tests.references.world import World
 
-__all__ = ["run_continuous"]
-
 Array = NDArray[np.float64]
 
 

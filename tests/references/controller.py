@@ -18,8 +18,6 @@ from tests.references.hand import (
     friction_rows,
 )
 
-__all__ = ["Command", "Law", "Unknowns", "lyapunov_matrices", "regressor"]
-
 Array = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Finger"]
-
 Array = NDArray[np.float64]
 
 _SPIN = (np.array([1.0, 0.0]), np.array([1.0, 1.0]))  # angular velocity of a link per joint rate

@@ -12,8 +12,6 @@ from proxsuite import proxqp
 from scipy.optimize import linprog
 from scipy.sparse import csc_matrix
 
-__all__ = ["Limits", "least_forces", "least_violation", "minimise", "squeeze"]
-
 Array = NDArray[np.float64]
 
 VIOLATION_WEIGHT = 1e8

@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from tests.references.finger import Finger
 
-__all__ = ["Hand", "Kinematics", "Motion", "Parameters", "Phase", "Reduced", "State"]
-
 Array = NDArray[np.float64]
 Phase = Sequence[int]
 

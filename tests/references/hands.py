@@ -14,14 +14,6 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from tests.references.hand import Phase, State
 
-__all__ = [
-    "UNKNOWN_KINDS",
-    "carrying_hand",
-    "random_estimates",
-    "random_scenario",
-    "random_state",
-]
-
 UNKNOWN_KINDS = ("masses", "friction", "object", "nothing")
 
 _FACES = ("left", "right", "bottom", "top")

@@ -13,18 +13,6 @@ from numpy.typing import NDArray
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.hand import Motion, State
 
-__all__ = [
-    "Flow",
-    "Guard",
-    "Run",
-    "Stage",
-    "at_rest",
-    "guards",
-    "initial_stage",
-    "select_phases",
-    "unpack",
-]
-
 Array = NDArray[np.float64]
 Guard = Callable[[float, Array], float]
 

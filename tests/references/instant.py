@@ -15,8 +15,6 @@ from tests.references.hand import State
 from tests.references.open_contacts import OPEN, REST_SPEED, Answer, Instant
 from tests.references.world import World
 
-__all__ = ["answers_at_end", "is_sampled_at_end"]
-
 Array = NDArray[np.float64]
 
 # Laws whose torque depends on the believed phase, as the references know them.

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import Kinematics, State, block_diagonal
 
-__all__ = ["OPEN", "Answer", "Instant"]
-
 Array = NDArray[np.float64]
 
 OPEN = 2  # beside the phases -1, 0 and 1

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from tests.references.hand import Motion, Phase, State, block_diagonal, friction_rows
 
-__all__ = ["FingerTerms", "PinocchioHand", "describe_hand"]
-
 Array = NDArray[np.float64]
 
 _ALIGNED = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED

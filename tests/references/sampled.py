@@ -25,8 +25,6 @@ from tests.references.hybrid import (
 )
 from tests.references.world import World
 
-__all__ = ["follow_ticks", "run_sampled", "tick_times"]
-
 Array = NDArray[np.float64]
 
 SAME_TICK = 1e-9  # [s], and in periods

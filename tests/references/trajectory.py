@@ -11,8 +11,6 @@ from scipy.interpolate import BPoly, CubicSpline, PPoly
 
 from slipgrasp.core.scenario import TrajectoryParameters
 
-__all__ = ["Trajectory", "trajectory_of"]
-
 Array = NDArray[np.float64]
 
 # Pose and its first two derivatives with respect to an angle, as functions of that angle.

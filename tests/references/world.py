@@ -16,8 +16,6 @@ from slipgrasp.core.scenario import Patch, Scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hybrid import Guard, unpack
 
-__all__ = ["World"]
-
 Array = NDArray[np.float64]
 Edge = tuple[int, int, float]  # contact, patch, slip at which it reaches the edge
 Sides = dict[Edge, int]

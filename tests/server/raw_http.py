@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from tests.waiting import PATIENCE
 
-__all__ = ["Answer", "exchange", "get", "post", "upgrade"]
-
 KEY = "dGhlIHNhbXBsZSBub25jZQ=="
 
 

@@ -17,8 +17,6 @@ from slipgrasp.server.settings import Settings
 from slipgrasp.server.stopping import StoppableServer
 from tests.waiting import PATIENCE, wait_until
 
-__all__ = ["RunningServer", "patient_settings", "serve"]
-
 
 def patient_settings(data_directory: Path, **others: Any) -> Settings:
     """Settings under which no answer depends on how fast the machine is.

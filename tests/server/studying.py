@@ -9,8 +9,6 @@ import httpx2
 
 from tests.waiting import wait_until
 
-__all__ = ["LONG", "QUICK", "create", "finished", "until"]
-
 QUICK: dict[str, Any] = {
     "title": "Mass and friction",
     "base": "paper-case-1",

@@ -12,20 +12,6 @@ from playwright.sync_api import Locator, Page
 from slipgrasp.web.panels.strip import clock_words
 from tests.waiting import wait_until
 
-__all__ = [
-    "SLIP_CHART",
-    "fill",
-    "knob",
-    "number_field",
-    "overwrite",
-    "pause",
-    "pause_at",
-    "picture",
-    "picture_at_rest",
-    "set_number",
-    "slip_at_end",
-]
-
 # A quarter of a second, and longer where a machine draws few pictures in that time.
 FRAMES = """async () => {
     await new Promise(passed => setTimeout(passed, 250));

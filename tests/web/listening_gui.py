@@ -8,8 +8,6 @@ import viser
 
 from slipgrasp.server.viewer.viewer_server import ViewerServer
 
-__all__ = ["ListeningClient"]
-
 
 class _ListeningGui:
     def __init__(self, gui: viser.GuiApi) -> None:

@@ -7,8 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-__all__ = ["ServerProcess"]
-
 
 class ServerProcess:
     """``slipgrasp serve`` on a port that stays the same.

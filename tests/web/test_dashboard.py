@@ -9,9 +9,9 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import PHASES
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.web.charts.charts import CHART_TABS
-from slipgrasp.web.model.colours import PHASES
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors

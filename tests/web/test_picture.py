@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.model.colours import PHASES
+from slipgrasp.recordings.palette import PHASES
 from tests.waiting import wait_until
 from tests.web.driving import pause_at, picture, set_number
 

@@ -19,9 +19,9 @@ from slipgrasp.recordings.exceptions import ForeignRecordingError, RecordingNotF
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.palette import PHASES
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.web.app import create_dashboard_app
-from slipgrasp.web.model.colours import PHASES
 from slipgrasp.web.model.replay import moment_words, open_replay
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until

@@ -9,8 +9,9 @@ import pytest
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, joint_points
+from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.model.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, stands_at
-from slipgrasp.web.model.colours import PHASES, glow
+from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.sampling import Sample, Sampler
 from slipgrasp.web.scene.glass import glass, lettering
 from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most

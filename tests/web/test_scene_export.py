@@ -17,8 +17,8 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.charts.replay_page import MAX_FRAMES, frame_times, write_html
-from slipgrasp.web.model.colours import PHASES
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, hide_warning
 from tests.web.driving import picture_at_rest

@@ -10,7 +10,8 @@ import pytest
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.model.colours import PHASES, css
+from slipgrasp.recordings.palette import PHASES
+from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.playback import Playback, TimeWindow, slip_window
 from slipgrasp.web.model.view import Ghost, Shown
 from slipgrasp.web.panels.strip import axis_ticks, phase_spans, strip_html

@@ -16,16 +16,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.core.words.parameter_words import key_words, unit_words
-from slipgrasp.web.model.colours import FINGERS, MUTED, Rgb
+from slipgrasp.recordings.palette import FINGERS, MUTED, Rgb
 from slipgrasp.web.model.sampling import Spot
-
-__all__ = [
-    "CHART_TABS",
-    "Chart",
-    "Line",
-    "charts_of",
-    "rate_of_change",
-]
 
 Values = NDArray[np.float64]
 

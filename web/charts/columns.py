@@ -15,8 +15,6 @@ from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.sampling import locate
 
-__all__ = ["Drawing", "event_rows", "is_slipping", "read_rows", "rows_inside", "rows_to_draw"]
-
 Values = NDArray[np.float64]
 Rows = NDArray[np.intp]
 

@@ -15,8 +15,6 @@ from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
 from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.playback import TimeWindow
 
-__all__ = ["ChartedRun", "DrawnChart", "drawn_charts", "remarks_on"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChartedRun:

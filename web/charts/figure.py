@@ -20,8 +20,6 @@ from slipgrasp.recordings.palette import MARK, SHADE, Rgb
 from slipgrasp.web.charts.charts import Line
 from slipgrasp.web.charts.drawn import DrawnChart, remarks_on
 
-__all__ = ["ChartsHeading", "charts_svg", "draw_charts_figure"]
-
 # Sizes on the page [mm].
 _MARGIN = 2.0
 _HEADING = 7.0

@@ -14,8 +14,6 @@ from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.model.colours import css, legible
 from slipgrasp.web.page.markup import click_attribute
 
-__all__ = ["head_html", "note_html", "readings_html"]
-
 _NOTE = "font-size:0.75em;opacity:0.75;padding:0 1em;line-height:1.3"
 
 

@@ -9,12 +9,11 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
+from slipgrasp.recordings.palette import SHADE
 from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.charts.drawn import DrawnChart
 from slipgrasp.web.charts.html import head_html
-from slipgrasp.web.model.colours import SHADE, css, legible
-
-__all__ = ["Plot"]
+from slipgrasp.web.model.colours import css, legible
 
 # Room around the lines [px].
 _TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 46

@@ -20,8 +20,6 @@ from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.scene.shapes import position
 
-__all__ = ["MAX_FRAMES", "frame_times", "write_html"]
-
 MAX_FRAMES = 1800
 """Most frames of a file, one minute at 30 per second; a longer run has fewer per second."""
 

@@ -31,8 +31,6 @@ from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture,
 from slipgrasp.web.model.study_words import value_words
 from slipgrasp.web.page.markup import click_attribute
 
-__all__ = ["MOST_CELLS", "draw_map", "ticks_of"]
-
 MOST_CELLS = 2500
 """More could neither be told apart nor clicked, and would slow the page down."""
 MOST_POINTS = 1500

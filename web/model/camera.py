@@ -9,8 +9,6 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["FIELD_OF_VIEW", "Framing", "FrontCamera", "Picture", "frame_box", "stands_at"]
-
 FIELD_OF_VIEW = math.radians(22.0)
 _FREE_SHARE = 0.3
 _TOLERANCE = 0.03

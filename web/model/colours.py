@@ -3,47 +3,8 @@
 from __future__ import annotations
 
 from slipgrasp.recordings.palette import (
-    CONE,
-    FINGERS,
-    GHOST,
-    GROUND,
-    JOINT,
-    LINK,
-    MOUNT,
-    MUTED,
-    OBJECT,
-    OBJECT_EDGE,
-    PHASES,
-    SHADE,
     Rgb,
 )
-
-__all__ = [
-    "BELIEVED_CONE",
-    "CONE",
-    "CONE_INSIDE",
-    "FINGERS",
-    "GHOST",
-    "GROUND",
-    "JOINT",
-    "LENS",
-    "LINK",
-    "MOUNT",
-    "MUTED",
-    "OBJECT",
-    "OBJECT_EDGE",
-    "PHASES",
-    "PUSH",
-    "SHADE",
-    "WATER",
-    "WAVES",
-    "Rgb",
-    "css",
-    "glow",
-    "legible",
-    "sign",
-    "tone",
-]
 
 LENS: Rgb = (247, 248, 250)
 BELIEVED_CONE: Rgb = (150, 156, 168)

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from slipgrasp.recordings.compare.comparison import Comparison
 
-__all__ = ["Comparing", "Pair"]
-
 Pair = tuple[int, int]
 """Tickets of two runs: the one on the screen, and the pale one."""
 

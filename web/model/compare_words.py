@@ -10,19 +10,6 @@ from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.compare.differences import SignalDifference
 from slipgrasp.recordings.study.result_columns import metric_unit
 
-__all__ = [
-    "MISSING",
-    "Scale",
-    "amount",
-    "column_words",
-    "coordinate_words",
-    "metric_words",
-    "number",
-    "scale_of",
-    "time_words",
-    "value_words",
-]
-
 MISSING = "–"
 
 _PER = {signal.name: signal.per for signal in SIGNALS}

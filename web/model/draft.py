@@ -20,8 +20,6 @@ from slipgrasp.web.model.incidents import Incident, incident_values, incidents_o
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.rows import row_parameters, rows_of
 
-__all__ = ["Draft", "TimedEdit", "Value", "change_time"]
-
 Value = float | int | str | list[Any] | None
 
 _DECIMALS_OF_TIME = 6

@@ -9,8 +9,6 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.history import History
 
-__all__ = ["Editing", "Gesture", "LawNote", "Reach"]
-
 _SAME_GESTURE = 1.5
 
 

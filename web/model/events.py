@@ -18,8 +18,6 @@ from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.incidents import incident_words, incidents_of
 from slipgrasp.web.model.laws import law_change_words, main_changes
 
-__all__ = ["EventKind", "RunEvent", "events_of", "neighbouring_event_time"]
-
 
 class EventKind(StrEnum):
     """What kind of thing happens."""

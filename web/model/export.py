@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from slipgrasp.core.words.display_name import file_stem
 
-__all__ = ["ExportFile", "Exporting", "file_name"]
-
 
 @dataclass(frozen=True, slots=True)
 class ExportFile:

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from slipgrasp.web.model.draft import Draft
 
-__all__ = ["History", "Turn"]
-
 _REMEMBERED = 200
 
 

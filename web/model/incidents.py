@@ -11,19 +11,6 @@ from slipgrasp.core.scenario import Patch, Pulse, Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
 
-__all__ = [
-    "Incidence",
-    "Incident",
-    "IncidentList",
-    "incident_parameters",
-    "incident_values",
-    "incident_words",
-    "incidents_of",
-    "is_of_incident",
-    "push_at",
-    "wet_spot",
-]
-
 
 class Incidence(StrEnum):
     """What a user may let happen."""

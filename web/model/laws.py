@@ -17,8 +17,6 @@ from slipgrasp.core.scenario.law_choice import (
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.web.model.draft import Draft, TimedEdit, Value
 
-__all__ = ["law_change_words", "main_changes", "set_words", "with_law", "without_law_change"]
-
 
 def with_law(draft: Draft, kind: str, time: float | None) -> Draft:
     """The draft with a law and the settings it is meant for.

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-__all__ = ["LARGEST_FORCE_SCALE", "LEAST_FORCE_SCALE", "Look"]
-
 LEAST_FORCE_SCALE, LARGEST_FORCE_SCALE = 0.5, 4.0
 
 

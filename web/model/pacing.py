@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from slipgrasp.web.model.view import RunStage
 
-__all__ = ["FRAME_INTERVAL", "FramePacer", "is_save_due"]
-
 FRAME_INTERVAL = 1.0 / 30.0
 """Least time from one frame to the next while the play head moves [s]."""
 

@@ -16,8 +16,6 @@ from slipgrasp.web.model.replay import Replay, moment_words
 from slipgrasp.web.model.showing import show_replay
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
 
-__all__ = ["can_swap", "pair_of", "swapped", "with_pale_run", "without_pale_run"]
-
 
 def pair_of(view: ViewState) -> Pair | None:
     """Which two runs are on the screen; None if there is no pale one."""

@@ -12,16 +12,6 @@ from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_wor
 from slipgrasp.web.model.incidents import Incident, incident_parameters
 from slipgrasp.web.model.rows import is_of_rows, row_parameters
 
-__all__ = [
-    "Entry",
-    "Group",
-    "group_parameters",
-    "incident_groups",
-    "incident_title",
-    "knob_label",
-    "value_words",
-]
-
 _BELIEFS = "What the controller believes at first"
 _MAIN = ("object", "fingers", "estimates", "controller")
 # Changeable, but of use only to those who know why.

@@ -9,8 +9,6 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
 
-__all__ = ["ParameterNames", "in_page_words", "names_of"]
-
 _QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
 _PARTS = "object|fingers|trajectory|controller|estimates|sensing|actuation|simulation"
 _KEYS = re.compile(rf"\b(?:{_PARTS})(?:\.(?:\w+|\*))+")

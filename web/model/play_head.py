@@ -32,8 +32,6 @@ from slipgrasp.web.model.playback import (
     window_of,
 )
 
-__all__ = ["choice_after", "moved"]
-
 
 def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
     """The play head after an intent; the very same one after what does not concern it.

@@ -12,21 +12,6 @@ import numpy as np
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 
-__all__ = [
-    "SPEEDS",
-    "Playback",
-    "TimeWindow",
-    "WindowChoice",
-    "marked_window",
-    "neighbouring_speed",
-    "neighbouring_time",
-    "slip_window",
-    "speed_for",
-    "start_playback",
-    "whole_window",
-    "window_of",
-]
-
 SPEEDS: dict[str, float] = {
     "1/64": 1 / 64,
     "1/32": 1 / 32,

@@ -12,8 +12,6 @@ from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 from slipgrasp.recordings.store.store import RecordingStore
 
-__all__ = ["Replay", "Source", "moment_words", "open_replay"]
-
 Source = str | Path
 """The id of a stored run, or a file."""
 

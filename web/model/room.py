@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from slipgrasp.web.model.camera import Picture
 
-__all__ = ["MARGIN", "PanelSizes", "Room", "guess_room", "panel_sizes"]
-
 MARGIN = 12
 """Between the playback panel and the edges of the scene [px]."""
 

@@ -14,8 +14,6 @@ from slipgrasp.core.scenario import Scenario, SetPoint
 from slipgrasp.core.scenario.field_errors import full_scenario
 from slipgrasp.core.scenario.parameters import Parameter, iterate_lists
 
-__all__ = ["is_of_rows", "numbers_of", "parse_rows", "row_parameters", "rows_of"]
-
 
 @cache
 def row_parameters() -> dict[str, Parameter]:

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER, Trace
 from slipgrasp.core.trace.types import ContactPhase
 
-__all__ = ["Sample", "Sampler", "Spot", "locate"]
-
 Values = NDArray[np.float64]
 
 

@@ -8,8 +8,6 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.store.run_query import Condition, RunQuery
 from slipgrasp.recordings.store.stored_run import StoredRun
 
-__all__ = ["OUTCOME_CHOICES", "ROWS_PER_PAGE", "Notice", "Shelf", "ShelfFilter"]
-
 ROWS_PER_PAGE = 12
 MAX_TEXT = 100
 

@@ -16,8 +16,6 @@ from slipgrasp.web.model.playback import (
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
 
-__all__ = ["show", "show_replay", "with_status"]
-
 
 def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> ViewState:
     """Puts a run on the screen.

@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 from slipgrasp.core.scenario.parameters import Parameter
 
-__all__ = ["SliderRange", "round_step", "slider_range"]
-
 _STEPS_PER_SLIDER = 200
 
 

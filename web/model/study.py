@@ -8,8 +8,6 @@ from slipgrasp.server.studies.live_study import StudyStatus
 from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.model.study_plan import Offer, Plan
 
-__all__ = ["Followed", "Member", "Price", "StudyView"]
-
 
 @dataclass(frozen=True, slots=True)
 class Price:

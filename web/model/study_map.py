@@ -11,8 +11,6 @@ from typing import Any, NamedTuple
 
 from slipgrasp.core.study.definition import Study
 
-__all__ = ["SIZE", "Box", "MapAxisPicture", "MapPanelPicture", "MapPicture", "Swatch", "locate"]
-
 SIZE = 1000
 """Width and height of the marks of a map, in the unit of their SVG."""
 

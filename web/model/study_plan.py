@@ -19,20 +19,6 @@ from slipgrasp.core.words.parameter_words import key_words
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.slider_range import slider_range
 
-__all__ = [
-    "COMPARISONS",
-    "MAX_STEPS",
-    "MIN_STEPS",
-    "NO_COMPARISON",
-    "AxisPlan",
-    "Offer",
-    "Plan",
-    "comparisons_for",
-    "fitted",
-    "offers_of",
-    "study_of",
-]
-
 MIN_STEPS, MAX_STEPS = 2, 60
 _STEPS = 15
 

@@ -8,15 +8,6 @@ from slipgrasp.core.words.parameter_words import unit_after
 from slipgrasp.server.studies.live_study import StudyState, StudyStatus
 from slipgrasp.web.model.replay import moment_words
 
-__all__ = [
-    "list_label",
-    "number_words",
-    "progress_words",
-    "share_words",
-    "time_words",
-    "value_words",
-]
-
 _LONGEST_TITLE = 44
 
 

@@ -22,8 +22,6 @@ from slipgrasp.web.model.shelf import Shelf
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.words import error_words
 
-__all__ = ["Ghost", "RunStage", "RunStatus", "Shown", "ViewState"]
-
 
 class RunStage(StrEnum):
     """How far the latest request has come."""

@@ -7,12 +7,6 @@ import re
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.trace.types import ContactPhase
 
-__all__ = [
-    "PHASE_HINTS",
-    "PHASE_WORDS",
-    "error_words",
-]
-
 PHASE_WORDS = {
     ContactPhase.STICK: "sticks",
     ContactPhase.SLIP_FORWARD: "slips forward",

@@ -5,8 +5,6 @@ from __future__ import annotations
 from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.static_files import STATIC_PATH
 
-__all__ = ["head_html"]
-
 
 def head_html() -> str:
     """Our style and our script, and what the script has to know from the start."""

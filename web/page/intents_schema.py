@@ -36,8 +36,6 @@ from slipgrasp.web.model.intents.study import OpenMember, SeePlan
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.room import Room
 
-__all__ = ["MAX_GESTURES", "Gesture", "PageGestures"]
-
 MAX_GESTURES = 20
 MAX_ID_LENGTH = 100
 MAX_PAGE = 1_000_000

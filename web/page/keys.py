@@ -9,8 +9,6 @@ from typing import Any
 
 from viser import Icon, IconName
 
-__all__ = ["KEYS", "KeyCommand", "keys_html", "keys_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class KeyCommand:

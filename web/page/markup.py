@@ -6,8 +6,6 @@ import json
 from html import escape
 from typing import Any
 
-__all__ = ["CHOSEN", "change_attribute", "click_attribute", "clickable", "visible_attribute"]
-
 CHOSEN = "$value"
 """Stands for the value that a user chose or typed."""
 

@@ -12,8 +12,6 @@ from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.page.static_files import STATIC_PATH, static_file
 
-__all__ = ["add_page_routes"]
-
 _MAX_VALUES = 500
 _FRESH = {"Cache-Control": "no-cache"}
 _NEVER_KEPT = {"Cache-Control": "no-store"}

@@ -7,8 +7,6 @@ import threading
 
 from slipgrasp.web.model.intents.intent import Send
 
-__all__ = ["SessionDirectory"]
-
 _KEY_BYTES = 18
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from functools import cache
 from importlib import resources
 
-__all__ = ["STATIC_PATH", "static_file"]
-
 STATIC_PATH = "/dashboard/static"
 
 _MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css"}

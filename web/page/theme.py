@@ -5,9 +5,7 @@ from __future__ import annotations
 import viser
 
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.model.colours import PHASES, Rgb
-
-__all__ = ["apply_theme"]
+from slipgrasp.recordings.palette import PHASES, Rgb
 
 _BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
 _DARK_BRAND: Rgb = (92, 168, 236)

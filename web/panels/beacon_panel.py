@@ -11,8 +11,6 @@ import viser
 from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.view import RunStage, ViewState
 
-__all__ = ["BeaconPanel", "beacon_html", "linked_run"]
-
 _INTERVAL = 0.5
 _AT_START = Playback(time=0.0, window=TimeWindow(0.0, 1.0), speed=1.0, playing=False)
 

@@ -17,8 +17,6 @@ from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.sampling import locate
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
 
-__all__ = ["ChartsPanel", "is_reading_due"]
-
 _READING_INTERVAL = 0.1
 _READINGS_PER_WINDOW = 300
 

@@ -11,7 +11,8 @@ from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference, SignalDifference
-from slipgrasp.web.model.colours import PHASES, css
+from slipgrasp.recordings.palette import PHASES
+from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.compare_words import (
     MISSING,
     Scale,
@@ -26,8 +27,6 @@ from slipgrasp.web.model.compare_words import (
 )
 from slipgrasp.web.model.words import PHASE_HINTS
 from slipgrasp.web.page.markup import clickable
-
-__all__ = ["findings_html", "first_divergence"]
 
 MOST_PHASE_CHANGES = 12
 

@@ -18,8 +18,6 @@ from slipgrasp.web.panels.compare_html import findings_html, first_divergence
 from slipgrasp.web.panels.outcome_panel import box_html
 from slipgrasp.web.panels.recordings_html import row_words
 
-__all__ = ["NONE", "ON_SCREEN", "ComparePanel", "compare_html"]
-
 ON_SCREEN: str = "the run on the screen"
 NONE: str = "none"
 

@@ -7,8 +7,6 @@ from html import escape
 
 import viser
 
-__all__ = ["ask_to_confirm"]
-
 
 def ask_to_confirm(
     gui: viser.GuiApi,

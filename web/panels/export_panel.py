@@ -19,8 +19,6 @@ from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.panels.beacon_panel import linked_run
 
-__all__ = ["ExportPanel", "export_html", "picture_html"]
-
 _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
     (
         "View (PNG)",

@@ -30,8 +30,6 @@ from slipgrasp.web.model.words import error_words
 from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.panels.parameter_inputs import Knob, add_knob
 
-__all__ = ["KnobsPanel", "error_html"]
-
 _BELOW = 0.5
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=[a-zA-Z])")
 

@@ -11,8 +11,6 @@ from slipgrasp.web.model.intents.picture import SetLook, ToggleDark
 from slipgrasp.web.model.look import LARGEST_FORCE_SCALE, LEAST_FORCE_SCALE, Look
 from slipgrasp.web.model.view import ViewState
 
-__all__ = ["LookPanel"]
-
 _FORCE_STEP = 0.5
 
 

@@ -21,8 +21,6 @@ from slipgrasp.web.model.study_map import (
 )
 from slipgrasp.web.model.study_words import share_words
 
-__all__ = ["map_html"]
-
 _HATCH = 26
 
 # What tells the ways of failing apart without colours, as in the figures: strokes of a tile.

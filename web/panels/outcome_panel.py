@@ -13,12 +13,11 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import Verdict, describe_run
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import milliseconds
-from slipgrasp.web.model.colours import FINGERS, GHOST, PHASES, css, sign, tone
+from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
+from slipgrasp.web.model.colours import css, sign, tone
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-
-__all__ = ["OutcomePanel", "box_html", "outcome_html", "status_html", "welcome_html"]
 
 _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
 _SMALL = "sg-small"

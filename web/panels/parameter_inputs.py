@@ -19,13 +19,6 @@ from slipgrasp.web.model.parameter_groups import Entry
 from slipgrasp.web.model.rows import numbers_of, parse_rows, row_parameters
 from slipgrasp.web.model.slider_range import round_step, slider_range
 
-__all__ = [
-    "Knob",
-    "add_knob",
-    "as_text",
-    "parse_text",
-]
-
 Input = (
     viser.GuiSliderHandle[float]
     | viser.GuiNumberHandle[float]

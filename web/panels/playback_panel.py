@@ -8,17 +8,8 @@ from html import escape
 import viser
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.web.model.colours import (
-    BELIEVED_CONE,
-    CONE,
-    GHOST,
-    PHASES,
-    PUSH,
-    WATER,
-    Rgb,
-    css,
-    sign,
-)
+from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
+from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
 from slipgrasp.web.model.words import PHASE_HINTS, PHASE_WORDS
@@ -26,8 +17,6 @@ from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.keys import KEYS, keys_of
 from slipgrasp.web.panels.strip import clock_words, strip_html
 from slipgrasp.web.panels.transport import transport_html
-
-__all__ = ["PlaybackPanel", "caption_html"]
 
 
 class PlaybackPanel:

@@ -17,8 +17,6 @@ from slipgrasp.web.model.shelf import ROWS_PER_PAGE, Shelf
 from slipgrasp.web.page.markup import clickable
 from slipgrasp.web.panels.outcome_panel import box_html
 
-__all__ = ["RowWords", "chosen_html", "distinct_names", "row_words", "rows_html", "upload_html"]
-
 _LINKS = (("recording", "MCAP"), ("signals.csv", "CSV"), ("signals.parquet", "Parquet"))
 
 

@@ -20,8 +20,6 @@ from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.panels.confirmation import ask_to_confirm
 from slipgrasp.web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
 
-__all__ = ["RecordingsPanel"]
-
 
 class RecordingsPanel:
     """Lists the stored runs, newest first, and changes the one that is chosen.

@@ -14,8 +14,6 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import LoadScenario
 from slipgrasp.web.model.view import ViewState
 
-__all__ = ["ScenarioFilePanel", "file_errors_html"]
-
 FILE_NAME = "scenario.toml"
 
 _ERRORS_SHOWN = 12

@@ -30,8 +30,6 @@ from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.page.markup import click_attribute
 from slipgrasp.web.panels.parameter_inputs import as_text
 
-__all__ = ["ScenarioPanel", "changes_html", "ghost_html", "reach_html"]
-
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
 _HAPPENINGS = {kind.value: kind for kind in Incidence}

@@ -14,13 +14,12 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.model.colours import PHASES, css, sign
+from slipgrasp.recordings.palette import PHASES
+from slipgrasp.web.model.colours import css, sign
 from slipgrasp.web.model.events import EventKind, RunEvent, events_of
 from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.view import Ghost
 from slipgrasp.web.page.markup import click_attribute
-
-__all__ = ["Tick", "axis_ticks", "clock_words", "phase_spans", "strip_html"]
 
 _CELLS = 480
 _NUM_TICKS = 6

@@ -13,8 +13,6 @@ from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.model.study_words import number_words, progress_words, share_words, time_words
 from slipgrasp.web.panels.outcome_panel import box_html
 
-__all__ = ["links_html", "plan_html", "summary_html"]
-
 _MOST_REASONS = 3
 _SMALL = "font-size:0.8em;opacity:0.8"
 

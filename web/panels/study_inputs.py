@@ -23,8 +23,6 @@ from slipgrasp.web.model.study_plan import (
 )
 from slipgrasp.web.model.study_words import value_words
 
-__all__ = ["MemberInputs", "PlanInputs", "run_of_places"]
-
 _UNKNOWN: tuple[str, ...] = ("…",)
 _NO_COMPARISON: tuple[str, ...] = (NO_COMPARISON,)
 _FINEST = 1e-4

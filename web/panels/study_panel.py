@@ -24,8 +24,6 @@ from slipgrasp.web.panels.map_html import map_html
 from slipgrasp.web.panels.study_html import links_html, plan_html, summary_html
 from slipgrasp.web.panels.study_inputs import MemberInputs, PlanInputs
 
-__all__ = ["StudyPanel"]
-
 _NEW, _WIDER, _NARROWER = "new study", "wider", "narrower"
 _NO_STUDY = "choose …"
 _NONE: tuple[str, ...] = (_NO_STUDY,)

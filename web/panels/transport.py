@@ -9,8 +9,6 @@ from slipgrasp.web.model.playback import SPEEDS, Playback, WindowChoice
 from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.page.markup import CHOSEN, change_attribute, click_attribute
 
-__all__ = ["transport_html"]
-
 _ICONS = {
     "start": "M5 4h3v16H5zM20 4v16L9 12z",
     "previous event": "M12 4v16L3 12zM21 4v16l-9-8z",

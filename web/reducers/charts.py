@@ -11,8 +11,6 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Desk
 
-__all__ = ["ChartsDesk"]
-
 
 class ChartsDesk(Desk):
     """Hides lines of the charts, and brings them back."""

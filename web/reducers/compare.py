@@ -24,8 +24,6 @@ from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Desk
 from slipgrasp.web.workers.comparer import Comparer
 
-__all__ = ["CompareDesk"]
-
 _REST = 0.3
 
 

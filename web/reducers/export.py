@@ -25,8 +25,6 @@ from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.reducers.reducer import Desk
 from slipgrasp.web.workers.export_worker import ExportWorker
 
-__all__ = ["ExportDesk"]
-
 
 class ExportDesk(Desk):
     """Makes files and brings them to the user, one at a time.

@@ -17,8 +17,6 @@ from slipgrasp.web.model.playback import whole_window
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Desk
 
-__all__ = ["LinkDesk", "linked_time"]
-
 _SHOWN_LENGTH = 40
 
 

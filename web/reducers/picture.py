@@ -17,8 +17,6 @@ from slipgrasp.web.model.intents.picture import (
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Desk
 
-__all__ = ["PictureDesk"]
-
 
 class PictureDesk(Desk):
     """Keeps the hand in the picture, and draws it as the user likes.

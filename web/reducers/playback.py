@@ -23,8 +23,6 @@ from slipgrasp.web.model.play_head import choice_after, moved
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Desk
 
-__all__ = ["PlaybackDesk"]
-
 
 class PlaybackDesk(Desk):
     """Moves the play head: by hand, and with time while it plays.

@@ -29,8 +29,6 @@ from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.reducer import Desk
 from slipgrasp.web.workers.librarian import Librarian
 
-__all__ = ["RecordingsDesk", "relist_interval"]
-
 _LEAST_INTERVAL = 4.0
 _SHARE = 0.005
 

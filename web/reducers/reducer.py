@@ -9,8 +9,6 @@ from typing import ClassVar, Protocol
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
 
-__all__ = ["Desk", "Worker"]
-
 
 class Worker(Protocol):
     """A thread that works for a desk."""

@@ -19,8 +19,6 @@ from slipgrasp.web.reducers.reducer import Desk
 from slipgrasp.web.services import Services
 from slipgrasp.web.workers.preview_worker import PreviewWorker
 
-__all__ = ["RunDesk"]
-
 _UNNOTICED_WAIT = 0.3
 _LOOK_AGAIN = 0.1
 _SHORT_RUN = 0.03

@@ -38,8 +38,6 @@ from slipgrasp.web.model.showing import with_status
 from slipgrasp.web.model.view import RunStatus, Shown, ViewState
 from slipgrasp.web.reducers.reducer import Desk
 
-__all__ = ["ScenarioDesk"]
-
 _POURED = 1.5
 """What a pour multiplies mass and inertia by."""
 _DIGITS = 6

@@ -38,8 +38,6 @@ from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Desk
 from slipgrasp.web.workers.study_worker import StudyClerk
 
-__all__ = ["StudyDesk"]
-
 LOOK_EVERY = 0.5
 REST_BEFORE_PRICE = 1.0
 """How long plan and draft rest before the study is priced, which simulates the base once [s].

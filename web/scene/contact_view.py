@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.geometry import ContactFrame
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.model.colours import BELIEVED_CONE, CONE, CONE_INSIDE, PHASES, Rgb, glow
+from slipgrasp.recordings.palette import CONE, PHASES, Rgb
+from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.marks import (
@@ -20,8 +21,6 @@ from slipgrasp.web.scene.marks import (
     dashed,
 )
 from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
-
-__all__ = ["ContactView"]
 
 _HALO = 1.75
 _FINEST_FRICTION = 5e-3

@@ -8,8 +8,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Detail", "Follower"]
-
 _SMALLEST_MOVE = 1e-3
 _NUMBERS_INTERVAL = 0.1
 

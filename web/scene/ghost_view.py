@@ -20,8 +20,6 @@ from slipgrasp.web.scene.object_view import HALF_DEPTH, PoseFrame
 from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
 from slipgrasp.web.scene.surfaces import Surfaces
 
-__all__ = ["GhostView"]
-
 _BEHIND = -0.03
 
 

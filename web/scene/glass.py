@@ -14,10 +14,8 @@ import viser
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from slipgrasp.web.model.colours import Rgb
+from slipgrasp.recordings.palette import Rgb
 from slipgrasp.web.scene.shapes import position
-
-__all__ = ["Pane", "add_pane", "glass", "lettering"]
 
 Pixels = NDArray[np.uint8]
 

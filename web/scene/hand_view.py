@@ -13,8 +13,6 @@ from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position, tapered_bar, turn
 from slipgrasp.web.scene.surfaces import Surfaces
 
-__all__ = ["FingerFrames", "HandView", "LinkShape"]
-
 _THICKNESS = 0.05
 _JOINT_RADIUS = 0.07
 _TIP_SHARE = 0.36

@@ -19,8 +19,6 @@ from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.marks import FullScale, sizes_in_lens, sizes_on_hand
 from slipgrasp.web.scene.shapes import arc, extrude, lift, polyline, position
 
-__all__ = ["PushView", "WetSpots", "spot_in_lens", "spot_on_face"]
-
 Points = NDArray[np.float64]
 
 _WAVE_POINTS = 12

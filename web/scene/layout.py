@@ -13,8 +13,6 @@ from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import joint_points, outline
 from slipgrasp.web.model.sampling import Sampler
 
-__all__ = ["SceneLayout", "lay_out", "lens_magnification", "nice_at_least", "nice_at_most"]
-
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
 _LARGEST_LENS = 0.6

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.geometry import ContactFrame
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.web.model.colours import PHASES
+from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail, Follower
@@ -23,8 +23,6 @@ from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
 from slipgrasp.web.scene.marks import FullScale, sizes_in_lens
 from slipgrasp.web.scene.shapes import circle, lift, polyline, position
 from slipgrasp.web.scene.surfaces import Surfaces
-
-__all__ = ["LENS_DEPTH", "LensView", "spot_ring"]
 
 Points = NDArray[np.float64]
 

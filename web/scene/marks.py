@@ -16,18 +16,6 @@ from slipgrasp.core.scenario.geometry import ContactFrame
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.shapes import arc
 
-__all__ = [
-    "ContactMarks",
-    "FullScale",
-    "MarkSizes",
-    "cone_edges",
-    "cone_outline",
-    "contact_marks",
-    "dashed",
-    "sizes_in_lens",
-    "sizes_on_hand",
-]
-
 Points = NDArray[np.float64]
 
 _DASHES = 8

@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import ContactFrame, inner_radius, outline
-from slipgrasp.web.model.colours import GHOST
+from slipgrasp.recordings.palette import GHOST
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position, turn
 from slipgrasp.web.scene.surfaces import Surfaces
-
-__all__ = ["HALF_DEPTH", "ObjectView", "PoseFrame"]
 
 HALF_DEPTH = 0.05
 """Half the thickness of the object towards the eye [m]."""

@@ -11,8 +11,6 @@ from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
 from slipgrasp.web.scene.marks import FullScale
 
-__all__ = ["RunFacts", "run_facts"]
-
 _LEAST_FULL_FORCE = 1.0
 _LEAST_FULL_SPEED = 1e-3
 

@@ -27,8 +27,6 @@ from slipgrasp.web.scene.run_facts import RunFacts, run_facts
 from slipgrasp.web.scene.shapes import position
 from slipgrasp.web.scene.surfaces import surfaces_for
 
-__all__ = ["Scene", "Stage"]
-
 Stage = viser.ClientHandle | viser.ViserServer
 
 _ROOT = "/hand"

@@ -12,19 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Mesh",
-    "arc",
-    "circle",
-    "extrude",
-    "half_disc",
-    "lift",
-    "polyline",
-    "position",
-    "tapered_bar",
-    "turn",
-]
-
 Points = NDArray[np.float64]
 
 

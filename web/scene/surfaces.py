@@ -4,19 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from slipgrasp.web.model.colours import (
-    GROUND,
-    JOINT,
-    LENS,
-    LINK,
-    MOUNT,
-    MUTED,
-    OBJECT,
-    OBJECT_EDGE,
-    Rgb,
-)
-
-__all__ = ["Surfaces", "surfaces_for"]
+from slipgrasp.recordings.palette import GROUND, JOINT, LINK, MOUNT, MUTED, OBJECT, OBJECT_EDGE, Rgb
+from slipgrasp.web.model.colours import LENS
 
 
 class Surfaces(NamedTuple):

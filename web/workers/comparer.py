@@ -14,8 +14,6 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.replay import open_replay
 from slipgrasp.web.workers.errands import Errands
 
-__all__ = ["Comparer"]
-
 
 class Comparer:
     """Answers the latest request for two recordings, and the latest to compare two runs.

@@ -7,8 +7,6 @@ import threading
 from collections.abc import Callable
 from typing import NamedTuple
 
-__all__ = ["Errand", "Errands"]
-
 Errand = Callable[[], None]
 
 _logger = logging.getLogger(__name__)

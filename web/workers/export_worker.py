@@ -9,8 +9,6 @@ from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed, ExportFinished, ExportMoved
 from slipgrasp.web.model.intents.intent import Intent, Send
 
-__all__ = ["ExportCancelledError", "ExportWorker"]
-
 Progress = Callable[[float], None]
 Make = Callable[[Progress], ExportFile]
 

@@ -23,8 +23,6 @@ from slipgrasp.web.model.replay import Source, open_replay
 from slipgrasp.web.model.shelf import ROWS_PER_PAGE, ShelfFilter
 from slipgrasp.web.workers.errands import Errands
 
-__all__ = ["NUM_RECENT", "Librarian"]
-
 NUM_RECENT = 30
 
 

@@ -17,8 +17,6 @@ from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
-__all__ = ["PreviewWorker", "is_outdated"]
-
 _PATIENCE = 0.15
 _INTERNAL_ERROR = "an internal error; the log of the server tells more"
 

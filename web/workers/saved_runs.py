@@ -12,8 +12,6 @@ from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.store.store import StoredRun
 from slipgrasp.server.runs.run_service import RunService
 
-__all__ = ["SavedRuns"]
-
 _REMEMBERED = 256
 
 

@@ -24,8 +24,6 @@ from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.model.study_plan import Plan, study_of
 from slipgrasp.web.workers.errands import Errands
 
-__all__ = ["MOST_LISTED", "StudyClerk"]
-
 MOST_LISTED = 30
 """More than may wait, so that whatever comes first is among them."""
 

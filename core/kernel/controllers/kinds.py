@@ -2,16 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = [
-    "CERTAINTY_EQUIVALENCE",
-    "COMPOSITE",
-    "GRIP_REFLEX",
-    "KINDS",
-    "PD_GRAVITY",
-    "THEOREM_3",
-    "THEOREM_4",
-]
-
 (
     THEOREM_3,
     THEOREM_4,

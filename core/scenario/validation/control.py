@@ -7,15 +7,6 @@ from collections.abc import Iterator
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
 
-__all__ = [
-    "check_control",
-    "check_gains",
-    "check_latency",
-    "check_least_gain",
-    "check_normal_forces",
-    "check_sampled",
-]
-
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
 MAX_LATENCY_PERIODS = 100

@@ -9,8 +9,6 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
-__all__ = ["check_estimates"]
-
 
 def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
     """Unknowns exist, each once, within their bounds, and can be told apart."""

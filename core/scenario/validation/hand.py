@@ -10,8 +10,6 @@ from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, face_names, tip_distance
 from slipgrasp.core.scenario.validation.outline import check_outline
 
-__all__ = ["check_faces", "check_start_pose"]
-
 MIN_SINE_OF_SECOND_JOINT = 1e-3
 
 

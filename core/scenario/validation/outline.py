@@ -11,8 +11,6 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import outline
 
-__all__ = ["check_outline"]
-
 MIN_EDGE = 1e-3
 
 Vectors = NDArray[np.float64]

@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 
-__all__ = ["check_times"]
-
 MAX_ROWS = 2_000_000
 
 

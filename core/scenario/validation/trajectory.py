@@ -8,8 +8,6 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario, TrajectoryParameters
 from slipgrasp.core.scenario.trajectory import SAME_TIME
 
-__all__ = ["check_trajectory"]
-
 MIN_RAMP = 1e-3
 MIN_TABLE_STEP = 1e-3
 SAME_POSE = 1e-9

@@ -8,8 +8,6 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import face_names
 
-__all__ = ["check_patches", "check_pulses", "check_static_friction"]
-
 
 def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
     """What sticks has at least the friction of what slips."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DISPLAY_RATE", "FrameClock"]
-
 DISPLAY_RATE = 50.0
 """How often hand and object are shown unless asked otherwise [Hz]."""
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from slipgrasp.recordings.file.foxglove.template import Template
 
-__all__ = ["SCENE_TOPIC", "TRANSFORMS_TOPIC", "DisplayLayout", "display_layouts"]
-
 TRANSFORMS_TOPIC = "/tf"
 SCENE_TOPIC = "/scene"
 

@@ -43,8 +43,6 @@ from slipgrasp.recordings.file.foxglove.transforms import (
     turn,
 )
 
-__all__ = ["scene_template"]
-
 _FOR_EVER = Duration()
 """Until the entity is replaced."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import inner_radius
 
-__all__ = ["Sizes", "sizes_of"]
-
 _LINK_RADIUS = 0.05
 _LEAST_GRAVITY = 1.0
 

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import to_log_times
 
-__all__ = ["Blanks", "Column", "Template"]
-
 Column = Callable[[Trace], NDArray[np.float64]]
 """Takes samples, gives one number for each of them."""
 

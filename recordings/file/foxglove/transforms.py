@@ -26,19 +26,6 @@ from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.recordings.file.foxglove.template import Blanks, Column, Template
 
-__all__ = [
-    "DESIRED",
-    "OBJECT",
-    "PLANE",
-    "WORLD",
-    "base_frame",
-    "contact_frame_name",
-    "link_frame",
-    "tip_frame",
-    "transforms_template",
-    "turn",
-]
-
 WORLD = "world"
 PLANE = "plane"
 OBJECT = "object"

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from slipgrasp.web.model.intents.intent import Intent
 
-__all__ = ["ToggleLine"]
-
 
 @dataclass(frozen=True, slots=True)
 class ToggleLine(Intent):

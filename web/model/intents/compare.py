@@ -9,15 +9,6 @@ from slipgrasp.web.model.compare import Pair
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.replay import Replay
 
-__all__ = [
-    "CompareRuns",
-    "CompareUnreadable",
-    "EndComparison",
-    "RunsCompared",
-    "RunsOpened",
-    "SwapRuns",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class CompareRuns(LatestIntent):

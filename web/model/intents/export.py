@@ -7,16 +7,6 @@ from dataclasses import dataclass
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
-__all__ = [
-    "CancelExport",
-    "ExportCharts",
-    "ExportFailed",
-    "ExportFinished",
-    "ExportMoved",
-    "ExportPicture",
-    "ExportReplay",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class ExportPicture(Intent):

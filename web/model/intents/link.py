@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from slipgrasp.web.model.intents.intent import LatestIntent
 
-__all__ = ["OpenLink"]
-
 
 @dataclass(frozen=True, slots=True)
 class OpenLink(LatestIntent):

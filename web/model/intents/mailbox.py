@@ -9,8 +9,6 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.playback import Seek
 from slipgrasp.web.model.intents.scenario import SetParameter
 
-__all__ = ["Mailbox", "coalesce"]
-
 
 def coalesce(intents: Sequence[Intent]) -> list[Intent]:
     """Drops what a later intent of the same batch makes void, in unchanged order.

@@ -8,8 +8,6 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.look import Look
 from slipgrasp.web.model.room import Room
 
-__all__ = ["CameraMoved", "FrameHand", "PageMeasured", "SetLook", "ToggleDark"]
-
 
 @dataclass(frozen=True, slots=True)
 class FrameHand(Intent):

@@ -7,19 +7,6 @@ from dataclasses import dataclass
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.playback import WindowChoice
 
-__all__ = [
-    "ChangeSpeed",
-    "ChooseWindow",
-    "GoToEdge",
-    "JumpToEvent",
-    "Seek",
-    "SetSpeed",
-    "ShowWindow",
-    "Step",
-    "TogglePlay",
-    "Zoom",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class TogglePlay(Intent):

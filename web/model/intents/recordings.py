@@ -8,20 +8,6 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.replay import Replay
 
-__all__ = [
-    "AnnotateRecording",
-    "ChooseRecording",
-    "DeleteRecording",
-    "FilterRecordings",
-    "ListRecordings",
-    "OpenRecording",
-    "RecordingChanged",
-    "RecordingOpened",
-    "RecordingRefused",
-    "RecordingUnreadable",
-    "RecordingsListed",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class ListRecordings(LatestIntent):

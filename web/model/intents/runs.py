@@ -9,8 +9,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.store import StoredRun
 from slipgrasp.web.model.intents.intent import Intent
 
-__all__ = ["RunFinished", "RunRefused", "RunSaved", "SaveFailed"]
-
 
 @dataclass(frozen=True, slots=True)
 class RunFinished(Intent):

@@ -9,20 +9,6 @@ from slipgrasp.web.model.editing import Reach
 from slipgrasp.web.model.incidents import Incidence
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
-__all__ = [
-    "ChoosePreset",
-    "ChooseReach",
-    "Happen",
-    "LoadScenario",
-    "Redo",
-    "RemoveChange",
-    "RemoveChanges",
-    "RemoveIncident",
-    "ResetScenario",
-    "SetParameter",
-    "Undo",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class SetParameter(Intent):

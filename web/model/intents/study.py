@@ -9,28 +9,6 @@ from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.model.study_plan import AxisPlan
 
-__all__ = [
-    "CancelStudy",
-    "ChooseComparison",
-    "ChooseVaried",
-    "ListStudies",
-    "MemberRecorded",
-    "MemberRefused",
-    "OpenMember",
-    "OpenStudy",
-    "SeePlan",
-    "SetRange",
-    "ShowPlan",
-    "SizeMap",
-    "StartStudy",
-    "StudiesListed",
-    "StudyMoved",
-    "StudyPriced",
-    "StudyRefused",
-    "StudyStarted",
-    "StudyUnreadable",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class ChooseVaried(Intent):
