@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.kernel.controllers.kinds import KINDS
 from slipgrasp.core.kernel.dop853 import DOP853
 from slipgrasp.core.kernel.methods import DOPRI5, METHOD
 from slipgrasp.core.kernel.motion import MOTION, pack_motion
@@ -23,8 +22,9 @@ from slipgrasp.core.kernel.records import (
     make_record,
 )
 from slipgrasp.core.kernel.sensors import ACTUATORS, SENSORS, pack_actuators, pack_sensors
-from slipgrasp.core.scenario import ControllerParameters, Scenario
+from slipgrasp.core.scenario import CONTROL_LAWS, LAW_FACTS, ControllerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
@@ -83,7 +83,7 @@ UNKNOWNS = np.dtype(
 LAW = np.dtype(
     [
         ("num_fingers", np.int64),
-        ("kind", np.int64),
+        *((fact, np.bool_) for fact in LAW_FACTS),
         ("period", np.float64),  # [s], 0 = continuous
         ("recognition_time", np.float64),  # [s]
         ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
@@ -213,7 +213,8 @@ def _pack_unknowns(scenario: Scenario, p: int, unknowns: np.void) -> None:
 def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) -> None:
     size = 3 + n
     law["num_fingers"] = n
-    law["kind"] = KINDS[controller.kind]
+    for fact in LAW_FACTS:
+        law[fact] = getattr(CONTROL_LAWS[controller.kind], fact)
     law["period"] = controller.control_period
     law["recognition_time"] = controller.recognition_time
     law["position_gains"][:3] = controller.position_gain
@@ -231,10 +232,9 @@ def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) ->
 
 
 def _pack_learning(scenario: Scenario, p: int, law: np.void) -> None:
-    """What only the composite law uses."""
     controller = scenario.controller
-    composite = controller.kind == "composite"
-    law["slip_stop"] = controller.slip_stop if composite else 0.0
+    brakes = controller.kind in kinds_using(ControllerParameters, "slip_stop")
+    law["slip_stop"] = controller.slip_stop if brakes else 0.0
     law["forgetting"] = controller.forgetting ** (controller.control_period / FORGETTING_TIME)
     law["probing"] = controller.probing
     law["force_variance"] = controller.force_noise**2

@@ -7,7 +7,13 @@ Quantities are SI. The paper's two sample cases lie in ``core/scenario/presets``
 from slipgrasp.core.scenario.controller import ControllerParameters, Estimate
 from slipgrasp.core.scenario.finger import FingerParameters
 from slipgrasp.core.scenario.held_object import ObjectParameters
-from slipgrasp.core.scenario.laws import CONTROL_LAWS, SAMPLED_CONTROL, ControlLaw, LawSetting
+from slipgrasp.core.scenario.laws import (
+    CONTROL_LAWS,
+    LAW_FACTS,
+    SAMPLED_CONTROL,
+    ControlLaw,
+    LawSetting,
+)
 from slipgrasp.core.scenario.motion import (
     MAX_SET_POINTS,
     MAX_TABLE_ROWS,
@@ -20,6 +26,7 @@ from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, Sen
 
 __all__ = [
     "CONTROL_LAWS",
+    "LAW_FACTS",
     "MAX_CHATTER_CHANGES",
     "MAX_FINGERS",
     "MAX_SET_POINTS",

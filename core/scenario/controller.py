@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
@@ -11,23 +11,22 @@ from slipgrasp.core.scenario.field_types import CONFIG, Gain, PositiveGain
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.parameters import Quantity
 
+if TYPE_CHECKING:
+    LawKind = str
+else:
+    LawKind = Literal[*CONTROL_LAWS]
+
+_LAWS = CONTROL_LAWS.values()
+
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class ControllerParameters:
     """The control law, its gains and how it meets the plant."""
 
     kind: Annotated[
-        Literal[
-            "theorem-3",
-            "theorem-4",
-            "certainty-equivalence",
-            "pd-gravity",
-            "grip-reflex",
-            "composite",
-        ],
+        LawKind,
         Quantity(
-            "Control law. "
-            + " ".join(f"{law.kind}: {law.summary}" for law in CONTROL_LAWS.values()),
+            "Control law. " + " ".join(f"{law.kind}: {law.summary}" for law in _LAWS),
             changeable=True,
         ),
     ] = "theorem-4"
@@ -146,10 +145,11 @@ class ControllerParameters:
         Ge(0.0),
         Le(1e4),
         Quantity(
-            "pd-gravity, grip-reflex: normal force of the grip, at the start.",
+            "normal force of the grip, at the start.",
             "N",
             typical=(5.0, 100.0),
             changeable=True,
+            used_by=tuple(law.kind for law in _LAWS if not law.uses_friction),
         ),
     ] = 30.0
     grip_rate: Annotated[
@@ -157,10 +157,11 @@ class ControllerParameters:
         Ge(0.0),
         Le(1e6),
         Quantity(
-            "grip-reflex: how fast the grip grows while a contact slips.",
+            "how fast the grip grows while a contact slips.",
             "N/s",
             typical=(50.0, 2000.0),
             changeable=True,
+            used_by=tuple(law.kind for law in _LAWS if law.reacts_to_slip),
         ),
     ] = 400.0
     slip_stop: Annotated[
@@ -168,11 +169,12 @@ class ControllerParameters:
         Ge(0.0),
         Le(100.0),
         Quantity(
-            "composite: K_f, deceleration asked of a slipping contact beyond that of K_v, so that "
+            "K_f, deceleration asked of a slipping contact beyond that of K_v, so that "
             "its slip ends.",
             "m/s²",
             typical=(0.0, 2.0),
             changeable=True,
+            used_by=("composite",),
         ),
     ] = 1.0
     forgetting: Annotated[
@@ -180,10 +182,11 @@ class ControllerParameters:
         Ge(0.5),
         Le(1.0),
         Quantity(
-            "composite: share of what it knows that it keeps for 1 ms; 1 forgets nothing.",
+            "share of what it knows that it keeps for 1 ms; 1 forgets nothing.",
             "1",
             typical=(0.9, 1.0),
             changeable=True,
+            used_by=("composite",),
         ),
     ] = 0.98
     probing: Annotated[
@@ -191,11 +194,12 @@ class ControllerParameters:
         Ge(0.0),
         Le(10.0),
         Quantity(
-            "composite: how fast the believed friction of a sticking contact grows, which releases "
+            "how fast the believed friction of a sticking contact grows, which releases "
             "a grip that is too strong until the contact just slips; 0: never.",
             "1/s",
             typical=(0.0, 0.2),
             changeable=True,
+            used_by=("composite",),
         ),
     ] = 0.0
     force_noise: Annotated[
@@ -203,19 +207,21 @@ class ControllerParameters:
         Ge(1e-9),
         Le(100.0),
         Quantity(
-            "composite: standard deviation of the force errors that it expects.",
+            "standard deviation of the force errors that it expects.",
             "N",
             typical=(0.01, 1.0),
             changeable=True,
+            used_by=("composite",),
         ),
     ] = 0.1
     initial_deviation: Annotated[
         PositiveGain | tuple[PositiveGain, ...] | None,
         Quantity(
-            "composite: standard deviation of the errors it expects of its estimates, one number "
+            "standard deviation of the errors it expects of its estimates, one number "
             "or one per unknown; left out: 3 for masses and friction, 0.1 for the inertia.",
             "",
             changeable=True,
+            used_by=("composite",),
         ),
     ] = None
     estimate_norm_bound: Annotated[

@@ -1,8 +1,12 @@
-"""The control laws: what each one is, knows, does and needs, stated once for all that ask."""
+"""The control laws: what each one is, knows, does and needs, stated once for all that ask.
+
+Validation, words, page and kernel read the table; which parameters only some laws use stands
+beside the parameters (`slipgrasp.core.scenario.controller`).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +46,8 @@ class ControlLaw:
         summary: What it does, in a sentence.
         sampled: Whether it needs sampled control, because it works at its ticks only.
         learns: Whether it changes its estimates while it runs.
+        has_memory: Whether it learns by least squares, with a memory from tick to tick.
+        pulls_back: Whether it pulls large estimates back (Eq. 28-29).
         uses_friction: Whether its grip follows from the friction that it believes in; otherwise
             from ``controller.grip_force``.
         reacts_to_slip: Whether its grip grows because a contact slips.
@@ -57,6 +63,8 @@ class ControlLaw:
     summary: str
     sampled: bool = False
     learns: bool = False
+    has_memory: bool = False
+    pulls_back: bool = False
     uses_friction: bool = True
     reacts_to_slip: bool = False
     stops_slip_with: tuple[str, ...] = ()
@@ -88,6 +96,7 @@ CONTROL_LAWS = {
             kind="theorem-4",
             summary="The paper's law for unknown friction too; large estimates are pulled back.",
             learns=True,
+            pulls_back=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
             settings=(_INSIDE_CONES,),
@@ -116,6 +125,7 @@ CONTROL_LAWS = {
             summary="Learning by least squares from tracking and prediction errors.",
             sampled=True,
             learns=True,
+            has_memory=True,
             stops_slip_with=("controller.slip_stop",),
             learns_with=("controller.lyapunov_weight", "controller.initial_deviation"),
             settings=(_INSIDE_CONES, _FINITE_TIME),
@@ -123,3 +133,6 @@ CONTROL_LAWS = {
         ),
     )
 }
+
+LAW_FACTS = tuple(field.name for field in fields(ControlLaw) if isinstance(field.default, bool))
+"""Names of all that is true of a control law or not."""

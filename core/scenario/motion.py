@@ -49,9 +49,9 @@ class TrajectoryParameters:
     acceleration: Annotated[
         tuple[Acceleration, Acceleration, Acceleration],
         Quantity(
-            "coast: desired acceleration (x, y, theta) while speeding up; its opposite while "
-            "braking.",
+            "desired acceleration (x, y, theta) while speeding up; its opposite while braking.",
             "m/s², m/s², rad/s²",
+            used_by=("coast",),
         ),
     ] = (0.0, 0.0256, 0.0)
     acceleration_time: Annotated[
@@ -66,47 +66,48 @@ class TrajectoryParameters:
         float,
         Ge(0.0),
         Le(1e3),
-        Quantity("coast: how long it moves at constant speed in between.", "s"),
+        Quantity("how long it moves at constant speed in between.", "s", used_by=("coast",)),
     ] = 5.0
     period: Annotated[
         float,
         Ge(0.01),
         Le(600.0),
-        Quantity("circle, rotation, shake: time of one cycle at full speed.", "s"),
+        Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
     ] = 2.0
     cycles: Annotated[
         float,
         Ge(1e-3),
         Le(1e4),
-        Quantity("circle, rotation, shake: how many cycles until it rests.", "1"),
+        Quantity("how many cycles until it rests.", "1", used_by=("circle", "rotation", "shake")),
     ] = 2.0
     radius: Annotated[
         float,
         Ge(0.0),
         Le(10.0),
-        Quantity("circle: its radius; it begins at the bottom.", "m"),
+        Quantity("its radius; it begins at the bottom.", "m", used_by=("circle",)),
     ] = 0.05
     angle: Annotated[
         float,
         Ge(-3.2),
         Le(3.2),
-        Quantity("rotation: how far it turns before it turns back.", "rad"),
+        Quantity("how far it turns before it turns back.", "rad", used_by=("rotation",)),
     ] = 0.3
     amplitude: Annotated[
         tuple[Amplitude, Amplitude, Amplitude],
-        Quantity("shake: amplitude (x, y, theta) of the oscillation.", "m, m, rad"),
+        Quantity("amplitude (x, y, theta) of the oscillation.", "m, m, rad", used_by=("shake",)),
     ] = (0.0, 0.02, 0.0)
     set_points: Annotated[
         tuple[SetPoint, ...],
         Len(0, MAX_SET_POINTS),
-        Quantity("set-points: the moves, one after another."),
+        Quantity("the moves, one after another.", used_by=("set-points",)),
     ] = ()
     table: Annotated[
         tuple[tuple[Time, Coordinate, Coordinate, Angle], ...],
         Len(0, MAX_TABLE_ROWS),
         Quantity(
-            "table: rows of time and pose (t, x, y, theta), joined by a smooth curve; in a "
+            "rows of time and pose (t, x, y, theta), joined by a smooth curve; in a "
             "scenario file also the name of a CSV file beside it.",
             "s, m, m, rad",
+            used_by=("table",),
         ),
     ] = ()

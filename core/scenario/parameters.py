@@ -27,12 +27,19 @@ class Quantity:
         unit: SI unit, "1" for pure numbers, "" where a unit makes no sense.
         typical: Range in which a slider moves; the bounds are wider.
         changeable: Whether a timed change may set it during a run.
+        used_by: The kinds of its part that use it, such as control laws; all of them if empty.
     """
 
     text: str
     unit: str = ""
     typical: tuple[float, float] | None = None
     changeable: bool = False
+    used_by: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The sentence, headed by the kinds that use it."""
+        return f"{', '.join(self.used_by)}: {self.text}" if self.used_by else self.text
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +59,7 @@ class Parameter:
         choices: Allowed words of a choice.
         optional: Whether it may be left out.
         changeable: Whether a timed change may set it during a run.
+        used_by: The kinds of its part that use it; all of them if empty.
     """
 
     key: str
@@ -66,6 +74,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     optional: bool = False
     changeable: bool = False
+    used_by: tuple[str, ...] = ()
 
     @property
     def limit(self) -> str:
@@ -113,8 +122,24 @@ def iterate_lists(node: Any, prefix: str = "") -> Iterator[Parameter]:
             yield from iterate_lists(value, f"{key}.")
         elif quantity is not None and _is_tuple(base) and Ellipsis in typing.get_args(base):
             yield Parameter(
-                key=key, value=None, kind="text", unit=quantity.unit, text=quantity.text
+                key=key,
+                value=None,
+                kind="text",
+                unit=quantity.unit,
+                text=quantity.sentence,
+                used_by=quantity.used_by,
             )
+
+
+def kinds_using(part: type, name: str) -> tuple[str, ...]:
+    """The kinds of a part of a scenario that use one of its parameters; empty if all do.
+
+    Args:
+        part: Class of the part.
+        name: Field of the parameter.
+    """
+    quantity, _, _ = _split(_hints(part)[name])
+    return () if quantity is None else quantity.used_by
 
 
 @cache
@@ -183,7 +208,7 @@ def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list
         value=value,
         kind=_kind(kinds),
         unit=quantity.unit,
-        text=quantity.text,
+        text=quantity.sentence,
         minimum=low,
         maximum=high,
         exclusive_minimum=exclusive,
@@ -193,6 +218,7 @@ def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list
         ),
         optional=optional,
         changeable=quantity.changeable,
+        used_by=quantity.used_by,
     )
 
 

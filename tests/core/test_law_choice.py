@@ -7,6 +7,7 @@ import pytest
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import CONTROL_LAWS, Change
+from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.law_choice import (
     SettingChange,
     choose_law,
@@ -202,3 +203,14 @@ def test_every_law_says_in_a_sentence_what_it_does(kind):
     summary = CONTROL_LAWS[kind].summary
     assert summary[0].isupper()
     assert summary.endswith(".")
+
+
+def test_what_only_some_kinds_use_names_kinds_that_there_are():
+    parameters = template_keys()
+    of_kinds = {key: parameter for key, parameter in parameters.items() if parameter.used_by}
+
+    for key, parameter in of_kinds.items():
+        kinds = parameters[f"{key.partition('.')[0]}.kind"].choices
+        assert set(parameter.used_by) <= set(kinds)
+        assert parameter.text.startswith(f"{', '.join(parameter.used_by)}: ")
+    assert of_kinds["controller.grip_force"].used_by == ("pd-gravity", "grip-reflex")

@@ -48,13 +48,11 @@ class Entry:
         parameter: What it sets.
         label: What it is called inside its group, with its unit.
         as_text: Whether it is a text field, for one number or a list of them.
-        used_by: The kinds of its part that use it; all of them if empty.
     """
 
     parameter: Parameter
     label: str
     as_text: bool = False
-    used_by: tuple[str, ...] = ()
 
     @property
     def kind_key(self) -> str:
@@ -104,13 +102,13 @@ def _placed(
     single = (parameter for parameter in definitions.values() if not is_of_rows(parameter.key))
     for parameter in sorted((*single, *row_parameters().values()), key=_rank):
         is_open = _is_main(parameter)
-        label, kinds = knob_label(parameter, definitions, names), _used_by(parameter, definitions)
+        label = knob_label(parameter, definitions, names)
         as_text = parameter.kind == "number-or-list" and parameter.optional
-        entry = Entry(parameter, label, as_text, kinds)
+        entry = Entry(parameter, label, as_text)
         yield _title(parameter.key, is_open, names), is_open, entry
         if parameter.kind == "number-or-list" and not parameter.optional:
             each = key_words(parameter.key.partition(".")[2], names) + ", each"
-            entry = Entry(parameter, each + unit_words(parameter.unit), True, kinds)
+            entry = Entry(parameter, each + unit_words(parameter.unit), True)
             yield _title(parameter.key, False, names), False, entry
 
 
@@ -122,13 +120,6 @@ def _rank(parameter: Parameter) -> int:
 def _is_main(parameter: Parameter) -> bool:
     head, last = parameter.key.partition(".")[0], parameter.key.rpartition(".")[2]
     return parameter.changeable and head in _MAIN and last not in _DETAILS
-
-
-def _used_by(parameter: Parameter, definitions: Mapping[str, Parameter]) -> tuple[str, ...]:
-    """The kinds at the head of the sentence on a parameter, such as ``circle, shake: …``."""
-    kind = definitions.get(kind_key(parameter.key))
-    named = tuple(parameter.text.partition(":")[0].split(", "))
-    return named if kind is not None and set(named) <= set(kind.choices) else ()
 
 
 def _title(key: str, is_open: bool, names: Sequence[str]) -> str:

@@ -137,7 +137,7 @@ class KnobsPanel:
     ) -> None:
         knob = add_knob(self._gui, entry, definitions, self._send)
         self._knobs.setdefault(knob.key, []).append((knob, folder))
-        if entry.used_by:
+        if entry.parameter.used_by:
             self._conditional.append((knob, entry))
 
     def _show_values(self, draft: Draft, view: ViewState) -> None:
@@ -158,7 +158,7 @@ class KnobsPanel:
             for knob, _ in self._knobs[key]:
                 knob.show(draft.value_at(moment, key))
         for knob, entry in self._conditional:
-            knob.use(draft.value_at(moment, entry.kind_key) in entry.used_by)
+            knob.use(draft.value_at(moment, entry.kind_key) in entry.parameter.used_by)
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
         """Puts what is wrong below the fields that are wrong."""

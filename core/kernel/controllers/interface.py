@@ -1,7 +1,8 @@
 """What every control law does: command a torque, and learn (docs/model.md, Controllers).
 
 A law sees the state as it is measured, the phases it believes in and what it believes of the
-masses and of friction, in the workspace; it writes tip forces, or rates of its estimates.
+masses and of friction, in the workspace; it writes tip forces, or rates of its estimates. Which
+law does what is decided by the facts of `slipgrasp.core.scenario.laws.ControlLaw`.
 """
 
 from __future__ import annotations
@@ -10,12 +11,6 @@ from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.controllers.certainty_equivalence import command_forces
 from slipgrasp.core.kernel.controllers.composite import learn
 from slipgrasp.core.kernel.controllers.grip_reflex import squeeze_harder
-from slipgrasp.core.kernel.controllers.kinds import (
-    CERTAINTY_EQUIVALENCE,
-    COMPOSITE,
-    GRIP_REFLEX,
-    PD_GRAVITY,
-)
 from slipgrasp.core.kernel.controllers.pd_gravity import command_grip
 from slipgrasp.core.kernel.controllers.theorem_3 import gradient_rates
 from slipgrasp.core.kernel.controllers.theorem_4 import pull_back
@@ -29,22 +24,25 @@ def command(model: Record, discrete: Record, work: Record) -> int:
     Returns:
         1, or 0 where the law has no unique answer.
     """
-    kind = model.law.kind
-    if kind in (PD_GRAVITY, GRIP_REFLEX):
-        return command_grip(model, discrete, work)
-    return command_forces(model, discrete, work)
+    law = model.law
+    if law.uses_friction:
+        return command_forces(model, discrete, work)
+    grip = law.grip_force
+    if law.reacts_to_slip:
+        grip += discrete.squeeze
+    return command_grip(model, work, grip)
 
 
 @compiled
 def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
-    count, kind = model.num_unknowns, model.law.kind
-    if kind in (CERTAINTY_EQUIVALENCE, PD_GRAVITY, GRIP_REFLEX):
+    count = model.num_unknowns
+    if not model.law.learns:
         for k in range(count):
             work.rates[k] = 0.0
         return
     gradient_rates(model, discrete, work)
-    sigma = pull_back(model.law, state, count)
+    sigma = pull_back(model.law, state, count) if model.law.pulls_back else 0.0
     for k in range(count):
         estimate = state.x[6 + 2 * model.num_fingers + k]
         work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
@@ -54,11 +52,10 @@ def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
 def adapt_at_tick(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
-    """The same at a tick of sampled control, for laws with a memory too."""
-    kind = model.law.kind
-    if kind == COMPOSITE:
+    """Rates of the estimates at a tick of sampled control, and the grip's answer to slip."""
+    if model.law.has_memory:
         learn(model, discrete, state, work, memory)
         return
-    if kind == GRIP_REFLEX:
+    if model.law.reacts_to_slip:
         squeeze_harder(model, discrete)
     adapt(model, discrete, state, work)

@@ -8,27 +8,28 @@ those the controller believes in at the start.
 from __future__ import annotations
 
 from slipgrasp.core.kernel.compiler import compiled
-from slipgrasp.core.kernel.controllers.kinds import GRIP_REFLEX
 from slipgrasp.core.kernel.kinematics import to_inertial_frame
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.wrench import share_wrench
 
 
 @compiled
-def command_grip(model: Record, discrete: Record, work: Record) -> int:
+def command_grip(model: Record, work: Record, grip: float) -> int:
     """Torque of PD control with a grip, as tip forces u = J^-T tau in ``work.tip_forces``.
 
     The smallest contact forces F with W F = d that are nearest to the grip F_g: those of
     W^+ (d - W F_g) on top of F_g.
+
+    Args:
+        model: Constants of the run.
+        work: At the measured state; the tip forces are written to it.
+        grip: Normal force F_g at every contact [N].
 
     Returns:
         1, or 0 where all contacts coincide.
     """
     n, kin, room = model.num_fingers, work.kin, work.room
     law, body = model.law, work.believed.object_inertia
-    grip = law.grip_force
-    if law.kind == GRIP_REFLEX:
-        grip += discrete.squeeze
     for k in range(3):
         feedback = (
             law.position_gains[k] * room.error[k] + law.velocity_gains[k] * room.error_rate[k]

@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
-from slipgrasp.core.kernel.controllers.kinds import THEOREM_4
 from slipgrasp.core.kernel.records import Record
 
 
 @compiled
 def pull_back(law: Record, state: Record, count: int) -> float:
-    """sigma_s of Eq. 29; 0 for any other law."""
-    if law.kind != THEOREM_4:
-        return 0.0
+    """sigma_s of Eq. 29."""
     square, first = 0.0, 6 + 2 * law.num_fingers
     for k in range(count):
         square += state.x[first + k] ** 2
