@@ -11,22 +11,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.loading import parameter_definitions
-from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.core.trace.trace import (
+    OBJECT_COORDINATES,
+    SIGNALS,
+    Floats,
+    Phases,
+    Signal,
+    Trace,
+    TraceShape,
+)
 from slipgrasp.core.trace.types import ContactPhase
-
-TIME_COLUMN = "t"
-
-_PREFIXES = {
-    "times": TIME_COLUMN,
-    "object_pose": "",
-    "tracking_error": "error",
-    "joint_torque": "torque",
-    "estimates": "estimate",
-    "true_parameters": "true_parameter",
-}
 
 _SHORT = (
     ("times",),
@@ -55,7 +51,7 @@ class Column:
     name: str
     signal: str
     unit: str
-    values: NDArray[np.float64] | NDArray[np.int8]
+    values: Floats | Phases
 
     @property
     def holds_phases(self) -> bool:
@@ -107,11 +103,10 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
 
 def _columns_of(trace: Trace, signal: Signal) -> Iterator[Column]:
     values = getattr(trace, signal.name)
-    prefix = _PREFIXES.get(signal.name, signal.name)
     labels, units = labels_of(signal, trace.shape), units_of(signal, trace.shape)
     table = values.reshape(len(values), len(labels))
     for label, unit, column in zip(labels, units, table.T, strict=True):
-        name = "_".join(part for part in (prefix, label) if part)
+        name = "_".join(part for part in (signal.prefix, label) if part)
         yield Column(name, signal.name, unit, column)
 
 

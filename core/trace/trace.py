@@ -1,14 +1,15 @@
 """The trace of a run: arrays over time, one definition of every signal.
 
-The order of `SIGNALS` is the column order of a row as the kernel writes it, of the
-recording's messages and of the charts; nothing else defines it again.
+The annotation of an attribute of `Trace` is the only definition of a signal. Columns, recorded
+messages, the REST interface and labels are derived from it, and the kernel writes its rows in
+the order of the attributes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 JOINTS_PER_FINGER = 2
 OBJECT_COORDINATES = ("x", "y", "theta")
+TIME_COLUMN = "t"
+
+Floats = NDArray[np.float64]
+Phases = NDArray[np.int8]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,90 +31,27 @@ class Signal:
     """One quantity of the trace.
 
     Attributes:
-        name: Attribute of `Trace`.
         topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
         per: What its entries stand for: "" (one number), coordinate, contact, joint, unknown.
         unit: SI unit.
         text: One sentence.
+        column: What the names of its columns begin with; its own name if None.
+        name: Attribute of `Trace` that carries it.
+        holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
     """
 
-    name: str
     topic: str
     per: str
     unit: str
     text: str
+    column: str | None = None
+    name: str = ""
+    holds_phases: bool = False
 
-
-SIGNALS = (
-    Signal("times", "time", "", "s", "Simulation time; an event gives two rows at one time."),
-    Signal("object_pose", "object", "coordinate", "m, m, rad", "Pose x, y, theta."),
-    Signal("object_velocity", "object", "coordinate", "m/s, m/s, rad/s", "Its first derivative."),
-    Signal("object_acceleration", "object", "coordinate", "m/s², rad/s²", "Its second derivative."),
-    Signal("tracking_error", "object", "coordinate", "m, m, rad", "Desired minus actual pose."),
-    Signal(
-        "external_wrench", "object", "coordinate", "N, N, N m", "Force and moment of the pulses."
-    ),
-    Signal(
-        "input_rank",
-        "object",
-        "",
-        "1",
-        "Rank of B~ in the phase: how many accelerations torques choose.",
-    ),
-    Signal(
-        "controllability",
-        "object",
-        "coordinate",
-        "1",
-        "Share of an acceleration that torques can produce whatever else is asked.",
-    ),
-    Signal("slip", "contacts", "contact", "m", "Displacement of the fingertip along the face."),
-    Signal("slip_velocity", "contacts", "contact", "m/s", "Its first derivative."),
-    Signal("slip_acceleration", "contacts", "contact", "m/s²", "Its second derivative."),
-    Signal("phase", "contacts", "contact", "", "0 stick, 1 slip forward, -1 slip backward."),
-    Signal("believed_phase", "contacts", "contact", "", "The phase the controller acts on."),
-    Signal("tangential_force", "contacts", "contact", "N", "F_x of the fingertip on the object."),
-    Signal("normal_force", "contacts", "contact", "N", "F_n, positive pushes."),
-    Signal(
-        "friction_margin", "contacts", "contact", "N", "mu F_n - |F_x|, positive inside the cone."
-    ),
-    Signal(
-        "friction_coefficient",
-        "contacts",
-        "contact",
-        "1",
-        "True friction at that time, of stick or of slip.",
-    ),
-    Signal("joint_position", "joints", "joint", "rad", "Joint angles, second relative to first."),
-    Signal("joint_velocity", "joints", "joint", "rad/s", "Their first derivative."),
-    Signal("joint_torque", "joints", "joint", "N m", "Torque that acts on the joint."),
-    Signal("estimates", "controller", "unknown", "", "Estimates of the unknown parameters."),
-    Signal("true_parameters", "controller", "unknown", "", "Their true values at that time."),
-    Signal("lyapunov_value", "controller", "", "1", "V of Eq. 44."),
-    Signal(
-        "grasp_violation",
-        "controller",
-        "",
-        "N",
-        "How far the commanded force leaves the estimated cones.",
-    ),
-    Signal(
-        "inertia_condition", "controller", "", "1", "Condition (1-norm) of the reduced inertia."
-    ),
-    Signal("estimated_inertia_condition", "controller", "", "1", "The same of its estimate."),
-    Signal("kinetic_energy", "energy", "", "J", "Kinetic energy of object and fingers."),
-    Signal("potential_energy", "energy", "", "J", "Potential energy of object and fingers."),
-    Signal(
-        "supplied_energy",
-        "energy",
-        "",
-        "J",
-        "Work of torques, pulses and timed changes so far.",
-    ),
-    Signal("dissipated_energy", "energy", "", "J", "Energy lost to friction so far."),
-)
-
-_INTEGER_SIGNALS = ("phase", "believed_phase")
+    @property
+    def prefix(self) -> str:
+        """What the names of its columns begin with."""
+        return self.name if self.column is None else self.column
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,46 +82,123 @@ class TraceShape:
 class Trace:
     """What happened, over time: ``(rows,)`` or ``(rows, width)`` arrays, SI units.
 
-    Attributes are described by `SIGNALS`. Rows are in time order; every event (phase
-    change, jump of the desired acceleration, timed change) gives two rows with the same
-    time, the state just before and just after. In the very first such pair the row
-    before is the stick phase that every run assumes at t = 0, with the force its law
-    demands: where that force lies outside its cone, the contact slips from the start.
+    Each attribute carries its `Signal`, with unit and sentence. Rows are in time order; every
+    event (phase change, jump of the desired acceleration, timed change) gives two rows with the
+    same time, the state just before and just after. In the very first such pair the row before
+    is the stick phase that every run assumes at t = 0, with the force its law demands: where
+    that force lies outside its cone, the contact slips from the start.
 
     Signals named in ``absent`` are 0: the recording is older than they are.
     """
 
     shape: TraceShape
-    times: NDArray[np.float64]
-    object_pose: NDArray[np.float64]
-    object_velocity: NDArray[np.float64]
-    object_acceleration: NDArray[np.float64]
-    tracking_error: NDArray[np.float64]
-    external_wrench: NDArray[np.float64]
-    input_rank: NDArray[np.float64]
-    controllability: NDArray[np.float64]
-    slip: NDArray[np.float64]
-    slip_velocity: NDArray[np.float64]
-    slip_acceleration: NDArray[np.float64]
-    phase: NDArray[np.int8]
-    believed_phase: NDArray[np.int8]
-    tangential_force: NDArray[np.float64]
-    normal_force: NDArray[np.float64]
-    friction_margin: NDArray[np.float64]
-    friction_coefficient: NDArray[np.float64]
-    joint_position: NDArray[np.float64]
-    joint_velocity: NDArray[np.float64]
-    joint_torque: NDArray[np.float64]
-    estimates: NDArray[np.float64]
-    true_parameters: NDArray[np.float64]
-    lyapunov_value: NDArray[np.float64]
-    grasp_violation: NDArray[np.float64]
-    inertia_condition: NDArray[np.float64]
-    estimated_inertia_condition: NDArray[np.float64]
-    kinetic_energy: NDArray[np.float64]
-    potential_energy: NDArray[np.float64]
-    supplied_energy: NDArray[np.float64]
-    dissipated_energy: NDArray[np.float64]
+    times: Annotated[
+        Floats,
+        Signal(
+            "time",
+            "",
+            "s",
+            "Simulation time; an event gives two rows at one time.",
+            column=TIME_COLUMN,
+        ),
+    ]
+    object_pose: Annotated[
+        Floats, Signal("object", "coordinate", "m, m, rad", "Pose x, y, theta.", column="")
+    ]
+    object_velocity: Annotated[
+        Floats, Signal("object", "coordinate", "m/s, m/s, rad/s", "Its first derivative.")
+    ]
+    object_acceleration: Annotated[
+        Floats, Signal("object", "coordinate", "m/s², rad/s²", "Its second derivative.")
+    ]
+    tracking_error: Annotated[
+        Floats,
+        Signal("object", "coordinate", "m, m, rad", "Desired minus actual pose.", column="error"),
+    ]
+    external_wrench: Annotated[
+        Floats, Signal("object", "coordinate", "N, N, N m", "Force and moment of the pulses.")
+    ]
+    input_rank: Annotated[
+        Floats,
+        Signal(
+            "object", "", "1", "Rank of B~ in the phase: how many accelerations torques choose."
+        ),
+    ]
+    controllability: Annotated[
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "1",
+            "Share of an acceleration that torques can produce whatever else is asked.",
+        ),
+    ]
+    slip: Annotated[
+        Floats, Signal("contacts", "contact", "m", "Displacement of the fingertip along the face.")
+    ]
+    slip_velocity: Annotated[Floats, Signal("contacts", "contact", "m/s", "Its first derivative.")]
+    slip_acceleration: Annotated[
+        Floats, Signal("contacts", "contact", "m/s²", "Its second derivative.")
+    ]
+    phase: Annotated[
+        Phases, Signal("contacts", "contact", "", "0 stick, 1 slip forward, -1 slip backward.")
+    ]
+    believed_phase: Annotated[
+        Phases, Signal("contacts", "contact", "", "The phase the controller acts on.")
+    ]
+    tangential_force: Annotated[
+        Floats, Signal("contacts", "contact", "N", "F_x of the fingertip on the object.")
+    ]
+    normal_force: Annotated[Floats, Signal("contacts", "contact", "N", "F_n, positive pushes.")]
+    friction_margin: Annotated[
+        Floats, Signal("contacts", "contact", "N", "mu F_n - |F_x|, positive inside the cone.")
+    ]
+    friction_coefficient: Annotated[
+        Floats,
+        Signal("contacts", "contact", "1", "True friction at that time, of stick or of slip."),
+    ]
+    joint_position: Annotated[
+        Floats, Signal("joints", "joint", "rad", "Joint angles, second relative to first.")
+    ]
+    joint_velocity: Annotated[Floats, Signal("joints", "joint", "rad/s", "Their first derivative.")]
+    joint_torque: Annotated[
+        Floats, Signal("joints", "joint", "N m", "Torque that acts on the joint.", column="torque")
+    ]
+    estimates: Annotated[
+        Floats,
+        Signal(
+            "controller", "unknown", "", "Estimates of the unknown parameters.", column="estimate"
+        ),
+    ]
+    true_parameters: Annotated[
+        Floats,
+        Signal(
+            "controller", "unknown", "", "Their true values at that time.", column="true_parameter"
+        ),
+    ]
+    lyapunov_value: Annotated[Floats, Signal("controller", "", "1", "V of Eq. 44.")]
+    grasp_violation: Annotated[
+        Floats,
+        Signal("controller", "", "N", "How far the commanded force leaves the estimated cones."),
+    ]
+    inertia_condition: Annotated[
+        Floats, Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.")
+    ]
+    estimated_inertia_condition: Annotated[
+        Floats, Signal("controller", "", "1", "The same of its estimate.")
+    ]
+    kinetic_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")
+    ]
+    potential_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Potential energy of object and fingers.")
+    ]
+    supplied_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Work of torques, pulses and timed changes so far.")
+    ]
+    dissipated_energy: Annotated[
+        Floats, Signal("energy", "", "J", "Energy lost to friction so far.")
+    ]
     absent: frozenset[str] = frozenset()
 
     @classmethod
@@ -193,22 +212,21 @@ class Trace:
         for signal in SIGNALS:
             stop = start + shape.width(signal)
             columns = rows[:, start] if signal.per == "" else rows[:, start:stop]
-            is_integer = signal.name in _INTEGER_SIGNALS
-            arrays[signal.name] = columns.astype(np.int8) if is_integer else columns
+            arrays[signal.name] = columns.astype(np.int8) if signal.holds_phases else columns
             start = stop
         return cls(shape=shape, **arrays)
 
-    def to_rows(self, signals: Sequence[Signal] = SIGNALS) -> NDArray[np.float64]:
+    def to_rows(self, signals: Sequence[Signal] | None = None) -> NDArray[np.float64]:
         """The inverse of `from_rows`: shape ``(rows, shape.num_columns)``.
 
         Args:
-            signals: Which signals; all of them by default.
+            signals: Which signals; all of them if None.
         """
         columns = [
             np.asarray(getattr(self, signal.name), dtype=np.float64).reshape(
                 len(self), self.shape.width(signal)
             )
-            for signal in signals
+            for signal in (SIGNALS if signals is None else signals)
         ]
         return np.concatenate(columns, axis=1)
 
@@ -257,3 +275,14 @@ class Trace:
         from slipgrasp.core.trace.frames import trace_to_xarray
 
         return trace_to_xarray(self)
+
+
+def _signals() -> Iterator[Signal]:
+    for name, hint in get_type_hints(Trace, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            values, signal = get_args(hint)
+            yield replace(signal, name=name, holds_phases=values == Phases)
+
+
+SIGNALS = tuple(_signals())
+"""Every signal of a trace, in the order of the columns of a row."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.run.result import Metrics, RunResult
-from slipgrasp.core.trace.columns import TIME_COLUMN, Column, columns_of
-from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.columns import Column, columns_of
+from slipgrasp.core.trace.trace import TIME_COLUMN, Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange
 from slipgrasp.recordings.compare.alignment import match_rows
 

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
-import numpy as np
-
-from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
+from slipgrasp.core.trace.trace import SIGNALS, Signal
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FORMAT_VERSION
 
@@ -77,8 +75,7 @@ def _topic(group: str, version: int) -> Topic:
 
 
 def _field(signal: Signal) -> Field:
-    array = getattr(_EMPTY_TRACE, signal.name)
-    kind = "sint32" if np.issubdtype(array.dtype, np.integer) else "double"
+    kind = "sint32" if signal.holds_phases else "double"
     unit = f" [{signal.unit}]" if signal.unit else ""
     return Field(signal.name, kind, signal.per != "", signal.text + unit)
 
@@ -87,10 +84,6 @@ def signals_of(topic: Topic) -> tuple[Signal, ...]:
     """The signals that a sample topic carries, in the order of its fields."""
     by_name = {signal.name: signal for signal in SIGNALS}
     return tuple(by_name[field.name] for field in topic.fields[1:])
-
-
-_SHAPE = TraceShape(num_contacts=2, unknowns=())
-_EMPTY_TRACE = Trace.from_rows(_SHAPE, np.empty((0, _SHAPE.num_columns)))
 
 
 def _sample_topics(version: int) -> tuple[Topic, ...]:

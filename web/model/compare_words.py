@@ -12,7 +12,7 @@ from slipgrasp.recordings.study.result_columns import metric_unit
 
 MISSING = "–"
 
-_PER = {signal.name: signal.per for signal in SIGNALS}
+_SIGNALS = {signal.name: signal for signal in SIGNALS}
 _SIGNAL_WORDS = {"object_pose": "object", "estimates": "estimate of", "true_parameters": "true"}
 _METRIC_WORDS = {
     "outcome": "ended as",
@@ -118,7 +118,8 @@ def column_words(column: SignalDifference, names: Sequence[str]) -> str:
 
 
 def _label(column: SignalDifference, names: Sequence[str]) -> str:
-    per, parts = _PER[column.signal], column.name.split("_")
+    signal, parts = _SIGNALS[column.signal], column.name.split("_")
+    per = signal.per
     if per == "coordinate":
         return _COORDINATES[parts[-1]]
     if per == "contact":
@@ -126,6 +127,5 @@ def _label(column: SignalDifference, names: Sequence[str]) -> str:
     if per == "joint":
         return f"{names[int(parts[-2])]} {int(parts[-1]) + 1}"
     if per == "unknown":
-        prefix = "true_parameter_" if column.signal == "true_parameters" else "estimate_"
-        return key_words(column.name.removeprefix(prefix), names)
+        return key_words(column.name.removeprefix(f"{signal.prefix}_"), names)
     return ""
