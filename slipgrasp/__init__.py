@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
     from slipgrasp.core.run.batch import simulate_many
-    from slipgrasp.core.run.result import Metrics, RunResult, RunSummary
+    from slipgrasp.core.run.metrics import Metrics
+    from slipgrasp.core.run.result import RunResult, RunSummary
     from slipgrasp.core.run.simulation import Simulation
     from slipgrasp.core.run.simulator import simulate
     from slipgrasp.core.scenario import Patch, Pulse, Scenario
@@ -102,7 +103,7 @@ _ORIGINS = {
     "IncomparableError": "slipgrasp.recordings.compare.comparison",
     "Margin": "slipgrasp.core.study.margin",
     "MarginError": "slipgrasp.core.study.margin",
-    "Metrics": "slipgrasp.core.run.result",
+    "Metrics": "slipgrasp.core.run.metrics",
     "MissingPackageError": "slipgrasp.core.trace.frames",
     "Outcome": "slipgrasp.core.trace.types",
     "Patch": "slipgrasp.core.scenario",

@@ -1,19 +1,135 @@
-"""Figures of merit of a run, from the sums the kernel adds up row by row."""
+"""Figures of merit of a run: what each one is, and how they are computed.
+
+The annotation of a field of `Metrics` is the only definition of a metric; tables, the REST
+schema, searches and the page are derived from it.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, Literal, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.run.result import Metrics
-from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.trace import OBJECT_COORDINATES, Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 _HOLD_WINDOW = 0.5
+
+MetricKind = Literal["boolean", "integer", "number"]
+Coordinates = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """One figure of merit, or one number of it.
+
+    Attributes:
+        text: One sentence.
+        unit: SI unit, "1" for pure numbers, "" for what has none.
+        per: What its entries stand for: "" (one value), coordinate, contact.
+        name: Field of `Metrics`, or of one number in a table: ``slip_path_0``.
+        kind: What its values are.
+    """
+
+    text: str
+    unit: str = ""
+    per: Literal["", "coordinate", "contact"] = ""
+    name: str = ""
+    kind: MetricKind = "number"
+
+    def single_values(self, num_contacts: int) -> Iterator[Metric]:
+        """The numbers it consists of: contacts by index, coordinates by letter."""
+        labels = {
+            "": ("",),
+            "coordinate": OBJECT_COORDINATES,
+            "contact": tuple(f"{contact}" for contact in range(num_contacts)),
+        }[self.per]
+        units = self.unit.split(", ")
+        for i, label in enumerate(labels):
+            name = f"{self.name}_{label}" if label else self.name
+            yield replace(self, name=name, unit=units[min(i, len(units) - 1)], per="")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metrics:
+    """Figures of merit of a run, SI units; lists have one entry per contact or coordinate.
+
+    Each field carries its `Metric`, with unit and sentence.
+    """
+
+    held: Annotated[bool, Metric("Completed with every contact in stick over the last 0.5 s.")]
+    slipping_at_end: Annotated[bool, Metric("Whether any contact slips at the end.")]
+    last_slip_time: Annotated[
+        float | None, Metric("When the last slip ended, None if nothing slipped.", "s")
+    ]
+    slip_path: Annotated[
+        tuple[float, ...], Metric("Way each fingertip slid on its face.", "m", "contact")
+    ]
+    peak_normal_force: Annotated[
+        tuple[float, ...], Metric("Largest normal force of each contact.", "N", "contact")
+    ]
+    minimum_friction_margin: Annotated[
+        tuple[float | None, ...],
+        Metric("Least margin of each contact in stick, None if never.", "N", "contact"),
+    ]
+    rms_tracking_error: Annotated[
+        Coordinates, Metric("Over time, x, y, theta.", "m, m, rad", "coordinate")
+    ]
+    final_tracking_error: Annotated[
+        Coordinates, Metric("At the end, x, y, theta.", "m, m, rad", "coordinate")
+    ]
+    torque_effort: Annotated[float, Metric("Integral of the squared torques.", "N² m² s")]
+    phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
+
+    def flattened(self) -> dict[str, float | int | bool | None]:
+        """One value per name of `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
+        values: list[float | int | bool | None] = []
+        for metric in METRICS:
+            value = getattr(self, metric.name)
+            values += value if metric.per else [value]
+        return dict(zip(metric_names(len(self.slip_path)), values, strict=True))
+
+    def are_of(self, num_contacts: int) -> bool:
+        """Whether they are those of a hand with so many contacts."""
+        lists = (getattr(self, metric.name) for metric in METRICS if metric.per == "contact")
+        return all(len(values) == num_contacts for values in lists)
+
+
+def _metrics() -> Iterator[Metric]:
+    kinds: dict[type, MetricKind] = {bool: "boolean", int: "integer"}
+    for name, hint in get_type_hints(Metrics, include_extras=True).items():
+        values, metric = get_args(hint)
+        yield replace(metric, name=name, kind=kinds.get(values, "number"))
+
+
+METRICS = tuple(_metrics())
+"""Every figure of merit, in the order of the fields."""
+
+
+@cache
+def single_metrics(num_contacts: int) -> tuple[Metric, ...]:
+    """The single numbers of `Metrics`, as they stand in tables.
+
+    Args:
+        num_contacts: Fingers of the hand.
+    """
+    return tuple(single for metric in METRICS for single in metric.single_values(num_contacts))
+
+
+@cache
+def metric_names(num_contacts: int) -> tuple[str, ...]:
+    """Names of the single numbers of `Metrics`, as they stand in tables.
+
+    Args:
+        num_contacts: Fingers of the hand.
+    """
+    return tuple(metric.name for metric in single_metrics(num_contacts))
 
 
 def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics:
@@ -45,14 +161,14 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _root_mean_square(tally: Record) -> tuple[float, float, float]:
+def _root_mean_square(tally: Record) -> Coordinates:
     span = tally["time"] - tally["start"]
     if span == 0.0:
         return _triple(np.abs(tally["error"]))
     return _triple(np.sqrt(tally["squared_error"] / span))
 
 
-def _triple(values: np.ndarray) -> tuple[float, float, float]:
+def _triple(values: np.ndarray) -> Coordinates:
     x, y, theta = values.tolist()
     return x, y, theta
 
@@ -83,7 +199,7 @@ def metrics_of_trace(trace: Trace, changes: Sequence[PhaseChange], outcome: Outc
     )
 
 
-def _rms_over_time(trace: Trace) -> tuple[float, float, float]:
+def _rms_over_time(trace: Trace) -> Coordinates:
     span = trace.times[-1] - trace.times[0]
     if span == 0.0:
         return _triple(np.abs(trace.tracking_error[-1]))

@@ -2,73 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
-from functools import cache
+from dataclasses import asdict, dataclass
 from typing import Any
 
+from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.trace.trace import OBJECT_COORDINATES, Trace
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange, Reason, RunWarning
 from slipgrasp.core.words.display_name import name_run
-
-_PER_CONTACT = ("slip_path", "peak_normal_force", "minimum_friction_margin")
-_PER_COORDINATE = ("rms_tracking_error", "final_tracking_error")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Metrics:
-    """Figures of merit of a run, SI units; lists have one entry per contact or coordinate.
-
-    Attributes:
-        held: Completed with every contact in stick over the last 0.5 s.
-        slipping_at_end: Whether any contact slips at the end.
-        last_slip_time: When the last slip ended, None if nothing slipped [s].
-        slip_path: Way each fingertip slid on its face [m].
-        peak_normal_force: Largest normal force of each contact [N].
-        minimum_friction_margin: Least margin of each contact in stick, None if never [N].
-        rms_tracking_error: Over time, x, y, theta [m, m, rad].
-        final_tracking_error: At the end, x, y, theta [m, m, rad].
-        torque_effort: Integral of the squared torques [N² m² s].
-        phase_change_count: Number of phase changes.
-    """
-
-    held: bool
-    slipping_at_end: bool
-    last_slip_time: float | None
-    slip_path: tuple[float, ...]
-    peak_normal_force: tuple[float, ...]
-    minimum_friction_margin: tuple[float | None, ...]
-    rms_tracking_error: tuple[float, float, float]
-    final_tracking_error: tuple[float, float, float]
-    torque_effort: float
-    phase_change_count: int
-
-    def flattened(self) -> dict[str, float | int | bool | None]:
-        """One value per name of `metric_names`, for tables: slip_path_0, rms_tracking_error_x."""
-        values: list[float | int | bool | None] = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            values += value if isinstance(value, tuple) else [value]
-        return dict(zip(metric_names(len(self.slip_path)), values, strict=True))
-
-
-@cache
-def metric_names(num_contacts: int) -> tuple[str, ...]:
-    """Names of the single values of `Metrics`: contacts by index, coordinates by letter.
-
-    Args:
-        num_contacts: Fingers of the hand.
-    """
-    names: list[str] = []
-    for field in fields(Metrics):
-        if field.name in _PER_CONTACT:
-            names += [f"{field.name}_{contact}" for contact in range(num_contacts)]
-        elif field.name in _PER_COORDINATE:
-            names += [f"{field.name}_{coordinate}" for coordinate in OBJECT_COORDINATES]
-        else:
-            names.append(field.name)
-    return tuple(names)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.run.metrics import metrics_of_trace
-from slipgrasp.core.run.result import Metrics, RunResult
+from slipgrasp.core.run.metrics import Metrics, metrics_of_trace
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import Column, columns_of
 from slipgrasp.core.trace.trace import TIME_COLUMN, Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange

@@ -179,13 +179,7 @@ class Contents:
             ending = read_stop(stop)
         except (KeyError, ValueError) as error:
             raise self._damaged("how the run ended is malformed") from error
-        metrics = ending.metrics
-        per_contact = (
-            metrics.slip_path,
-            metrics.peak_normal_force,
-            metrics.minimum_friction_margin,
-        )
-        if any(len(values) != self.shape.num_contacts for values in per_contact):
+        if not ending.metrics.are_of(self.shape.num_contacts):
             raise self._damaged("its metrics do not belong to its samples")
         return ending
 

@@ -16,8 +16,9 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
-from slipgrasp.core.run.result import Metrics, RunResult
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import MAX_FINGERS, MAX_UNKNOWNS, Scenario
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping

@@ -10,7 +10,8 @@ from typing import Any, Self
 
 from pydantic import TypeAdapter, ValidationError
 
-from slipgrasp.core.run.result import Metrics, RunResult
+from slipgrasp.core.run.metrics import Metrics
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import DamagedRecordingError

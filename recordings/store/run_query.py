@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, time
 from typing import Self
 
-from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.scenario import MAX_FINGERS
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError

@@ -5,28 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.run.metrics import single_metrics
 from slipgrasp.core.study.definition import Study, Value
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
 from slipgrasp.recordings.study.varied import parameter_of
 
 Kind = Literal["number", "integer", "boolean", "word", "value", "hash"]
-
-_BOOLEANS = ("held", "slipping_at_end")
-_INTEGERS = ("phase_change_count",)
-_METRIC_UNITS = {
-    "last_slip_time": "s",
-    "slip_path": "m",
-    "peak_normal_force": "N",
-    "minimum_friction_margin": "N",
-    "rms_tracking_error_theta": "rad",
-    "final_tracking_error_theta": "rad",
-    "rms_tracking_error": "m",
-    "final_tracking_error": "m",
-    "torque_effort": "N² m² s",
-    "phase_change_count": "1",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +42,10 @@ def columns_of(study: Study) -> tuple[ResultColumn, ...]:
         ResultColumn("reason", "word", "", "ending"),
         ResultColumn("reason_message", "word", "", "ending"),
         ResultColumn("end_time", "number", "s", "ending"),
-        *(_metric(name) for name in metric_names(len(study.base.fingers))),
+        *(
+            ResultColumn(metric.name, metric.kind, metric.unit, "metric")
+            for metric in single_metrics(len(study.base.fingers))
+        ),
         ResultColumn("state_hash", "hash", "", "origin"),
         ResultColumn("kernel", "word", "", "origin"),
         ResultColumn("recording", "word", "", "origin"),
@@ -71,20 +59,6 @@ def column_for(column: ResultColumn) -> GrowingColumn:
     if column.kind in ("word", "value"):
         return ValueColumn()
     return NumberColumn(column.kind)
-
-
-def _metric(name: str) -> ResultColumn:
-    kind: Kind = "boolean" if name in _BOOLEANS else "integer" if name in _INTEGERS else "number"
-    return ResultColumn(name, kind, metric_unit(name), "metric")
-
-
-def metric_unit(name: str) -> str:
-    """SI unit of a metric, "1" for pure numbers, "" for what has none.
-
-    Args:
-        name: One of `slipgrasp.core.run.result.metric_names`.
-    """
-    return next((unit for start, unit in _METRIC_UNITS.items() if name.startswith(start)), "")
 
 
 def _varied(study: Study, key: str) -> ResultColumn:

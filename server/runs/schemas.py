@@ -8,8 +8,9 @@ from dataclasses import asdict
 from http import HTTPStatus
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
 
+from slipgrasp.core.run.metrics import METRICS, Metric
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.run_index import FoundRuns
@@ -60,19 +61,16 @@ class WarningPublic(BaseModel):
     first_time: FiniteOrNone
 
 
-class MetricsPublic(BaseModel):
-    """Figures of merit; lists have one entry per contact, or x, y, theta."""
+_METRIC_TYPES = {"boolean": bool, "integer": int, "number": FiniteOrNone}
 
-    held: bool
-    slipping_at_end: bool
-    last_slip_time: FiniteOrNone
-    slip_path: list[FiniteOrNone]
-    peak_normal_force: list[FiniteOrNone]
-    minimum_friction_margin: list[FiniteOrNone]
-    rms_tracking_error: list[FiniteOrNone]
-    final_tracking_error: list[FiniteOrNone]
-    torque_effort: FiniteOrNone
-    phase_change_count: int
+
+def _metric_type(metric: Metric) -> Any:
+    one = _METRIC_TYPES[metric.kind]
+    return list[one] if metric.per else one
+
+
+class MetricsPublic(create_model("_Metrics", **{m.name: _metric_type(m) for m in METRICS})):
+    """Figures of merit; lists have one entry per contact, or x, y, theta."""
 
 
 class RunPublic(BaseModel):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings import RecordingStore
 from slipgrasp.recordings.exceptions import QueryError

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from slipgrasp.core.run.result import metric_names
+from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.compare.differences import SignalDifference
-from slipgrasp.recordings.study.result_columns import metric_unit
 
 MISSING = "–"
 
@@ -23,6 +23,7 @@ _METRIC_WORDS = {
     "final_tracking_error": "error of the object, at the end",
     "phase_change_count": "phase changes",
 }
+_METRIC_UNITS = {"end_time": "s", **{metric.name: metric.unit for metric in METRICS}}
 _COORDINATES: dict[str, str] = dict(zip(OBJECT_COORDINATES, ("x", "y", "θ"), strict=True))
 _IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
 _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
@@ -90,20 +91,17 @@ def value_words(value: Any) -> str:
 
 
 def metric_words(name: str) -> tuple[str, str]:
-    """What a metric is called, and its SI unit; those of angles are told of elsewhere.
+    """What a metric is called, and its SI unit; one per coordinate is told of elsewhere.
 
     Args:
-        name: Field of `slipgrasp.core.run.result.Metrics`, ``outcome`` or ``end_time``.
+        name: Field of `slipgrasp.core.run.metrics.Metrics`, ``outcome`` or ``end_time``.
     """
-    unit = "s" if name == "end_time" else metric_unit(name)
-    return _METRIC_WORDS.get(name, name.replace("_", " ")), unit
+    return _METRIC_WORDS.get(name, name.replace("_", " ")), _METRIC_UNITS.get(name, "")
 
 
 def coordinate_words(name: str) -> list[tuple[str, str]]:
     """Of a metric with one value per coordinate: the letter and the unit of each."""
-    return [
-        (letter, metric_unit(f"{name}_{coordinate}")) for coordinate, letter in _COORDINATES.items()
-    ]
+    return list(zip(_COORDINATES.values(), _METRIC_UNITS[name].split(", "), strict=True))
 
 
 def column_words(column: SignalDifference, names: Sequence[str]) -> str:

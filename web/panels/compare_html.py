@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
+from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.scenario.differences import ParameterDifference
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
@@ -30,6 +31,7 @@ from slipgrasp.web.page.markup import clickable
 
 MOST_PHASE_CHANGES = 12
 
+_PER = {metric.name: metric.per for metric in METRICS}
 _LONGEST_VALUE = 40
 _DIFFERENCE = "B − A"
 
@@ -146,7 +148,7 @@ def _metric_rows(findings: Comparison, names: Sequence[str]) -> Iterator[str]:
         words, unit = metric_words(name)
         if not isinstance(a, tuple):
             yield _single_row(words, unit, a, b)
-        elif name.endswith("_error"):
+        elif _PER[name] == "coordinate":
             yield f"<tr><th colspan='4'>{words}</th></tr>"
             yield from _coordinate_rows(name, a, b)
         else:
