@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 PAGES = (
-    ROOT / "ARCHITECTURE.md",
+    *(ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md")),
     *sorted((ROOT / "docs" / "decisions").glob("*.md")),
 )
 KINDS = (
