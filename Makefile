@@ -1,4 +1,4 @@
-# make serve [PORT=8080] | test | lint | benchmark | constraints | clean
+# make serve [PORT=8080] | check | test | lint | benchmark | constraints | clean
 #
 # Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
 # installed, venv and pip otherwise. A stamp file per set of extras makes a second call instant.
@@ -13,12 +13,21 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve test lint benchmark constraints clean
+.PHONY: serve check quick test lint benchmark constraints clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
 	@$(BIN)/slipgrasp serve $(if $(PORT),--port $(PORT))
 
+# What to run after every change: about as long as the type checker alone, which has one of two
+# processors. Tests marked `slow`, and those in a browser, are left to `make test`.
+check: $(VENV)/.develop
+	@$(MAKE) --no-print-directory --jobs 2 lint quick
+
+quick: $(VENV)/.develop
+	$(BIN)/python -m pytest -q -m "not slow and not browser"
+
+# All tests; needs Chromium and curl, which it finds or installs.
 test: $(VENV)/.develop
 	@$(BIN)/python tests/ensure_programs.py
 	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"

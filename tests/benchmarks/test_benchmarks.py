@@ -42,6 +42,8 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import Outcome
 
+pytestmark = pytest.mark.slow
+
 PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
 CASE_1 = load_scenario("paper-case-1")
 

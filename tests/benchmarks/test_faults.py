@@ -2,11 +2,15 @@
 
 import itertools
 
+import pytest
+
 from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, defuse, write_bombs
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services
+
+pytestmark = pytest.mark.slow
 
 
 def test_what_a_killed_process_had_flushed_is_read_to_the_last_sample():

@@ -20,6 +20,8 @@ from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reaso
 from tests.references.instant import answers_at_end
 from tests.references.open_contacts import OPEN
 
+pytestmark = pytest.mark.slow
+
 SEED = 3
 HELD = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.2})
 

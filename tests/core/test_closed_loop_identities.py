@@ -29,6 +29,8 @@ from tests.references.hands import (
     random_state,
 )
 
+pytestmark = pytest.mark.slow
+
 PHASES = [
     *product((0, 1, -1), repeat=2),
     *combinations_with_replacement((0, 1, -1), 3),

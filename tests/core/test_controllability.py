@@ -36,6 +36,7 @@ def test_only_two_slipping_fingers_lack_an_input():
     assert sorted(lacking) == sorted(product((1, -1), repeat=2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grasp_force", ["minimum", "none"])
 @pytest.mark.parametrize("phase", [p for p in PHASES if len(p) in (3, 4)], ids=str)
 def test_three_and_four_fingers_track_the_object_fully_in_every_phase(phase, grasp_force):

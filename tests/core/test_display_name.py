@@ -148,6 +148,7 @@ def test_a_scenario_like_no_preset_is_named_by_its_own_title_law_hand_and_object
     assert name_run(replace(drawn, title="a\nb " + 60 * "x")).startswith(f"a b {43 * 'x'}… · ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS, ids=str)
 def test_every_scenario_has_a_name_of_one_line_that_fits_its_place(kind):
     for seed in range(3):

@@ -19,6 +19,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = """
 import sys
 from slipgrasp.core.executors import make_executor

@@ -12,6 +12,8 @@ from tests.references.grasp import Limits, least_violation
 from tests.references.hand import friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
 
+pytestmark = pytest.mark.slow
+
 SIZES = (2, 3, 4, 5, 6)
 
 

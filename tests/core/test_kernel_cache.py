@@ -11,6 +11,8 @@ import pytest
 from slipgrasp.core.kernel.cache import cache_root, kernel_name
 from slipgrasp.core.run.simulator import prepare_kernel
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = Path(__file__).parents[2]
 
 ASK = "from slipgrasp.core.kernel.cache import cache_root; print(cache_root())"

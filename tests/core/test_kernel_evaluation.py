@@ -17,6 +17,8 @@ from tests.references.controller import regressor
 from tests.references.hand import State
 from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
 
+pytestmark = pytest.mark.slow
+
 PHASES = [phase for n in (2, 3, 4) for phase in product((0, 1, -1), repeat=n)]
 TIMES = (0.4, 1.3, 3.2, 4.5)  # one in each piece of the desired motion
 

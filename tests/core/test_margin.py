@@ -9,6 +9,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.study.margin import MarginError, find_margin
 from slipgrasp.core.trace.types import Outcome
 
+pytestmark = pytest.mark.slow
+
 BELIEVED, SAFETY = 0.5, 1.1
 
 # Nothing is learnt and nothing moves: the grip is what the believed friction asks for.

@@ -119,6 +119,7 @@ def test_recognition_delay_and_fast_sampling_leave_the_same_slip():
     assert f"{1e3 * max(sampled.metrics.slip_path):.2f}" == "23.74"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("period", [0.0, 0.001])
 def test_passage_of_the_inconsistent_boundary_follows_the_scipy_reference(period):
     scenario = with_values(CASE_1, {**INCONSISTENT_BOUNDARY, "controller.control_period": period})

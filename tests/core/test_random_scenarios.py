@@ -16,6 +16,8 @@ from slipgrasp.core.trace.types import ContactPhase, Outcome
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.references.closed_loop import ClosedLoop
 
+pytestmark = pytest.mark.slow
+
 EACH = 9
 COMMON = (
     *("long", "slipped", "sampled", "continuous", "changed", "unknown"),

@@ -166,6 +166,7 @@ def _linear_programme(base, direction, cones):
     return size.x[0], violation
 
 
+@pytest.mark.slow
 def test_closed_form_of_the_squeeze_agrees_with_linear_programming():
     rng = np.random.default_rng(3)
     violated = 0

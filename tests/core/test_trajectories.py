@@ -88,6 +88,7 @@ def trajectories(draw):
     }
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(trajectories(), st.lists(st.floats(0.0, 1.2), min_size=1, max_size=8))
 def test_any_motion_is_that_of_scipy_and_continuous_at_all_its_breaks(values, shares):

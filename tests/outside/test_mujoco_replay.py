@@ -16,6 +16,8 @@ from benchmarks.mujoco_replay import measure_differences, replay_in_mujoco
 from benchmarks.replay import CASES, STEPS, mean_torques, record_case
 from slipgrasp.core.scenario.loading import with_values
 
+pytestmark = pytest.mark.slow
+
 # position [m], slip [m] at the smallest step, and of the limit that the last two steps predict
 BOUNDS = {"paper-case-1": (12e-6, 3e-6, 2e-6), "paper-case-2": (22e-6, 40e-6, 6e-6)}
 

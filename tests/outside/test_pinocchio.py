@@ -21,6 +21,8 @@ from tests.references.hand import State, friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
 from tests.references.pinocchio_hand import FingerTerms, PinocchioHand
 
+pytestmark = pytest.mark.slow
+
 PHASES = [phase for n in (2, 3, 4) for phase in product((0, 1, -1), repeat=n)]
 HANDS = [(n, seed) for n in (2, 3, 4) for seed in range(6)]
 TOLERANCE = 1e-10

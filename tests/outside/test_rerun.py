@@ -21,6 +21,8 @@ from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, signals_of
 from tests.recordings.reading_display import shown_rows
 from tests.references.closed_loop import ClosedLoop
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def run():

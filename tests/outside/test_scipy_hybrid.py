@@ -21,6 +21,8 @@ from tests.references.hybrid import Run
 from tests.references.sampled import run_sampled
 from tests.references.world import World
 
+pytestmark = pytest.mark.slow
+
 
 class Case(NamedTuple):
     """A run, the times at which its state is compared, and a factor on all tolerances."""

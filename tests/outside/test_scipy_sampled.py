@@ -16,6 +16,8 @@ from tests.references.hybrid import initial_stage
 from tests.references.sampled import follow_ticks, run_sampled, tick_times
 from tests.references.world import World
 
+pytestmark = pytest.mark.slow
+
 PERIOD = 0.001
 OBJECT_GAINS = {
     "controller.position_gain": [80.0, 120.0, 60.0],

@@ -28,6 +28,8 @@ from slipgrasp.recordings.store.run_query import (
     parse_instant,
 )
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def store(tmp_path):

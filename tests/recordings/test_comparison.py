@@ -18,6 +18,8 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings import write_csv
 from slipgrasp.recordings.compare.comparison import IncomparableError, ToleranceError, compare
 
+pytestmark = pytest.mark.slow
+
 CASE_1 = load_scenario("paper-case-1")
 SLIPPERIER = {"fingers.0.friction": 0.25 * 1.01}
 EMPTY = {

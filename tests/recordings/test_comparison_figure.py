@@ -16,6 +16,8 @@ from slipgrasp.figures.files import save_figure, write_figure
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.exceptions import RecordingExistsError
 
+pytestmark = pytest.mark.slow
+
 CASE_1 = load_scenario("paper-case-1")
 
 

@@ -6,6 +6,8 @@ from slipgrasp.recordings.exceptions import RecordingExistsError, RecordingWrite
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
 
+pytestmark = pytest.mark.slow
+
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF-", "png": b"\x89PNG\r\n"}
 
 

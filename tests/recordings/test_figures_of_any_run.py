@@ -12,6 +12,8 @@ from slipgrasp.figures.slip_times import closer_look
 from tests.held_polygon import CORNERS, held_polygon
 from tests.recordings.reading_figures import axes_of, quantities, texts, titles
 
+pytestmark = pytest.mark.slow
+
 THIRD_FINGER = {"base": [1.466, -1.3], "face": "bottom", "contact_offset": 0.02, "friction": 0.3}
 
 

@@ -29,6 +29,8 @@ from slipgrasp.recordings.file.recovery import recover, recover_orphans
 from slipgrasp.recordings.file.writer import RecordingWriter
 from tests.recordings.tampering import repack
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def small():

@@ -30,6 +30,8 @@ from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.container import McapContainer
 from slipgrasp.recordings.file.documents import START, start_document
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def small(short_run):

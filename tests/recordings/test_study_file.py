@@ -33,6 +33,8 @@ from slipgrasp.recordings.study.rebuild import RebuildError, rebuild
 from slipgrasp.recordings.study.rows import StudyRow, row_of
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
+pytestmark = pytest.mark.slow
+
 NUM_RUNS = 50
 
 

@@ -23,6 +23,8 @@ from slipgrasp.recordings.study.stored_study import StudySidecars
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def runs(tmp_path: Path) -> RecordingStore:

@@ -20,6 +20,8 @@ from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
 from tests.recordings.reading_figures import axes_of, texts
 from tests.recordings.studying import make_study, run_study
 
+pytestmark = pytest.mark.slow
+
 FRICTIONS = "fingers.0.friction", "fingers.1.friction"
 GRID = {key: {"min": 0.2, "max": 0.4, "count": 5} for key in FRICTIONS}
 SAMPLES = {

@@ -16,6 +16,8 @@ import pytest
 
 from tests.server.serving import RunningServer, patient_settings, serve
 
+pytestmark = pytest.mark.slow
+
 PAGE = Path(__file__).parents[2] / "docs" / "api.md"
 ADDRESS = "localhost:8020"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -20,6 +20,8 @@ from slipgrasp.server.http.json_body import (
 from tests.server.raw_http import exchange, post
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 PROBLEM = "application/problem+json"
 
 

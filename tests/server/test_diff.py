@@ -14,6 +14,8 @@ import pytest
 from slipgrasp.recordings import read_recording
 from slipgrasp.recordings.compare.comparison import compare
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def slipperier(server):

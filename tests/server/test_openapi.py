@@ -16,6 +16,8 @@ import pytest
 from tests.server.studying import finished
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 METHODS = ("get", "post", "put", "patch", "delete", "head", "options")
 PROBLEM = "application/problem+json"
 

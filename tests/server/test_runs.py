@@ -21,6 +21,8 @@ from slipgrasp.recordings.file.reader import read_recording
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
 SEPARATES = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
 LONG = {

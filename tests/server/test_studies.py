@@ -20,6 +20,8 @@ from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 GRID = {"base": "paper-case-1", "sampling": {"method": "grid"}}
 HUGE = {
     **GRID,

@@ -14,6 +14,8 @@ from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, until
 from tests.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 
 @dataclass(frozen=True)
 class Told:

@@ -22,6 +22,8 @@ from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 BODY = {
     **QUICK,

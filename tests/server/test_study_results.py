@@ -20,6 +20,8 @@ from slipgrasp.recordings.study.results import read_results
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 
+pytestmark = pytest.mark.slow
+
 FILES = ["results.csv", "results.json", "results.parquet", "map.svg", "map.png", "recording"]
 
 

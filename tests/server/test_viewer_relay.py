@@ -22,6 +22,8 @@ from tests.server.raw_http import get
 from tests.server.serving import patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.slow
+
 PROTOCOL = f"viser-v{viser.__version__}"
 HEAD = '<meta name="ours" />'
 

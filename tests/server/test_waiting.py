@@ -18,6 +18,8 @@ from slipgrasp.server.runs.request_keys import KEYS_NAME, KeyedRequest, RequestK
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
 LONG = {
     "scenario": "paper-case-1",

@@ -10,6 +10,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings import write_recording
 from slipgrasp.recordings.compare.comparison import compare
 
+pytestmark = pytest.mark.slow
+
 SHORT = {"simulation.duration": 0.3}
 CHANGES = {
     "base": {},

@@ -1,6 +1,7 @@
 """The README and the pages of docs: what they point at is there, the keys are those of the page."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from slipgrasp.web.page.keys import KEYS, keys_of
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted(ROOT.glob("*.md")) + sorted((ROOT / "docs").glob("*.md"))
+PAGES = sorted(ROOT.glob("*.md")) + sorted((ROOT / "docs").rglob("*.md"))
 TARGET = re.compile(r'\]\(([^)\s]+)\)|(?:src|srcset|href)="([^"]+)"')
 
 
@@ -49,3 +50,9 @@ def test_the_keys_of_the_guide_are_those_of_the_page():
     (table,) = re.findall(r"^\| key \|.*\n\|.*\n((?:\|.*\n)+)", guide, re.M)
     expected = [f"| {keys_of(**command.gesture)} | {command.text} |" for command in KEYS]
     assert table.splitlines() == [*expected, "| ? | This list |"]
+
+
+def test_the_citation_is_of_the_present_version():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.findall(r"^version: (.+)$", citation, re.M) == [project["version"]]

@@ -13,6 +13,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings import csv_columns, write_csv, write_recording
 from tests.slipgrasp.conftest import without_waiting
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def run():

@@ -10,6 +10,8 @@ from slipgrasp.figures import FORMATS
 from slipgrasp.recordings.file.writer import write_recording
 from tests.slipgrasp.conftest import without_waiting
 
+pytestmark = pytest.mark.slow
+
 PAPER_CASE_1 = ("fig-4-schematic", "fig-5-tracking", "fig-6-estimates", "fig-7-forces")
 OTHER = ("schematic", "tracking", "estimates", "forces")
 

@@ -9,6 +9,8 @@ from slipgrasp.recordings import read_recording
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 CASE = ("paper-case-1", "--set", "simulation.duration=1", "--over", "object.mass")
 MARGIN = (*CASE, "--from", "1", "--to", "5")
 KEYS = {"key", "held_at", "lost_at", "outcome", "recordings"}

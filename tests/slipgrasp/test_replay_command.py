@@ -7,6 +7,8 @@ import pytest
 
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 
 @contextmanager
 def replaying(slipgrasp, *arguments):

@@ -11,6 +11,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings import read_recording
 
+pytestmark = pytest.mark.slow
+
 SHORT = ("paper-case-2", "--set", "simulation.duration=0.3")
 LOST_GRIP = (
     *SHORT,

@@ -10,6 +10,7 @@ def test_scenarios_lists_the_presets_with_their_titles(slipgrasp):
     assert listed == {name: load_scenario(name).title for name in preset_names()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", preset_names())
 def test_a_shown_preset_is_a_file_that_loads_to_the_same_scenario(slipgrasp, tmp_path, name):
     (tmp_path / "mine.toml").write_text(slipgrasp("scenarios", "show", name).stdout)

@@ -10,6 +10,8 @@ import pytest
 
 from tests.waiting import PATIENCE
 
+pytestmark = pytest.mark.slow
+
 
 @contextmanager
 def serving(slipgrasp, *arguments):

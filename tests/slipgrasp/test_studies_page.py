@@ -11,6 +11,8 @@ from slipgrasp.cli.main import main
 from slipgrasp.core.study.loading import load_study
 from slipgrasp.recordings.study.varied import choose_axes
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "studies.md").read_text(encoding="utf-8")
 

@@ -16,6 +16,8 @@ from slipgrasp.recordings.study.results import read_results
 from tests.recordings.studying import make_study, run_study
 from tests.waiting import wait_until
 
+pytestmark = pytest.mark.slow
+
 STUDY = """
 title = "a grid"
 base = "paper-case-2"

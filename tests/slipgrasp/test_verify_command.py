@@ -11,6 +11,8 @@ from slipgrasp.recordings import write_recording
 from tests.recordings.tampering import patch_in_place, repack
 from tests.slipgrasp.test_serve_command import serving
 
+pytestmark = pytest.mark.slow
+
 SHORT = {"simulation.duration": 0.3}
 
 

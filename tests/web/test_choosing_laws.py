@@ -33,6 +33,8 @@ from slipgrasp.web.reducers.scenario import ScenarioDesk
 from tests.web.conftest import Visitors
 from tests.web.driving import pause_at
 
+pytestmark = pytest.mark.slow
+
 LAW, PERIOD, SAFETY = "controller.kind", "controller.control_period", "controller.grip_safety"
 FIRST = Draft.from_preset("paper-case-2")
 OTHERS = [kind for kind in CONTROL_LAWS if kind != "theorem-4"]

@@ -37,6 +37,8 @@ from tests.waiting import PATIENCE
 from tests.web.listening_gui import ListeningClient
 from tests.web.test_charts_panel import view_of
 
+pytestmark = pytest.mark.slow
+
 SVG = "{http://www.w3.org/2000/svg}"
 
 

@@ -31,6 +31,7 @@ def test_every_preset_offers_object_mass_and_common_friction_first(name: str) ->
     assert len({offer.label for offer in offers}) == len(offers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", preset_names())
 def test_every_offer_makes_a_study_whose_runs_are_valid_over_its_own_range(name: str) -> None:
     scenario = load_scenario(name)

@@ -1,0 +1,55 @@
+"""ARCHITECTURE.md: its rooms are the rooms there are; no page for developers names a lost file."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+PAGES = (
+    *(ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md")),
+    *sorted((ROOT / "docs" / "decisions").glob("*.md")),
+)
+KINDS = (
+    *("parameter", "signal", "chart", "metric", "control law", "export format", "REST filter"),
+    *("engine", "figure", "panel", "CLI command", "preset"),
+)
+
+
+def rows_of(section):
+    """The rows of a section's table: its cells."""
+    _, _, text = PAGE.partition(f"\n## {section}\n")
+    lines = re.findall(r"^\| (.+) \|$", text.partition("\n## ")[0], re.M)
+    return [line.split(" | ") for line in lines[1:]]
+
+
+def paths_in(text):
+    """What stands in a text as code and is a path of this repository."""
+    return [code for code in re.findall(r"`([^`\s]+)`", text) if "/" in code or ".md" in code]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_path_on_a_page_for_developers_leads_to_a_file_or_a_folder(page):
+    for path in paths_in(page.read_text(encoding="utf-8")):
+        assert (ROOT / path).is_dir() if path.endswith("/") else (ROOT / path).is_file(), path
+
+
+def test_the_rooms_of_the_page_are_those_of_the_repository():
+    faces = [*ROOT.glob("*/__init__.py")]
+    faces += [face for top in faces for face in top.parent.glob("*/**/__init__.py")]
+    rooms = {f"`{face.parent.relative_to(ROOT).as_posix()}/`" for face in faces}
+    assert {room for room, _ in rows_of("Rooms")} == rooms
+
+
+def test_the_way_of_imports_is_the_one_that_is_checked():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]
+    packages = next(rule for rule in contracts["contracts"] if rule["name"] == "packages")
+    assert f"`{' > '.join(packages['layers'])}`" in PAGE
+
+
+def test_every_kind_of_change_names_the_files_that_it_touches():
+    changes = dict(rows_of("What to touch"))
+    assert tuple(changes) == KINDS
+    assert all(paths_in(files) for files in changes.values())

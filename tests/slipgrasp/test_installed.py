@@ -1,0 +1,159 @@
+"""The wheel as others install it: one name, everything in it, whatever lies beside a script."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import urllib.request
+import venv
+import zipfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from numba.core.caching import _CacheLocator
+
+from slipgrasp.core.kernel.cache import ROOT_VARIABLE, cache_root, kernel_name
+from slipgrasp.core.run.simulator import prepare_kernel
+from tests.waiting import PATIENCE
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("core", "figures", "recordings", "server", "web")
+BESIDE = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
+PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
+
+
+def files_of_the_packages():
+    """What the packages consist of, as it lies in the repository and as it is installed."""
+    for room in ("slipgrasp", *ROOMS):
+        for path in (ROOT / room).rglob("*"):
+            if path.is_file() and "__pycache__" not in path.parts:
+                inside = path.relative_to(ROOT)
+                yield inside if room == "slipgrasp" else "slipgrasp" / inside
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Built from a copy: in the repository what an earlier build left would get into it."""
+    source = tmp_path_factory.mktemp("source")
+    for room in ("slipgrasp", *ROOMS):
+        shutil.copytree(ROOT / room, source / room, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in BESIDE:
+        shutil.copy(ROOT / name, source)
+    options = ("--no-deps", "--no-index", "--no-build-isolation")
+    subprocess.run([*PIP, "wheel", *options, "--wheel-dir", source / "dist", source], check=True)
+    (built,) = (source / "dist").glob("*.whl")
+    return built
+
+
+def lend_machine_code(cache, kernel):
+    """Gives an installed kernel what is compiled here already: to compile takes a minute.
+
+    Numba names its folders by where the sources lie; what these are is in the name above it.
+    """
+    prepare_kernel()
+    shutil.copytree(cache_root() / kernel_name(), cache / kernel_name())
+    folder = _CacheLocator.get_suitable_cache_subpath
+    compiled_here = cache / kernel_name() / folder(ROOT / "core" / "kernel" / "run.py")
+    compiled_here.rename(cache / kernel_name() / folder(kernel / "run.py"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """An environment with the wheel in it, and a folder full of packages with the old names."""
+    place = tmp_path_factory.mktemp("installed")
+    environment, folder = place / "environment", place / "work"
+    venv.create(environment, symlinks=True)
+    python = environment / "bin" / "python"
+    options = ("--no-deps", "--no-index")
+    subprocess.run([*PIP, "--python", python, "install", *options, wheel], check=True)
+    # What slipgrasp needs is here. The links to the repository in these folders are dead there:
+    # Python follows such links only in an environment's own folder.
+    needed = [path for path in sys.path if Path(path).name in ("site-packages", "dist-packages")]
+    (packages,) = environment.rglob("site-packages")
+    (packages / "needed.pth").write_text("\n".join(needed))
+    for room in ROOMS:
+        (folder / room).mkdir(parents=True)
+        (folder / room / "__init__.py").write_text(f"raise RuntimeError('the foreign {room}')")
+    lend_machine_code(place / "cache", packages / "slipgrasp" / "core" / "kernel")
+    return SimpleNamespace(
+        python=python,
+        command=environment / "bin" / "slipgrasp",
+        folder=folder,
+        options={
+            "cwd": folder,
+            "env": {
+                **os.environ,
+                "PYTHONPATH": str(folder),
+                "SLIPGRASP_DATA": str(folder / "data"),
+                ROOT_VARIABLE: str(place / "cache"),
+            },
+            "text": True,
+        },
+    )
+
+
+def output_of(installed, *command, status=0):
+    done = subprocess.run(command, **installed.options, capture_output=True, timeout=PATIENCE)
+    assert done.returncode == status, done.stderr
+    return done.stdout
+
+
+def test_a_wheel_brings_one_name(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        (top_level,) = (name for name in names if name.endswith(".dist-info/top_level.txt"))
+        assert archive.read(top_level).decode().split() == ["slipgrasp"]
+    folders = {name.split("/")[0] for name in names}
+    assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"slipgrasp"}
+
+
+def test_a_wheel_holds_every_file_of_the_packages_and_no_other(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        held = {Path(name) for name in archive.namelist() if name.startswith("slipgrasp/")}
+    expected = set(files_of_the_packages())
+    assert held == expected
+    assert Path("slipgrasp/py.typed") in held
+
+
+def test_foreign_packages_of_the_old_names_are_what_is_imported_beside_the_installed(installed):
+    code = "import slipgrasp.core.scenario.loading as m; print(m.__file__)\nimport core"
+    done = subprocess.run(
+        [installed.python, "-c", code], **installed.options, capture_output=True, timeout=PATIENCE
+    )
+    assert Path(done.stdout.strip()).is_relative_to(installed.folder.parent / "environment")
+    assert "the foreign core" in done.stderr
+
+
+def test_the_installed_interface_loads_a_scenario_beside_foreign_packages(installed):
+    code = "import slipgrasp; print(slipgrasp.load_scenario('paper-case-1').object.mass)"
+    assert float(output_of(installed, installed.python, "-c", code)) > 0.0
+
+
+def test_the_installed_command_simulates_beside_foreign_packages(installed):
+    asked = ("run", "paper-case-1", "--set", "simulation.duration=0.05", "--json")
+    told = json.loads(output_of(installed, installed.command, *asked))
+    assert told["outcome"] == "completed"
+
+
+def test_the_installed_service_simulates_beside_foreign_packages(installed):
+    command = (installed.command, "serve", "--port", "0")
+    with subprocess.Popen(command, **installed.options, stdout=subprocess.PIPE) as service:
+        try:
+            url = service.stdout.readline().strip()
+            body = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
+            request = urllib.request.Request(
+                f"{url}api/v1/runs", json.dumps(body).encode(), {"Content-Type": "application/json"}
+            )
+            with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
+                assert answer.status == 201
+                assert json.load(answer)["outcome"] == "completed"
+            with urllib.request.urlopen(url, timeout=PATIENCE) as page:
+                assert page.status == 200
+        finally:
+            service.send_signal(signal.SIGINT)
+            service.wait(timeout=PATIENCE)
