@@ -8,13 +8,13 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.map_data import NOTHING, Cells, MapAxis, MapPanel, cells_of
 from slipgrasp.figures.nearest import nearest_samples
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
-from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.palette import MARK
-from slipgrasp.recordings.study.ways import HELD, WAYS
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 
 _MOST_POINTS = 4000
 """More could not be told apart; those left out still colour the ground behind them."""
@@ -47,9 +47,9 @@ def draw_runs(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
 
 
 def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
-    """Each cell a link to its run, then the hatches of the ways of failing over them."""
-    columns, rows = np.nonzero(cells.ways != NOTHING)
-    faces = [paint(colour_of(way)) for way in cells.ways[columns, rows].tolist()]
+    """Each cell a link to its run, then the hatches of the failures over them."""
+    columns, rows = np.nonzero(cells.categories != NOTHING)
+    faces = [paint(colour_of(category)) for category in cells.categories[columns, rows].tolist()]
     fill = PolyCollection(
         [*_rectangles(x[columns], x[columns + 1], y[rows], y[rows + 1])],
         facecolors=faces,
@@ -60,9 +60,9 @@ def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.
         zorder=1.0,
     )
     axes.add_collection(fill, autolim=False)
-    for way in np.unique(cells.ways).tolist():
-        if way != NOTHING and hatch_of(way):
-            _hatch(axes, _strips(cells.ways == way, x, y), way)
+    for category in np.unique(cells.categories).tolist():
+        if category != NOTHING and hatch_of(category):
+            _hatch(axes, _strips(cells.categories == category, x, y), category)
 
 
 def _strips(
@@ -86,13 +86,13 @@ def _rectangles(
     return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
 
 
-def _hatch(axes: Axes, rectangles: NDArray[np.float64], way: int, share: float = 0.45) -> None:
+def _hatch(axes: Axes, rectangles: NDArray[np.float64], category: int, share: float = 0.45) -> None:
     hatches = PolyCollection(
         [*rectangles],
         facecolors="none",
         edgecolors=[paint(lighter(MARK, share))],
         linewidths=0.0,
-        hatch=hatch_of(way),
+        hatch=hatch_of(category),
         zorder=1.5,
     )
     axes.add_collection(hatches, autolim=False)
@@ -139,10 +139,10 @@ def _points_per_cell(axes: Axes, cells: NDArray[np.bool_]) -> float:
 def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
     """The colour of the nearest sample, pale, and the line around where that one held."""
     nearest = nearest_samples(x.share(panel.x), y.share(panel.y), _RASTER)
-    ways = panel.ways[nearest]
-    colours = np.array([lighter(colour_of(way), _PALE) for way in range(len(WAYS))])
+    categories = panel.categories[nearest]
+    colours = np.array([lighter(colour_of(category), _PALE) for category in range(len(CATEGORIES))])
     axes.imshow(
-        colours[ways].astype(np.uint8),
+        colours[categories].astype(np.uint8),
         origin="lower",
         extent=(0.0, 1.0, 0.0, 1.0),
         transform=axes.transAxes,
@@ -150,7 +150,7 @@ def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
         aspect="auto",
         zorder=0.5,
     )
-    held = ways == HELD
+    held = categories == HELD
     if held.any() and not held.all():
         centres = (np.arange(_RASTER) + 0.5) / _RASTER
         axes.contour(
@@ -167,20 +167,20 @@ def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
 
 def _draw_points(axes: Axes, panel: MapPanel) -> None:
     shown = slice(0, _MOST_POINTS)
-    runs, ways = panel.runs[shown], panel.ways[shown]
+    runs, categories = panel.runs[shown], panel.categories[shown]
     size = float(np.clip(900.0 / max(len(runs), 1), 5.0, 22.0))
-    for way in np.unique(ways).tolist():
-        chosen = ways == way
+    for category in np.unique(categories).tolist():
+        chosen = categories == category
         axes.scatter(
             panel.x[shown][chosen],
             panel.y[shown][chosen],
             s=size,
-            marker=marker_of(way),
-            color=[paint(colour_of(way))],
+            marker=marker_of(category),
+            color=[paint(colour_of(category))],
             edgecolors=[paint(MARK)],
             linewidths=0.35,
             urls=[run_link(run) for run in runs[chosen].tolist()],
-            gid=f"runs {way}",
+            gid=f"runs {category}",
             clip_on=False,
             zorder=2.5,
         )

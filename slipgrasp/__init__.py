@@ -41,10 +41,10 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
     from slipgrasp.recordings.file.reader import read_recording as open_recording
     from slipgrasp.recordings.file.writer import write_recording
-    from slipgrasp.recordings.study.campaign import run_study
     from slipgrasp.recordings.study.rebuild import rebuild_run
     from slipgrasp.recordings.study.results import StudyResults
     from slipgrasp.recordings.study.results import read_results as open_study
+    from slipgrasp.recordings.study.run_study import run_study
 
 __all__ = [
     "SIGNALS",
@@ -129,7 +129,7 @@ _ORIGINS = {
     "open_study": "slipgrasp.recordings.study.results:read_results",
     "preset_names": "slipgrasp.core.scenario.loading",
     "rebuild_run": "slipgrasp.recordings.study.rebuild",
-    "run_study": "slipgrasp.recordings.study.campaign",
+    "run_study": "slipgrasp.recordings.study.run_study",
     "scenario_from_mapping": "slipgrasp.core.scenario.loading",
     "scenario_to_toml": "slipgrasp.core.scenario.loading",
     "simulate": "slipgrasp.core.run.simulator",

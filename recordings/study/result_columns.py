@@ -9,7 +9,7 @@ from slipgrasp.core.run.result import metric_names
 from slipgrasp.core.study.definition import Study, Value
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
-from slipgrasp.recordings.study.varied import parameter_of
+from slipgrasp.recordings.study.map_axes import parameter_of
 
 Kind = Literal["number", "integer", "boolean", "word", "value", "hash"]
 

@@ -22,7 +22,7 @@ from slipgrasp.recordings.study.results_comparison import (
 )
 from slipgrasp.recordings.study.results_export import write_csv, write_json, write_parquet
 from slipgrasp.recordings.study.results_summary import StudySummary, summarize
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_row import StudyRow
 
 
 class StudyResults:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.recordings.study.map_axes import compared_keys
 from slipgrasp.recordings.study.results_summary import spread_of
-from slipgrasp.recordings.study.varied import compared_keys
 
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults

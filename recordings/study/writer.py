@@ -44,7 +44,7 @@ from slipgrasp.recordings.study.documents import (
     stop_document,
 )
 from slipgrasp.recordings.study.reader import StudySoFar, read_rows_so_far
-from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row, encode_row
+from slipgrasp.recordings.study.study_row import RowsHash, StudyRow, decode_row, encode_row
 
 RUNS_PER_CHUNK = 20
 SYNC_INTERVAL = 1.0

@@ -172,7 +172,7 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     failure: RecordingWriteError | None = None
     end: StudyEnd | None = None
     try:
-        end = _conduct(study, executor, folder, results)
+        end = _schedule(study, executor, folder, results)
     except RecordingWriteError as error:
         failure = error
     seconds = time.monotonic() - started
@@ -193,14 +193,14 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     return ExitStatus.COMPLETED if completed else ExitStatus.ENDED_EARLY
 
 
-def _conduct(
+def _schedule(
     study: Study,
     executor: Executor,
     folder: StudyFolder,
     results: StudyResults,
 ) -> StudyEnd:
     from slipgrasp.cli.study_progress import StudyProgress
-    from slipgrasp.recordings.study.conductor import conduct
+    from slipgrasp.recordings.study.scheduler import schedule_runs
 
     with Interrupt() as interrupt, folder.writer(study) as writer:
         folder.read_rows(results, writer.num_rows)
@@ -208,7 +208,7 @@ def _conduct(
             executor.prepare(lambda: interrupt.requested)
         with Progress("simulating") as progress:
             shown = StudyProgress(progress, study.num_runs)
-            end = conduct(
+            end = schedule_runs(
                 study,
                 executor,
                 writer,

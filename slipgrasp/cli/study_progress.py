@@ -11,7 +11,7 @@ from slipgrasp.cli.study_report import duration_words
 
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
-    from slipgrasp.recordings.study.rows import StudyRow
+    from slipgrasp.recordings.study.study_row import StudyRow
 
 WINDOW = 200
 """The rate is that of the last so many pieces of news."""
