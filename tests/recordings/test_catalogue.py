@@ -16,7 +16,6 @@ import pytest
 
 from slipgrasp.core.run.result import metric_names
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings import RecordingStore
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.store.run_folder import RunFolder
 from slipgrasp.recordings.store.run_index import CATALOGUE_NAME, RunIndex
@@ -27,6 +26,7 @@ from slipgrasp.recordings.store.run_query import (
     parse_end,
     parse_instant,
 )
+from slipgrasp.recordings.store.store import RecordingStore
 
 
 @pytest.fixture

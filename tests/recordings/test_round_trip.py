@@ -8,9 +8,9 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
-from slipgrasp.recordings import RecordingWriter, read_recording, write_recording
 from slipgrasp.recordings.compare.verification import verify
-from slipgrasp.recordings.file.reader import read_as_stated, read_back
+from slipgrasp.recordings.file.reader import read_as_stated, read_back, read_recording
+from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
 
 def test_a_run_reads_back_bit_for_bit(any_run, same_run, tmp_path):

@@ -9,26 +9,23 @@ import pytest
 
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.types import RunWarning
-from slipgrasp.recordings import (
-    DamagedRecordingError,
-    RecordingNotFoundError,
-    RecordingStore,
-    RecordingWriteError,
-    default_data_directory,
-    read_recording,
-    write_recording,
-)
 from slipgrasp.recordings.exceptions import (
     AnnotationError,
     ContradictoryRecordingError,
+    DamagedRecordingError,
     RecordingChangedError,
+    RecordingNotFoundError,
+    RecordingWriteError,
     StorageFullError,
     UploadError,
 )
 from slipgrasp.recordings.file import documents
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.run_folder import RunFolder
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.recordings.store.store import RecordingStore, default_data_directory
 
 
 @pytest.fixture

@@ -13,11 +13,11 @@ from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, RunWarning
 from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
-from slipgrasp.recordings import read_recording, write_recording
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.compare.verification import verify, verify_recording
 from slipgrasp.recordings.exceptions import AlteredRecordingError
-from slipgrasp.recordings.file.reader import read_unfinished
+from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.tampering import patch_in_place, repack
 
 OLD_RECORDINGS = sorted((Path(__file__).parent / "data").glob("format-*.mcap"))
