@@ -23,7 +23,7 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, part_of
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.identifiers import ID, IdSource, derived_id
-from slipgrasp.recordings.store.run_folder import iso_time, time_of
+from slipgrasp.recordings.store.run_files import iso_time, time_of
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.documents import StudyEnd
