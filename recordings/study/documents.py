@@ -36,7 +36,7 @@ class StudyEnd:
     Attributes:
         state: ``completed`` if every run has a row, else why it ended before.
         runs: How many rows it has.
-        outcomes: How many runs ended in each way.
+        outcomes: How many runs have each outcome.
         message: What else is to be said, in a sentence; mostly empty.
     """
 

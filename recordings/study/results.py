@@ -181,7 +181,7 @@ class StudyResults:
         return self._stores[self.column(name).name].take(range(start, last))
 
     def summary(self) -> StudySummary:
-        """How many runs ended in which way, and how the metrics are spread."""
+        """How many runs have each outcome, and how the metrics are spread."""
         return summarize(self)
 
     def compare_combinations(self) -> CombinationComparison | None:

@@ -65,7 +65,7 @@ class StudyWriter:
     Attributes:
         num_runs: How many runs the study has.
         num_rows: How many rows are written; the next one is that of the run of this index.
-        outcomes: How many of them ended in each way.
+        outcomes: How many of them have each outcome.
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.
