@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.files import save_figure
-from slipgrasp.figures.nearest import nearest_samples
+from slipgrasp.figures.map_marks import nearest_samples
 from slipgrasp.figures.style import paint
 from slipgrasp.figures.success_map import draw_success_map
 from slipgrasp.recordings.exceptions import QueryError
