@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory
 from slipgrasp.cli.interrupt import Interrupt
-from slipgrasp.cli.kernel import load_simulation
-from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus, complain
 
 if TYPE_CHECKING:
@@ -199,7 +198,7 @@ def _schedule(
     folder: StudyFolder,
     results: StudyResults,
 ) -> StudyEnd:
-    from slipgrasp.cli.study_progress import StudyProgress
+    from slipgrasp.cli.study_report import StudyProgress
     from slipgrasp.recordings.study.scheduler import schedule_runs
 
     with Interrupt() as interrupt, folder.writer(study) as writer:
