@@ -16,7 +16,7 @@ from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.executors import Executor, Finished, make_executor
 from slipgrasp.core.executors.inline import InlineExecutor
 from slipgrasp.core.study.definition import MAX_RUNS, Study
-from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 PAGE = "scaling.md"
@@ -34,14 +34,14 @@ class Costs(NamedTuple):
 
     Attributes:
         worker: CPU time that a run takes of its worker [s].
-        conductor: CPU time that it takes of the conductor [s].
+        scheduler: CPU time that it takes of the scheduler [s].
         rates: Runs per second of the engines [1/s].
         tasks: Tasks per second that have nothing to do, likewise [1/s].
         row: What a run takes in the file of the study [B].
     """
 
     worker: float
-    conductor: float
+    scheduler: float
     rates: dict[str, float]
     tasks: dict[str, float]
     row: float
@@ -71,8 +71,8 @@ def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_T
     try:
         for engine in engines.values():
             engine.prepare()
-        worker, conductor, row = measure_costs_of_a_run(study, rounds)
-        works = {name: _conducting(study, engine) for name, engine in engines.items()}
+        worker, scheduler, row = measure_costs_of_a_run(study, rounds)
+        works = {name: _scheduling(study, engine) for name, engine in engines.items()}
         seconds = median_seconds(works, rounds, time.perf_counter)
         idle = {name: _passing(engine, empty) for name, engine in engines.items()}
         passed = median_seconds(idle, rounds, time.perf_counter)
@@ -81,56 +81,56 @@ def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_T
             engine.close()
     rates = {name: count / own for name, own in seconds.items()}
     tasks = {name: empty / own for name, own in passed.items()}
-    return Costs(worker, conductor, rates, tasks, row)
+    return Costs(worker, scheduler, rates, tasks, row)
 
 
 def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, float]:
-    """CPU time of its worker and of the conductor [s], and its size in the file [B].
+    """CPU time of its worker and of the scheduler [s], and its size in the file [B].
 
     Args:
         study: The study.
         rounds: How often each is timed.
     """
     collector = _Collector()
-    size = _conducting(study, collector)()
+    size = _scheduling(study, collector)()
     works = {
-        "all": _conducting(study, collector),
-        "conductor": _conducting(study, _Replay(collector.packed)),
+        "all": _scheduling(study, collector),
+        "scheduler": _scheduling(study, _Replay(collector.packed)),
     }
     seconds = median_seconds(works, rounds)
     count = study.num_runs
-    worker = seconds["all"] - seconds["conductor"]
-    return worker / count, seconds["conductor"] / count, size / count
+    worker = seconds["all"] - seconds["scheduler"]
+    return worker / count, seconds["scheduler"] / count, size / count
 
 
 def project(costs: Costs) -> Table:
     """How long clusters take, by arithmetic."""
     of_worker = costs.rates["1 worker process"]
-    of_conductor = min(1.0 / costs.conductor, RUNS_PER_CHUNK * costs.tasks["Dask, 2 workers"])
-    rows = tuple(_project_row(number, of_worker, of_conductor) for number in CLUSTERS)
+    of_scheduler = min(1.0 / costs.scheduler, RUNS_PER_CHUNK * costs.tasks["Dask, 2 workers"])
+    rows = tuple(_project_row(number, of_worker, of_scheduler) for number in CLUSTERS)
     small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
     notes = (
-        f"One worker: {of_worker:.0f} runs/s. One conductor: {of_conductor:.0f} runs/s at most. "
+        f"One worker: {of_worker:.0f} runs/s. One scheduler: {of_scheduler:.0f} runs/s at most. "
         f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies, which any "
-        "number of conductors can share.",
+        "number of schedulers can share.",
         f"Their files take {small:.0f} MB and {large:.0f} GB.",
     )
     heads = (
         "workers",
         f"{MAX_RUNS:.0e} runs",
-        f"{LARGE:.0e} runs, one conductor",
-        "conductors that keep them busy",
+        f"{LARGE:.0e} runs, one scheduler",
+        "schedulers that keep them busy",
         f"{LARGE:.0e} runs with these",
     )
     return Table("study-clusters", heads, rows, notes, page=PAGE)
 
 
-def _project_row(number: int, of_worker: float, of_conductor: float) -> tuple[str, ...]:
+def _project_row(number: int, of_worker: float, of_scheduler: float) -> tuple[str, ...]:
     possible = number * of_worker
-    rate = min(possible, of_conductor)
-    conductors = math.ceil(possible / of_conductor)
+    rate = min(possible, of_scheduler)
+    schedulers = math.ceil(possible / of_scheduler)
     times = _duration(MAX_RUNS / rate), _duration(LARGE / rate)
-    return str(number), *times, str(conductors), _duration(LARGE / possible)
+    return str(number), *times, str(schedulers), _duration(LARGE / possible)
 
 
 def _duration(seconds: float) -> str:
@@ -145,8 +145,8 @@ def _tabulate_costs(costs: Costs) -> Table:
     rows = (
         ("of a worker: scenario, simulation, hash, metrics", f"{MILLISECONDS * costs.worker:.2f}"),
         (
-            "of the conductor: hand out, take back, check, compress, write",
-            f"{MILLISECONDS * costs.conductor:.2f}",
+            "of the scheduler: hand out, take back, check, compress, write",
+            f"{MILLISECONDS * costs.scheduler:.2f}",
         ),
     )
     note = f"In the file of the study a run takes {costs.row:.0f} B."
@@ -201,14 +201,14 @@ class _Collector(InlineExecutor):
             yield done
 
 
-def _conducting(study: Study, executor: Executor) -> Callable[[], int]:
+def _scheduling(study: Study, executor: Executor) -> Callable[[], int]:
     """What does a study and gives the size of its file."""
 
-    def conduct_study() -> int:
+    def schedule_study() -> int:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "study.mcap"
             with StudyWriter(file, study) as writer:
-                end = conduct(
+                end = schedule_runs(
                     study,
                     executor,
                     writer,
@@ -220,7 +220,7 @@ def _conducting(study: Study, executor: Executor) -> Callable[[], int]:
             assert end.state == "completed"
             return file.stat().st_size
 
-    return conduct_study
+    return schedule_study
 
 
 def _passing(executor: Executor, count: int) -> Callable[[], None]:

@@ -18,7 +18,7 @@ from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.recordings import write_recording
+from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.server.app import server_config
 from slipgrasp.server.settings import Settings
 from slipgrasp.web.app import create_dashboard_app

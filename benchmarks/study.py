@@ -30,7 +30,7 @@ from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
-from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 ROUNDS = 3
@@ -100,7 +100,7 @@ def _take_turns(count: int, rounds: int, folder: Path) -> _Rates:
             for number in range(rounds):
                 by_way["bare kernel"].append((count - 1) / _time_bare_kernel(count))
                 file = folder / f"{number}.mcap"
-                by_way["worker processes"].append(_conduct(count, executor, file))
+                by_way["worker processes"].append(_schedule(count, executor, file))
                 loads.append(run_over_rest(client, describe_study(count), watch))
                 by_way["over REST"].append(loads[-1].rate)
                 stored = client.ask(f"{API}/{loads[-1].study}/recording")
@@ -122,12 +122,12 @@ def make_study(count: int) -> Study:
     return study_from_mapping(describe_study(count), load_scenario)
 
 
-def _conduct(count: int, executor: Executor, file: Path) -> float:
+def _schedule(count: int, executor: Executor, file: Path) -> float:
     """Rate of a study on workers, from its first row to its last [1/s]."""
     study = make_study(count)
     moments: list[float] = []
     with StudyWriter(file, study) as writer:
-        end = conduct(
+        end = schedule_runs(
             study,
             executor,
             writer,

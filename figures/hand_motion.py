@@ -23,7 +23,7 @@ class HandMotion:
     Attributes:
         times: The times, shape ``(times,)`` [s].
         corners: Corners of the object, shape ``(times, corners, 2)``.
-        desired: The same in its desired pose.
+        desired: Corners of the object in its desired pose, likewise.
         joints: Base, elbow and tip of each finger, shape ``(times, fingers, 3, 2)``.
         normals: Unit vectors into the object, shape ``(times, contacts, 2)``.
         tangents: Unit vectors of positive slip, shape ``(times, contacts, 2)``.

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.study.definition import Axis, Study
 from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
+from slipgrasp.recordings.study.map_axes import compared_keys, numeric_keys, parameter_of
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_comparison import rows_by_combination
-from slipgrasp.recordings.study.varied import compared_keys, numeric_keys, parameter_of
-from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
 
 NOTHING = -1
-"""In place of a way: no run stands there."""
+"""In place of a category: no run stands there."""
 
 Values = NDArray[np.float64]
 
@@ -57,21 +57,21 @@ class MapPanel:
     Attributes:
         values: The crossed values that they have in common, by key.
         runs: Their indices, shape ``(runs,)``.
-        ways: How they ended, as places in `WAYS`.
+        categories: How they ended, as places in `CATEGORIES`.
         x: Their values on the horizontal axis.
         y: Their values on the vertical axis.
     """
 
     values: dict[str, Any]
     runs: NDArray[np.intp]
-    ways: NDArray[np.int8]
+    categories: NDArray[np.int8]
     x: Values
     y: Values
 
     @property
     def counts(self) -> NDArray[np.intp]:
-        """How many runs ended in each way."""
-        return np.bincount(self.ways, minlength=len(WAYS))
+        """How many runs ended in each category."""
+        return np.bincount(self.categories, minlength=len(CATEGORIES))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,19 +79,19 @@ class Cells:
     """A lattice of cells.
 
     Attributes:
-        ways: The most frequent way of each cell, shape ``(columns, rows)``; `NOTHING` if none.
-        runs: One run of that way, likewise.
+        categories: The most frequent of each cell, shape ``(columns, rows)``; `NOTHING` if none.
+        runs: One run of that category, likewise.
         most: How many runs a cell has at most.
     """
 
-    ways: NDArray[np.int8]
+    categories: NDArray[np.int8]
     runs: NDArray[np.intp]
     most: int
 
     @property
     def held(self) -> NDArray[np.bool_]:
         """Where the object is held."""
-        return self.ways == HELD
+        return self.categories == HELD
 
 
 def map_axis(results: StudyResults, key: str) -> MapAxis:
@@ -168,29 +168,29 @@ def values_on(results: StudyResults, key: str) -> Values:
 
 def panels_of(results: StudyResults, x: str, y: str) -> list[MapPanel]:
     """The runs of each combination of the values that are neither on x nor on y."""
-    ways = ways_of(results)
-    count = len(ways)
+    categories = categorize(results)
+    count = len(categories)
     horizontal, vertical = values_on(results, x)[:count], values_on(results, y)[:count]
     keys = compared_keys(results.study, (x, y))
     grouped = rows_by_combination(results, keys, count) if keys else [({}, np.arange(count))]
     return [
-        MapPanel(values, rows, ways[rows], horizontal[rows], vertical[rows])
+        MapPanel(values, rows, categories[rows], horizontal[rows], vertical[rows])
         for values, rows in grouped
     ]
 
 
 def cells_of(panel: MapPanel, x: MapAxis, y: MapAxis) -> Cells:
-    """The runs of a panel in cells; where one has several the most frequent way is shown."""
+    """The runs of a panel in cells; where one has several the most frequent category is shown."""
     assert x.edges is not None and y.edges is not None
     shape = len(x.edges) - 1, len(y.edges) - 1
     column = np.clip(np.searchsorted(x.edges, panel.x) - 1, 0, shape[0] - 1)
     row = np.clip(np.searchsorted(y.edges, panel.y) - 1, 0, shape[1] - 1)
-    counts = np.zeros((*shape, len(WAYS)), dtype=np.int32)
-    np.add.at(counts, (column, row, panel.ways), 1)
+    counts = np.zeros((*shape, len(CATEGORIES)), dtype=np.int32)
+    np.add.at(counts, (column, row, panel.categories), 1)
     totals = counts.sum(axis=2)
-    ways = np.where(totals > 0, counts.argmax(axis=2), NOTHING).astype(np.int8)
+    categories = np.where(totals > 0, counts.argmax(axis=2), NOTHING).astype(np.int8)
     runs = np.full(shape, NOTHING, dtype=np.intp)
-    shown = ways[column, row] == panel.ways
+    shown = categories[column, row] == panel.categories
     # Backwards, so that the first of several runs is the one that stays.
     runs[column[shown][::-1], row[shown][::-1]] = panel.runs[shown][::-1]
-    return Cells(ways, runs, int(totals.max(initial=0)))
+    return Cells(categories, runs, int(totals.max(initial=0)))

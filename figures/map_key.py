@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.map_data import MapAxis, MapPanel
-from slipgrasp.figures.map_words import equality_words, same_quantity
+from slipgrasp.figures.map_labels import equality_words, same_quantity
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import add_axes, paint
-from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.palette import MARK, MUTED
-from slipgrasp.recordings.study.ways import HELD, WAYS
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 
 KEY_LINE = 4.4
 """Height of a line of the key [mm]."""
@@ -46,20 +46,20 @@ class KeyLine(NamedTuple):
 
     Attributes:
         words: What stands there.
-        way: The way it explains, as place in `WAYS`; None for a line or mark.
+        category: The category it explains, as place in `CATEGORIES`; None for a line or mark.
         style: How the line or mark looks.
     """
 
     words: str
-    way: int | None
+    category: int | None
     style: dict[str, Any]
 
 
 def key_lines(panels: Sequence[MapPanel], x: MapAxis, y: MapAxis) -> list[KeyLine]:
     """The lines of the key, the same for all panels."""
     counts = np.sum([panel.counts for panel in panels], axis=0)
-    shown = [way for way in range(len(WAYS)) if counts[way] or way == HELD]
-    lines = [KeyLine(WAYS[way].words, way, {}) for way in shown]
+    shown = [k for k in range(len(CATEGORIES)) if counts[k] or k == HELD]
+    lines = [KeyLine(CATEGORIES[k].words, k, {}) for k in shown]
     if 0 < counts[HELD] < counts.sum():
         lines.append(KeyLine("boundary of where it is held", None, BOUNDARY_LINE))
     if same_quantity(x.key, y.key):
@@ -77,7 +77,7 @@ def draw_key(
     *,
     has_points: bool,
 ) -> None:
-    """Draws the key of a panel, with how many of its runs ended in each way.
+    """Draws the key of a panel, with how many of its runs ended in each category.
 
     Args:
         figure: The page.
@@ -94,11 +94,11 @@ def draw_key(
     counts, total = panel.counts, len(panel.runs)
     for row, line in enumerate(lines):
         middle = row + 0.5
-        if line.way is None:
+        if line.category is None:
             _draw_line(axes, line, middle)
         else:
-            _draw_swatch(axes, line.way, middle, has_points)
-            _draw_counts(axes, int(counts[line.way]), total, width, middle)
+            _draw_swatch(axes, line.category, middle, has_points)
+            _draw_counts(axes, int(counts[line.category]), total, width, middle)
         axes.text(_INDENT, middle, line.words, va="center_baseline", fontsize=8.0)
 
 
@@ -115,17 +115,17 @@ def _draw_line(axes: Axes, line: KeyLine, middle: float) -> None:
     axes.add_line(Line2D(ends, [middle] * len(ends), **line.style))
 
 
-def _draw_swatch(axes: Axes, way: int, middle: float, has_points: bool) -> None:
-    colour = colour_of(way)
+def _draw_swatch(axes: Axes, category: int, middle: float, has_points: bool) -> None:
+    colour = colour_of(category)
     if has_points:
         style: dict[str, Any] = {"markeredgecolor": paint(MARK), "markeredgewidth": 0.4}
         ground = lighter(colour, 0.62)
         axes.add_patch(Rectangle((0.0, middle - 0.36), _SWATCH, 0.72, color=paint(ground), lw=0.0))
-        mark = Line2D([0.5 * _SWATCH], [middle], marker=marker_of(way), color=paint(colour))
+        mark = Line2D([0.5 * _SWATCH], [middle], marker=marker_of(category), color=paint(colour))
         mark.set(markersize=4.6, **style)
         axes.add_line(mark)
         return
     box = {"xy": (0.0, middle - 0.36), "width": _SWATCH, "height": 0.72}
     axes.add_patch(Rectangle(**box, facecolor=paint(colour), linewidth=0.0))
-    hatch = {"hatch": hatch_of(way) or None, "edgecolor": paint(lighter(MARK, 0.45))}
+    hatch = {"hatch": hatch_of(category) or None, "edgecolor": paint(lighter(MARK, 0.45))}
     axes.add_patch(Rectangle(**box, facecolor="none", linewidth=0.0, **hatch))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.map_data import NOTHING, Cells, MapAxis, MapPanel, cells_of
-from slipgrasp.figures.nearest import nearest_samples
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
-from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.palette import MARK
-from slipgrasp.recordings.study.ways import HELD, WAYS
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 
 _MOST_POINTS = 4000
 """More could not be told apart; those left out still colour the ground behind them."""
@@ -47,9 +48,9 @@ def draw_runs(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
 
 
 def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
-    """Each cell a link to its run, then the hatches of the ways of failing over them."""
-    columns, rows = np.nonzero(cells.ways != NOTHING)
-    faces = [paint(colour_of(way)) for way in cells.ways[columns, rows].tolist()]
+    """Each cell a link to its run, then the hatches of the failures over them."""
+    columns, rows = np.nonzero(cells.categories != NOTHING)
+    faces = [paint(colour_of(category)) for category in cells.categories[columns, rows].tolist()]
     fill = PolyCollection(
         [*_rectangles(x[columns], x[columns + 1], y[rows], y[rows + 1])],
         facecolors=faces,
@@ -60,9 +61,9 @@ def _draw_cells(axes: Axes, cells: Cells, x: NDArray[np.float64], y: NDArray[np.
         zorder=1.0,
     )
     axes.add_collection(fill, autolim=False)
-    for way in np.unique(cells.ways).tolist():
-        if way != NOTHING and hatch_of(way):
-            _hatch(axes, _strips(cells.ways == way, x, y), way)
+    for category in np.unique(cells.categories).tolist():
+        if category != NOTHING and hatch_of(category):
+            _hatch(axes, _strips(cells.categories == category, x, y), category)
 
 
 def _strips(
@@ -86,13 +87,13 @@ def _rectangles(
     return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
 
 
-def _hatch(axes: Axes, rectangles: NDArray[np.float64], way: int, share: float = 0.45) -> None:
+def _hatch(axes: Axes, rectangles: NDArray[np.float64], category: int, share: float = 0.45) -> None:
     hatches = PolyCollection(
         [*rectangles],
         facecolors="none",
         edgecolors=[paint(lighter(MARK, share))],
         linewidths=0.0,
-        hatch=hatch_of(way),
+        hatch=hatch_of(category),
         zorder=1.5,
     )
     axes.add_collection(hatches, autolim=False)
@@ -139,10 +140,10 @@ def _points_per_cell(axes: Axes, cells: NDArray[np.bool_]) -> float:
 def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
     """The colour of the nearest sample, pale, and the line around where that one held."""
     nearest = nearest_samples(x.share(panel.x), y.share(panel.y), _RASTER)
-    ways = panel.ways[nearest]
-    colours = np.array([lighter(colour_of(way), _PALE) for way in range(len(WAYS))])
+    categories = panel.categories[nearest]
+    colours = np.array([lighter(colour_of(category), _PALE) for category in range(len(CATEGORIES))])
     axes.imshow(
-        colours[ways].astype(np.uint8),
+        colours[categories].astype(np.uint8),
         origin="lower",
         extent=(0.0, 1.0, 0.0, 1.0),
         transform=axes.transAxes,
@@ -150,7 +151,7 @@ def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
         aspect="auto",
         zorder=0.5,
     )
-    held = ways == HELD
+    held = categories == HELD
     if held.any() and not held.all():
         centres = (np.arange(_RASTER) + 0.5) / _RASTER
         axes.contour(
@@ -167,20 +168,87 @@ def _draw_ground(axes: Axes, panel: MapPanel, x: MapAxis, y: MapAxis) -> None:
 
 def _draw_points(axes: Axes, panel: MapPanel) -> None:
     shown = slice(0, _MOST_POINTS)
-    runs, ways = panel.runs[shown], panel.ways[shown]
+    runs, categories = panel.runs[shown], panel.categories[shown]
     size = float(np.clip(900.0 / max(len(runs), 1), 5.0, 22.0))
-    for way in np.unique(ways).tolist():
-        chosen = ways == way
+    for category in np.unique(categories).tolist():
+        chosen = categories == category
         axes.scatter(
             panel.x[shown][chosen],
             panel.y[shown][chosen],
             s=size,
-            marker=marker_of(way),
-            color=[paint(colour_of(way))],
+            marker=marker_of(category),
+            color=[paint(colour_of(category))],
             edgecolors=[paint(MARK)],
             linewidths=0.35,
             urls=[run_link(run) for run in runs[chosen].tolist()],
-            gid=f"runs {way}",
+            gid=f"runs {category}",
             clip_on=False,
             zorder=2.5,
         )
+
+
+_NONE = -1
+
+
+def nearest_samples(x: NDArray[np.float64], y: NDArray[np.float64], size: int) -> NDArray[np.intp]:
+    """Finds for each cell of a square raster the nearest sample, by jump flooding.
+
+    Each cell is told the samples of cells ever closer to it, 1/2, 1/4, 1/8 … of the raster
+    away, and keeps the nearest. The work does not grow with the number of samples.
+
+    Args:
+        x: Where the samples stand, 0 … 1 from left to right, shape ``(samples,)``.
+        y: Where they stand from bottom to top, shape ``(samples,)``.
+        size: Cells along each side.
+
+    Returns:
+        Indices of samples, shape ``(size, size)``, rows from bottom to top.
+    """
+    nearest = np.full((size, size), _NONE, dtype=np.intp)
+    rows, columns = (np.clip((v * size).astype(np.intp), 0, size - 1) for v in (y, x))
+    nearest[rows, columns] = np.arange(len(x))
+    # Two steps more than halving needs, for the few that it misses.
+    for step in [*_halves(size), 2, 1]:
+        for along in (-step, 0, step):
+            for across in (-step, 0, step):
+                _offer(nearest, x, y, along, across)
+    return nearest
+
+
+def _halves(size: int) -> Iterator[int]:
+    while size > 1:
+        size //= 2
+        yield size
+
+
+def _offer(
+    nearest: NDArray[np.intp],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    along: int,
+    across: int,
+) -> None:
+    """Tells each cell the sample of the cell that many rows and columns away."""
+    size = len(nearest)
+    here = _overlap(along, size), _overlap(across, size)
+    there = _overlap(-along, size), _overlap(-across, size)
+    own, offered = nearest[here], nearest[there]
+    centres = (np.arange(size) + 0.5) / size
+    below, left = centres[here[0]][:, None], centres[here[1]][None, :]
+    better = _distance(offered, x, y, left, below) < _distance(own, x, y, left, below)
+    nearest[here] = np.where(better, offered, own)
+
+
+def _overlap(shift: int, size: int) -> slice:
+    return slice(max(0, -shift), size - max(0, shift))
+
+
+def _distance(
+    samples: NDArray[np.intp],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    left: NDArray[np.float64],
+    below: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    squared = (x[samples] - left) ** 2 + (y[samples] - below) ** 2
+    return np.where(samples == _NONE, np.inf, squared)

@@ -14,8 +14,8 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from slipgrasp.figures.map_data import MapAxis, map_axis, panels_of
 from slipgrasp.figures.map_key import BASE_MARK, EQUAL_LINE, KEY_LINE, draw_key, key_lines
+from slipgrasp.figures.map_labels import axis_label, panel_title, projection_note, same_quantity
 from slipgrasp.figures.map_marks import draw_runs, has_cells
-from slipgrasp.figures.map_words import axis_label, panel_title, projection_note, same_quantity
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paper_style
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.study.results import StudyResults
@@ -47,7 +47,7 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
 
     Grids are cells. Samples are points, and the ground has the paler colour of the sample
     nearest to it. A line goes around where the object is held; the key says how many runs
-    ended in which way. Values that are crossed with both parameters become panels.
+    are in which category. Values that are crossed with both parameters become panels.
 
     In an SVG each cell and point is a link to ``#run-INDEX``.
 

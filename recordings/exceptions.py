@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from slipgrasp.core.exceptions import SlipgraspError
-from slipgrasp.core.run.claims import Contradiction
+
+if TYPE_CHECKING:
+    from slipgrasp.core.run.claims import Contradiction
 
 
 class RecordingError(SlipgraspError):

@@ -30,7 +30,7 @@ from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
 from slipgrasp.recordings.file.reader import read_recording as open_recording
 from slipgrasp.recordings.file.writer import write_recording
-from slipgrasp.recordings.study.campaign import run_study
 from slipgrasp.recordings.study.rebuild import rebuild_run
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results import read_results as open_study
+from slipgrasp.recordings.study.run_study import run_study

@@ -18,7 +18,7 @@ from slipgrasp.core.executors import Executor, make_executor
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
-from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
 
 WORKERS = 2
@@ -54,10 +54,10 @@ def kill_workers(count: int, seed: int, runs: int = 20_000) -> WorkerKills:
     with tempfile.TemporaryDirectory() as name:
         files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
         with make_executor("processes", workers=WORKERS) as executor:
-            _conduct(study, executor, files[0], lambda: None)
+            _schedule(study, executor, files[0], lambda: None)
         killer = _Killer(count, seed)
         with make_executor("processes", workers=WORKERS) as executor, killer:
-            _conduct(study, executor, files[1], killer.note_row)
+            _schedule(study, executor, files[1], killer.note_row)
         assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
     return WorkerKills(killer.killed, runs)
 
@@ -75,9 +75,9 @@ def _short_runs(runs: int) -> Study:
     return study_from_mapping(mapping, load_scenario)
 
 
-def _conduct(study: Study, executor: Executor, file: Path, note_row: Callable[[], None]) -> None:
+def _schedule(study: Study, executor: Executor, file: Path, note_row: Callable[[], None]) -> None:
     with StudyWriter(file, study) as writer:
-        end = conduct(
+        end = schedule_runs(
             study,
             executor,
             writer,

@@ -1,16 +1,18 @@
-"""How exactly two runs can be compared: as exactly as both were integrated."""
+"""How exactly two runs can be compared: as exactly as both were integrated, from some time on."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.differences import parameter_differences
 from slipgrasp.recordings.compare.alignment import SAME_TIME
-from slipgrasp.recordings.compare.causes import first_cause
 
 AMPLIFICATION = 100.0
 """How many times the error allowed in one step a signal may be off.
@@ -19,6 +21,22 @@ Measured as the difference from runs at a thousandth of the tolerance: at most 8
 preset; in random scenarios 1 time in the median and below 30 times in nine of ten. The rest
 amplify without bound, near a singular estimate.
 """
+
+
+_NO_CAUSE = frozenset(
+    f"simulation.{name}"
+    for name in (
+        "output_rate",
+        "relative_tolerance",
+        "absolute_tolerance",
+        "max_step",
+        "duration",
+        "max_steps",
+        "chatter_changes",
+        "chatter_window",
+    )
+) | {"title"}
+"""What decides how a run is stored, how exactly it is computed and when it ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,3 +97,55 @@ class Accuracy:
     def of_times(self) -> float:
         """Difference in time of a phase change, and of the end, that counts as none [s]."""
         return self.tolerance_of(1.0)
+
+
+def first_cause(a: Scenario, b: Scenario) -> float | None:
+    """When the first difference of two scenarios begins to act [s]; None if none ever does.
+
+    Before, runs can differ by rounding alone. Pushes, patches and timed changes have a time;
+    every other difference acts from the start. How a run is stored and integrated is no cause:
+    it changes how exactly the same motion is computed.
+    """
+    calm = (replace(each, pulses=(), patches=(), changes=()) for each in (a, b))
+    if any(difference.key not in _NO_CAUSE for difference in parameter_differences(*calm)):
+        return 0.0
+    instants = sorted({0.0, *_instants(a), *_instants(b)})
+    return next((t for t in instants if _acting(a, t) != _acting(b, t)), None)
+
+
+def _instants(scenario: Scenario) -> Iterator[float]:
+    """When something begins or ends in a scenario."""
+    for pulse in scenario.pulses:
+        yield from (pulse.time, pulse.time + pulse.duration)
+    for patch in scenario.patches:
+        yield from (time for time in (patch.start_time, patch.end_time) if time is not None)
+    yield from (change.time for change in scenario.changes)
+
+
+def _acting(scenario: Scenario, t: float) -> tuple[Any, ...]:
+    """What acts on a run from some time on until the next one [s], in an order of its own."""
+    changes = [change for change in scenario.changes if change.time <= t]
+    values = {change.parameter: change.value for change in sorted(changes, key=_time)}
+    pulses = [p for p in scenario.pulses if p.time <= t < p.time + p.duration]
+    patches = [
+        (p.face, p.centre, p.half_length, values.get(_factor_key(i), p.friction_factor))
+        for i, p in enumerate(scenario.patches)
+        if p.start_time <= t and (p.end_time is None or t < p.end_time)
+    ]
+    factors = {_factor_key(i) for i in range(len(scenario.patches))}
+    # An estimate that is set anew need not have had that value until then.
+    resets = [c for c in changes if c.time == t and c.parameter.startswith("estimates.")]
+    return (
+        sorted((p.force, p.moment) for p in pulses),
+        sorted(patches),
+        {key: value for key, value in values.items() if key not in factors},
+        sorted((c.parameter, repr(c.value)) for c in resets),
+    )
+
+
+def _time(change: Change) -> float:
+    return change.time
+
+
+def _factor_key(index: int) -> str:
+    return f"patches.{index}.friction_factor"

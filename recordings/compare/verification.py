@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from slipgrasp.core.run.claims import contradictions_of
@@ -23,7 +22,6 @@ from slipgrasp.recordings.compare.reproduction import (
     find_bit_mismatches,
     find_mismatches,
 )
-from slipgrasp.recordings.file.reader import read_back
 
 _CUT_SHORT = (Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED)
 WALL_TIME = "wall_time"
@@ -60,24 +58,9 @@ class Verification:
     present: Provenance
 
     def to_mapping(self) -> dict[str, Any]:
-        """The same as plain values for JSON (the ``verify --json`` object)."""
+        """The verification as plain values for JSON (the ``verify --json`` object)."""
         mapping = asdict(self)
         return {**mapping, "mismatches": [asdict(mismatch) for mismatch in self.mismatches]}
-
-
-def verify_recording(path: Path, progress: Progress | None = None) -> Verification:
-    """Computes the run of a recording again, also where the file was altered.
-
-    Args:
-        path: The MCAP file.
-        progress: Told the share that is done, from 0 to 1.
-
-    Raises:
-        RecordingError: If the file cannot be read.
-        ScenarioError: If this version cannot simulate its scenario.
-    """
-    read = read_back(path)
-    return verify(read.result, unaltered=read.is_unaltered, progress=progress)
 
 
 def verify(

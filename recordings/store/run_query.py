@@ -139,7 +139,7 @@ def parse_instant(text: str) -> datetime:
 
 
 def parse_end(text: str) -> datetime:
-    """The same as `parse_instant`, but of a date alone its last instant.
+    """A time in ISO 8601; in UTC unless it says otherwise; of a date alone its last instant.
 
     Raises:
         QueryError: If it is no time.

@@ -1,7 +1,7 @@
 """The folder where runs are kept: one recording and one sidecar per run.
 
-The recordings alone say what there is; see `slipgrasp.recordings.store.run_folder`. Searches go by
-way of a catalogue, which is made again from the files whenever it will not do.
+The recordings alone say what there is; see `slipgrasp.recordings.store.run_files`. Searches go by
+way of `slipgrasp.recordings.store.run_index`.
 """
 
 from __future__ import annotations
@@ -9,10 +9,13 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Collection, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
+from types import TracebackType
+from typing import Self
 
 import platformdirs
 
@@ -21,8 +24,10 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import (
     ContradictoryRecordingError,
     RecordingChangedError,
+    RecordingError,
     RecordingNotFoundError,
     RecordingWriteError,
+    UploadError,
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.file_lock import try_lock
@@ -31,14 +36,17 @@ from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import IdSource
-from slipgrasp.recordings.store.run_folder import RunFolder, iso_time
+from slipgrasp.recordings.store.run_files import RunFiles, iso_time
 from slipgrasp.recordings.store.run_index import FoundRuns, RunIndex
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.recordings.store.upload import UPLOAD_SUFFIX, Upload
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
+UPLOAD_SUFFIX = ".upload.part"
+"""Not that of runs: what is left of an upload is of no use to anyone."""
+
+CHECK_BYTES = 1 << 24
 
 _logger = logging.getLogger(__name__)
 
@@ -71,8 +79,8 @@ class RecordingStore:
     """
 
     def __init__(self, folder: Path, limits: StorageLimits | None = None) -> None:
-        self._folder = RunFolder(folder)
-        self._index = RunIndex(self._folder)
+        self._files = RunFiles(folder)
+        self._index = RunIndex(self._files)
         self._limits = limits or StorageLimits()
         self._ids = IdSource()
         self._change_lock = Lock()
@@ -83,7 +91,7 @@ class RecordingStore:
         Raises:
             RecordingWriteError: If nothing can be saved there.
         """
-        folder = self._folder.path
+        folder = self._files.path
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -108,12 +116,12 @@ class RecordingStore:
         """
         self.check_room(incoming)
         run_id = run_id or self.new_id()
-        return Reservation(run_id, self._folder.recording(run_id))
+        return Reservation(run_id, self._files.recording(run_id))
 
     def check_room(self, incoming: int = 0) -> None:
         """Finds out whether another run can be kept; raises as `reserve`."""
         self.prepare()
-        self._limits.check(self._folder.path, incoming)
+        self._limits.check(self._files.path, incoming)
 
     def register(
         self, reservation: Reservation, result: RunResult, annotations: Annotations | None = None
@@ -148,7 +156,7 @@ class RecordingStore:
             annotations=annotations,
         )
         try:
-            self._folder.write_sidecar(stored)
+            self._files.write_sidecar(stored)
         except RecordingWriteError as error:
             _logger.warning("run %s is kept without its sidecar: %s", stored.id, error)
         return stored
@@ -190,7 +198,7 @@ class RecordingStore:
 
     def discard_unfinished_uploads(self) -> None:
         """Deletes what a service left of uploads when it was killed."""
-        for part in self._folder.path.glob(f"*{UPLOAD_SUFFIX}"):
+        for part in self._files.path.glob(f"*{UPLOAD_SUFFIX}"):
             try:
                 if not part.is_symlink() and not _is_being_written(part):
                     part.unlink()
@@ -212,7 +220,7 @@ class RecordingStore:
 
     def count(self) -> int:
         """How many runs there are."""
-        return len(self._folder.scan())
+        return len(self._files.scan())
 
     def get(self, run_id: str) -> StoredRun:
         """One run by its id.
@@ -220,9 +228,9 @@ class RecordingStore:
         Raises:
             RecordingNotFoundError: If there is none, whatever the id looks like.
         """
-        if not self._folder.holds(run_id):
+        if not self._files.holds(run_id):
             raise RecordingNotFoundError(run_id)
-        return self._folder.read(run_id)
+        return self._files.read(run_id)
 
     def open(self, run_id: str) -> RunResult:
         """Reads a run back.
@@ -268,7 +276,7 @@ class RecordingStore:
             if expected is not None and stored.revision not in expected:
                 raise RecordingChangedError(run_id)
             changed = replace(stored, **{key: getattr(checked, key) for key in changes})
-            self._folder.write_sidecar(changed)
+            self._files.write_sidecar(changed)
         self._index.forget(run_id)
         return changed
 
@@ -285,15 +293,81 @@ class RecordingStore:
             RecordingError: If it cannot be removed.
         """
         with self._change_lock:
-            if not self._folder.holds(run_id):
+            if not self._files.holds(run_id):
                 raise RecordingNotFoundError(run_id)
-            if expected is not None and self._folder.read(run_id).revision not in expected:
+            if expected is not None and self._files.read(run_id).revision not in expected:
                 raise RecordingChangedError(run_id)
-            self._folder.delete(run_id)
+            self._files.delete(run_id)
 
     def new_id(self) -> str:
         """An id that sorts after all that this store has made before."""
         return self._ids.new(datetime.now(UTC))
+
+
+class Upload:
+    """Takes the bytes of a recording; leaving its ``with`` block early leaves nothing behind.
+
+    Args:
+        path: Where the recording goes once it is whole and was read without fault.
+        limits: How much there may be.
+    """
+
+    def __init__(self, path: Path, limits: StorageLimits) -> None:
+        self._path = path
+        self._limits = limits
+        self._stack = ExitStack()
+        self._unchecked = 0
+
+    def __enter__(self) -> Self:
+        file = atomic_file(self._path, overwrite=False, part_suffix=UPLOAD_SUFFIX)
+        self._stream = self._stack.enter_context(file)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._stack.__exit__(kind, error, traceback)
+
+    def write(self, piece: bytes) -> None:
+        """Takes the next bytes.
+
+        Raises:
+            StorageFullError: If there is no room for them.
+            RecordingWriteError: If the disk fails.
+        """
+        self._unchecked += len(piece)
+        if self._unchecked >= CHECK_BYTES:
+            self._limits.check(self._path.parent, len(piece))
+            self._unchecked = 0
+        try:
+            self._stream.write(piece)
+        except OSError as error:
+            raise RecordingWriteError(self._path, error.strerror or "disk error") from error
+
+    def finish(self) -> RunResult:
+        """Reads what came, and gives the file its name.
+
+        Raises:
+            UploadError: If it is no whole recording that this program can read.
+            StorageFullError: If there is no room for it.
+            RecordingWriteError: If the disk fails.
+        """
+        part = self._path.with_name(self._path.name + UPLOAD_SUFFIX)
+        try:
+            self._stream.flush()
+        except OSError as error:
+            raise RecordingWriteError(self._path, error.strerror or "disk error") from error
+        self._limits.check(self._path.parent)
+        try:
+            result = read_recording(part)
+            Description.from_result(result)
+        except RecordingError as error:
+            raise UploadError(str(error).replace(str(part), "upload")) from error
+        self._stack.close()
+        return result
 
 
 def _is_being_written(path: Path) -> bool:

@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.loading import preset_names, scenario_from_mapping
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
 from slipgrasp.recordings.file.documents import parse_json
-from slipgrasp.recordings.study.rows import row_schema
+from slipgrasp.recordings.study.study_row import row_schema
 
 STUDY_FORMAT = 1
 STUDY_START = "slipgrasp/study/start"
@@ -36,7 +36,7 @@ class StudyEnd:
     Attributes:
         state: ``completed`` if every run has a row, else why it ended before.
         runs: How many rows it has.
-        outcomes: How many runs ended in each way.
+        outcomes: How many runs have each outcome.
         message: What else is to be said, in a sentence; mostly empty.
     """
 

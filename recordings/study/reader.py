@@ -30,7 +30,7 @@ from slipgrasp.recordings.study.documents import (
     read_definition,
     read_end,
 )
-from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row
+from slipgrasp.recordings.study.study_row import RowsHash, StudyRow, decode_row
 
 MAX_RECORD_BYTES = 1 << 25
 

@@ -16,7 +16,7 @@ from slipgrasp.recordings.compare.verification import WALL_TIME
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study.reader import open_study
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_row import StudyRow
 
 
 class RebuildError(RecordingError):

@@ -1,15 +1,20 @@
-"""What the columns of a study's results are called, hold and are measured in."""
+"""The columns of a study's results: what they are called, and how they hold values row by row."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from slipgrasp.core.run.metrics import single_metrics
 from slipgrasp.core.study.definition import Study, Value
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
-from slipgrasp.recordings.study.growing import GrowingColumn, HashColumn, NumberColumn, ValueColumn
-from slipgrasp.recordings.study.varied import parameter_of
+from slipgrasp.recordings.study.map_axes import parameter_of
 
 Kind = Literal["number", "integer", "boolean", "word", "value", "hash"]
 
@@ -52,7 +57,7 @@ def columns_of(study: Study) -> tuple[ResultColumn, ...]:
     )
 
 
-def column_for(column: ResultColumn) -> GrowingColumn:
+def column_for(column: ResultColumn) -> AppendOnlyColumn:
     """An empty column of the kind."""
     if column.kind == "hash":
         return HashColumn(2 * HASH_BYTES)
@@ -81,3 +86,166 @@ def _kind_of(study: Study, key: str) -> Kind:
 def _chosen_values(study: Study, key: str) -> list[Value]:
     chosen = [axis.values for axis in study.axes if axis.key == key]
     return list(chosen[0] or ()) if chosen else [run.get(key) for run in study.listed]
+
+
+_FIRST_ROWS = 256
+
+
+class AppendOnlyColumn(Protocol):
+    """A column to which rows are appended while others read it, in little memory.
+
+    A row is appended to all columns before it is counted, and what is written never
+    changes, so that whoever reads no more rows than are counted needs no lock.
+    """
+
+    def append(self, value: Any) -> None:
+        """Adds the value of the next row."""
+        ...
+
+    def take(self, rows: Sequence[int]) -> list[Any]:
+        """The values of some rows, as plain values for JSON."""
+        ...
+
+    def numbers(self, count: int) -> NDArray[np.float64]:
+        """The first values as numbers, NaN where there is none."""
+        ...
+
+    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
+        """Some rows in the order of their values, those without a value last."""
+        ...
+
+
+@dataclass(slots=True)
+class _Array:
+    """Numbers or bytes of one width, in an array that is replaced by a larger one when full."""
+
+    dtype: str
+    values: NDArray[Any] = field(init=False)
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        self.values = np.zeros(_FIRST_ROWS, self.dtype)
+
+    def append(self, value: float | bytes) -> None:
+        if self.count == len(self.values):
+            larger = np.zeros(2 * self.count, self.dtype)
+            larger[: self.count] = self.values
+            self.values = larger
+        self.values[self.count] = value
+        self.count += 1
+
+
+class NumberColumn:
+    """Numbers, whole numbers or truth values; None is allowed everywhere.
+
+    Args:
+        kind: What the values are given back as.
+    """
+
+    def __init__(self, kind: Literal["number", "integer", "boolean"] = "number") -> None:
+        self._array = _Array("<f8")
+        self._convert: Any = {"number": float, "integer": int, "boolean": bool}[kind]
+
+    def append(self, value: float | None) -> None:
+        """Adds the value of the next row."""
+        self._array.append(math.nan if value is None else value)
+
+    def take(self, rows: Sequence[int]) -> list[Any]:
+        """The values of some rows."""
+        found = self._array.values[np.asarray(rows, dtype=np.intp)].tolist()
+        return [None if math.isnan(value) else self._convert(value) for value in found]
+
+    def numbers(self, count: int) -> NDArray[np.float64]:
+        """The first values, NaN where there is none."""
+        return self._array.values[:count]
+
+    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
+        """Some rows in the order of their values."""
+        keys = self._array.values[rows]
+        return rows[np.argsort(-keys if descending else keys, kind="stable")]
+
+
+class HashColumn:
+    """Hashes, all of one length, as text of hexadecimal digits.
+
+    Args:
+        num_digits: How many digits each has.
+    """
+
+    def __init__(self, num_digits: int) -> None:
+        self._array = _Array(f"S{num_digits}")
+
+    def append(self, value: str) -> None:
+        """Adds the value of the next row."""
+        self._array.append(value.encode("ascii"))
+
+    def take(self, rows: Sequence[int]) -> list[str]:
+        """The values of some rows."""
+        found = self._array.values[np.asarray(rows, dtype=np.intp)].tolist()
+        return [value.decode("ascii") for value in found]
+
+    def numbers(self, count: int) -> NDArray[np.float64]:
+        """No numbers: NaN."""
+        return np.full(count, math.nan)
+
+    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
+        """Some rows in the order of their values."""
+        return order_of(self.take(rows.tolist()), rows, descending=descending)
+
+
+class ValueColumn:
+    """Words, lists, or values of several kinds; equal ones are kept once."""
+
+    def __init__(self) -> None:
+        self._values: list[Any] = []
+        self._known: dict[tuple[type, Any], Any] = {}
+
+    def append(self, value: Any) -> None:
+        """Adds the value of the next row."""
+        if len(self._known) < _FIRST_ROWS:
+            value = self._known.setdefault((type(value), value), value)
+        self._values.append(value)
+
+    def take(self, rows: Sequence[int]) -> list[Any]:
+        """The values of some rows, tuples as lists."""
+        values = self._values
+        found = [values[row] for row in rows]
+        return [list(value) if isinstance(value, tuple) else value for value in found]
+
+    def numbers(self, count: int) -> NDArray[np.float64]:
+        """The numbers among the first values, NaN for all else."""
+        found = self._values[:count]
+        plain = [isinstance(v, (int, float)) and not isinstance(v, bool) for v in found]
+        return np.array(
+            [v if is_number else math.nan for v, is_number in zip(found, plain, strict=True)]
+        )
+
+    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
+        """Some rows in the order of their values."""
+        return order_of(self.take(rows.tolist()), rows, descending=descending)
+
+
+def order_of(
+    values: Sequence[Any], rows: NDArray[np.intp], *, descending: bool
+) -> NDArray[np.intp]:
+    """Sorts rows by their values; equal ones keep their order, and None comes last.
+
+    Args:
+        values: One per row.
+        rows: What to sort.
+        descending: Whether the largest comes first.
+    """
+    ranks = {key: rank for rank, key in enumerate(sorted(set(map(_key, values))))}
+    places = np.array([ranks[_key(value)] for value in values], dtype=np.int64)
+    if descending:
+        nothing = np.array([value is None for value in values], dtype=bool)
+        places = np.where(nothing, len(ranks), -places)
+    return rows[np.argsort(places, kind="stable")]
+
+
+def _key(value: Any) -> tuple[int, float, str]:
+    if value is None:
+        return (2, 0.0, "")
+    if isinstance(value, (int, float)):
+        return (0, float(value), "")
+    return (1, 0.0, value if isinstance(value, str) else json.dumps(value))

@@ -22,7 +22,7 @@ from slipgrasp.recordings.study.results_comparison import (
 )
 from slipgrasp.recordings.study.results_export import write_csv, write_json, write_parquet
 from slipgrasp.recordings.study.results_summary import StudySummary, summarize
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_row import StudyRow
 
 
 class StudyResults:
@@ -181,7 +181,7 @@ class StudyResults:
         return self._stores[self.column(name).name].take(range(start, last))
 
     def summary(self) -> StudySummary:
-        """How many runs ended in which way, and how the metrics are spread."""
+        """How many runs have each outcome, and how the metrics are spread."""
         return summarize(self)
 
     def compare_combinations(self) -> CombinationComparison | None:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.recordings.study.map_axes import compared_keys
 from slipgrasp.recordings.study.results_summary import spread_of
-from slipgrasp.recordings.study.varied import compared_keys
 
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
@@ -27,8 +27,8 @@ class Combination:
         values: The values by dotted key.
         runs: How many runs with them have ended.
         held: How many of these held the object at the end.
-        share_held: The same as a share; 0 if none has ended.
-        outcomes: How many ended in which way, the most frequent first.
+        share_held: Those that held it as a share of those that have ended; 0 if none has.
+        outcomes: How many have each outcome, the most frequent first.
         medians: Median of each metric over the runs that have it.
     """
 

@@ -47,12 +47,12 @@ class StudySummary:
     Attributes:
         runs: How many runs it has.
         finished: How many of them have ended.
-        outcomes: How many ended in which way, the most frequent first.
+        outcomes: How many have each outcome, the most frequent first.
         reasons: How many ended early for which reason, by its code.
         held: How many held the object at the end.
-        share_held: The same as a share of those that have ended; 0 if none has.
+        share_held: Those that held it as a share of those that have ended; 0 if none has.
         metrics: Spread of each metric over all that have ended.
-        metrics_by_outcome: The same, over those that ended in each way.
+        metrics_by_outcome: Spread of each metric over those with each outcome.
     """
 
     runs: int

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.study.definition import MAX_RUNS, KeptRecordings
 from slipgrasp.recordings.file.atomic_file import atomic_file
-from slipgrasp.recordings.store.run_folder import checked_time, read_document
+from slipgrasp.recordings.store.run_files import checked_time, read_document
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.reader import open_study
 

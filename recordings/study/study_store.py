@@ -23,17 +23,17 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, part_of
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.identifiers import ID, IdSource, derived_id
-from slipgrasp.recordings.store.run_folder import iso_time, time_of
+from slipgrasp.recordings.store.run_files import iso_time, time_of
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.documents import StudyEnd
-from slipgrasp.recordings.study.member import MemberResult
 from slipgrasp.recordings.study.stored_study import (
     StoredStudy,
     StudySidecars,
     told_by_file,
     unknown_study,
 )
+from slipgrasp.recordings.study.task import StudyRun
 from slipgrasp.recordings.study.writer import StudyWriter
 
 STUDIES_FOLDER = "studies"
@@ -174,7 +174,7 @@ class StudyStore:
             self._sidecars.path_of(study_id).unlink(missing_ok=True)
         self._seen.pop(study_id, None)
 
-    def keeper_of(self, stored: StoredStudy) -> Callable[[MemberResult], str | None]:
+    def keeper_of(self, stored: StoredStudy) -> Callable[[StudyRun], str | None]:
         """What keeps recordings of a study's runs, and logs the first that cannot be kept.
 
         Returns:
@@ -182,30 +182,30 @@ class StudyStore:
         """
         lost: list[int] = []
 
-        def keep(member: MemberResult) -> str | None:
+        def keep(run: StudyRun) -> str | None:
             try:
-                return self.save_recording(stored, member).id
+                return self.save_recording(stored, run).id
             except RecordingError as error:
                 if not lost:
-                    _logger.error("run %d of study %s: %s", member.row.index, stored.id, error)
-                    lost.append(member.row.index)
+                    _logger.error("run %d of study %s: %s", run.row.index, stored.id, error)
+                    lost.append(run.row.index)
                 return None
 
         return keep
 
-    def save_recording(self, stored: StoredStudy, member: MemberResult) -> StoredRun:
+    def save_recording(self, stored: StoredStudy, run: StudyRun) -> StoredRun:
         """Keeps the recording of a run among the runs, always under the same id.
 
         Raises:
             RecordingWriteError: If it cannot be written.
             StorageFullError: If there is no room.
         """
-        assert member.recording is not None
-        name = f"{stored.title[:MAX_NAME_LENGTH] or 'study'}, run {member.row.index}"
+        assert run.recording is not None
+        name = f"{stored.title[:MAX_NAME_LENGTH] or 'study'}, run {run.row.index}"
         return self._runs.keep(
-            derived_id(stored.id, member.row.index),
-            member.recording.data,
-            member.recording.description,
+            derived_id(stored.id, run.row.index),
+            run.recording.data,
+            run.recording.description,
             Annotations(name=name, tags=(f"study {stored.id}",)),
         )
 

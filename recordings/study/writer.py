@@ -44,7 +44,7 @@ from slipgrasp.recordings.study.documents import (
     stop_document,
 )
 from slipgrasp.recordings.study.reader import StudySoFar, read_rows_so_far
-from slipgrasp.recordings.study.rows import RowsHash, StudyRow, decode_row, encode_row
+from slipgrasp.recordings.study.study_row import RowsHash, StudyRow, decode_row, encode_row
 
 RUNS_PER_CHUNK = 20
 SYNC_INTERVAL = 1.0
@@ -65,7 +65,7 @@ class StudyWriter:
     Attributes:
         num_runs: How many runs the study has.
         num_rows: How many rows are written; the next one is that of the run of this index.
-        outcomes: How many of them ended in each way.
+        outcomes: How many of them have each outcome.
 
     Raises:
         RecordingExistsError: If the file exists and may not be replaced.

@@ -11,8 +11,8 @@ from fastapi import APIRouter, Query, Request, Response
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
 from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
 from slipgrasp.server.http.downloads import (
     BINARY,

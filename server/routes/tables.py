@@ -1,9 +1,7 @@
-"""What was recorded of a run: its file, and its signals as JSON, CSV, Parquet and NPZ."""
+"""What was recorded of a run: its file, and its signals as JSON and in every format of data."""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable
 from functools import partial
 from typing import Annotated, BinaryIO
 
@@ -11,9 +9,8 @@ from fastapi import APIRouter, Query, Response
 from fastapi.responses import StreamingResponse
 
 from slipgrasp.core.run.provenance import program_version
-from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
-from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
+from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import RunResultDep, StoredRunDep
@@ -29,9 +26,6 @@ from slipgrasp.server.http.downloads import (
 from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
 from slipgrasp.server.runs.schemas import ProblemPublic
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
-
-CSV = "text/csv"
-PARQUET = "application/vnd.apache.parquet"
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -85,66 +79,42 @@ def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
         raise RecordingNotFoundError(stored.id) from None
 
 
-@router.head("/{run_id}/signals.csv", include_in_schema=False)
-@router.get(
-    "/{run_id}/signals.csv",
-    response_class=Response,
-    responses=download_responses(CSV, problems=_TABLE_PROBLEMS),
-)
-def read_signals_as_csv(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
-    """The table that ``slipgrasp export`` writes."""
-    return _table(stored, asked, made, "csv", CSV, _write_csv)
-
-
-@router.head("/{run_id}/signals.parquet", include_in_schema=False)
-@router.get(
-    "/{run_id}/signals.parquet",
-    response_class=Response,
-    responses=download_responses(PARQUET, problems=_TABLE_PROBLEMS),
-)
-def read_signals_as_parquet(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
-    """All columns with their units, and the scenario, as a Parquet table."""
-    return _table(stored, asked, made, "parquet", PARQUET, write_parquet)
-
-
-@router.head("/{run_id}/signals.npz", include_in_schema=False)
-@router.get(
-    "/{run_id}/signals.npz",
-    response_class=Response,
-    responses=download_responses(BINARY, problems=_TABLE_PROBLEMS),
-)
-def read_signals_as_npz(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
-    """All columns as NumPy arrays, and the scenario as JSON."""
-    return _table(stored, asked, made, "npz", BINARY, write_npz)
-
-
-def _table(
-    stored: StoredRun,
-    asked: Asked,
-    made: MadeFiles,
-    suffix: str,
-    media_type: str,
-    write: Callable[[RunResult, BinaryIO], None],
-) -> Response:
-    """A table of a recording; its tag is known without making it."""
+def _table(export: ExportFormat, stored: StoredRun, asked: Asked, made: MadeFiles) -> Response:
+    """The signals of a recording in a format; their tag is known without writing them."""
     try:
-        tag = tag_of(file_tag(stored.path), suffix, program_version())
+        tag = tag_of(file_tag(stored.path), export.name, program_version())
     except FileNotFoundError:
         raise RecordingNotFoundError(stored.id) from None
 
     def make(stream: BinaryIO) -> None:
-        write(read_recording(stored.path), stream)
+        export.write(read_recording(stored.path), stream)
 
     download = Download(
         tag=tag,
-        name=stored.file_name(suffix),
-        media_type=media_type,
+        name=stored.file_name(export.name),
+        media_type=export.media_type,
         open=lambda: made.open(tag, make),
     )
     return download.answer(asked)
 
 
-def _write_csv(result: RunResult, stream: BinaryIO) -> None:
-    text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
-    write_csv(result, text)
-    text.detach()
+def _add_table(export: ExportFormat) -> None:
+    """Adds the route of a format."""
+
+    def read_signals_as(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
+        return _table(export, stored, asked, made)
+
+    path = f"/{{run_id}}/signals.{export.name}"
+    router.add_api_route(path, read_signals_as, methods=["HEAD"], include_in_schema=False)
+    router.add_api_route(
+        path,
+        read_signals_as,
+        name=f"read_signals_as_{export.name}",
+        description=export.description,
+        response_class=Response,
+        responses=download_responses(export.media_type, problems=_TABLE_PROBLEMS),
+    )
+
+
+for _export in DATA_FORMATS:
+    _add_table(_export)

@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from slipgrasp.core.run.metrics import METRICS, Metric
 from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
@@ -117,9 +118,7 @@ class RunPublic(BaseModel):
             "links": {
                 "self": own,
                 "signals": f"{own}/signals",
-                "signals_csv": f"{own}/signals.csv",
-                "signals_parquet": f"{own}/signals.parquet",
-                "signals_npz": f"{own}/signals.npz",
+                **{f"signals_{each.name}": f"{own}/signals.{each.name}" for each in DATA_FORMATS},
                 "recording": f"{own}/recording",
             },
         }

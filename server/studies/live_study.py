@@ -11,7 +11,7 @@ from typing import Self
 
 from slipgrasp.core.study.cost import StudyCost
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_row import StudyRow
 from slipgrasp.recordings.study.study_store import StoredStudy
 
 RATE_WINDOW = 10.0

@@ -8,8 +8,8 @@ from functools import partial
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.executors import make_executor
-from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
 from slipgrasp.server.http.errors import ServiceBusyError
@@ -112,7 +112,7 @@ class StudyQueue:
         """
         state, message = StudyState.FAILED, UNEXPECTED
         try:
-            end = self._conduct(live)
+            end = self._schedule(live)
             if end is None:
                 state, message = StudyState.QUEUED, ""
             else:
@@ -126,7 +126,7 @@ class StudyQueue:
             if state is not StudyState.FAILED:
                 self.forget(live.id)
 
-    def _conduct(self, live: LiveStudy) -> StudyEnd | None:
+    def _schedule(self, live: LiveStudy) -> StudyEnd | None:
         """Runs what is left of a study; None if it is left to the next service."""
 
         def should_stop() -> bool:
@@ -139,7 +139,7 @@ class StudyQueue:
                 end = _cancelled(writer)
             else:
                 with self._executor.use() as executor:
-                    end = conduct(
+                    end = schedule_runs(
                         live.study,
                         executor,
                         writer,

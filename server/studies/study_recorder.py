@@ -10,11 +10,11 @@ from typing import Any
 from slipgrasp.core.executors import Cancelled
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.recordings.study.member import MemberResult, record_member
 from slipgrasp.recordings.study.rebuild import rebuild
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_row import StudyRow
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
+from slipgrasp.recordings.study.task import StudyRun, encode_recording
 from slipgrasp.server.http.errors import ResultNotFoundError, ServiceBusyError, ServiceEndingError
 
 MAX_AT_ONCE = 2
@@ -85,12 +85,12 @@ class StudyRecorder:
             with self._lock:
                 self._making.remove(one)
 
-    def _make(self, results: StudyResults, row: StudyRow) -> MemberResult:
+    def _make(self, results: StudyResults, row: StudyRow) -> StudyRun:
         try:
             result = rebuild(results.study, row, should_stop=self._is_ending, wall_limit=WALL_LIMIT)
         except Cancelled as error:
             raise ServiceEndingError from error
-        return MemberResult(row=row, recording=record_member(result))
+        return StudyRun(row=row, recording=encode_recording(result))
 
 
 def _row(results: StudyResults, index: int) -> StudyRow:

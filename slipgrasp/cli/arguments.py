@@ -1,18 +1,22 @@
-"""Arguments that several commands share."""
+"""Arguments that several commands share, and how the values in them are read."""
 
 from __future__ import annotations
 
 import argparse
+import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.scenarios import HelpWithParameters
-from slipgrasp.cli.status import complain
-from slipgrasp.cli.values import parse_assignments
+from slipgrasp.cli.status import CommandError, complain
 
 if TYPE_CHECKING:
     from slipgrasp.core.scenario import Scenario
+    from slipgrasp.core.scenario.parameters import Parameter
     from slipgrasp.recordings.store.store import RecordingStore
+
+NONE = "none"
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
@@ -105,3 +109,59 @@ def names_a_file(source: str) -> bool:
     """Whether a recording is named by its path; anything that does not look so is an id."""
     path = Path(source)
     return bool(path.suffix) or path.parent != Path() or path.exists()
+
+
+def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]) -> dict[str, Any]:
+    """Reads assignments; of several to one key the last holds.
+
+    Args:
+        texts: Such as ``object.mass=1.4``.
+        definitions: The parameters by dotted key; what they cannot say is left to
+            the validation of the scenario.
+
+    Raises:
+        CommandError: If one is not of the form KEY=VALUE.
+    """
+    values = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise CommandError(f"--set needs KEY=VALUE, such as object.mass=1.4, not '{text[:80]}'")
+        key = key.strip()
+        values[key] = parse_value(value.strip(), definitions.get(key))
+    return values
+
+
+def parse_value(text: str, parameter: Parameter | None) -> Any:
+    """Reads one value: TOML where it is TOML, else a number, else the text as it stands.
+
+    Args:
+        text: What stands behind the equals sign.
+        parameter: What is assigned to, if known: ``none`` removes an optional one.
+    """
+    if text == NONE and parameter is not None and parameter.optional:
+        return None
+    if parameter is not None and parameter.kind == "boolean":
+        text = text.lower()
+    value = _parse_toml(text)
+    if parameter is not None and parameter.kind in ("text", "choice"):
+        return value if isinstance(value, str) else text
+    return value
+
+
+def _parse_toml(text: str) -> bool | int | float | str | list[Any]:
+    try:
+        document = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return _parse_number(text)
+    value = document["value"]
+    plain = len(document) == 1 and isinstance(value, (bool, int, float, str, list))
+    return value if plain else text
+
+
+def _parse_number(text: str) -> float | str:
+    """Numbers as people and other programs write them, such as ``.5``."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

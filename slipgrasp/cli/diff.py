@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, recording_path
+from slipgrasp.cli.figures import FORMATS
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.recordings.compare.comparison import Comparison
 
-FIGURE_FORMATS = ("svg", "pdf", "png")
 DESCRIPTION = (
     "Compares two recordings at the instants that both stored: parameters, phase changes, when "
     "each column first differs by more than the tolerance, how far, and metrics. They are equal "
@@ -79,7 +79,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 def _check_figure(path: Path | None, force: bool) -> None:
     if path is None:
         return
-    if path.suffix.lower().removeprefix(".") not in FIGURE_FORMATS:
+    if path.suffix.lower().removeprefix(".") not in FORMATS:
         raise CommandError(f"--figure '{path}' ends with none of .svg, .pdf and .png")
     if path.exists() and not force:
         from slipgrasp.recordings.exceptions import RecordingExistsError

@@ -3,39 +3,49 @@
 from __future__ import annotations
 
 import argparse
-import io
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, recording_path
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
+from slipgrasp.recordings.export import EXPORT_FORMATS, MOVING_FORMATS, ExportFormat
 
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
 
 Update = Callable[[float], None]
 
-FORMATS = ("csv", "parquet", "npz", "html", "gif")
+FORMATS = {each.name: each for each in EXPORT_FORMATS}
 MOST_FRAMES_PER_SECOND = 50.0
-DESCRIPTION = (
-    "Writes a recording as CSV (the main signals), as Parquet or NPZ (all signals with units, and "
-    "the scenario), as an HTML page that plays the 3D scene offline, or as an animated GIF. "
-    "SI units."
-)
 EPILOG = "exit status: 0 written, 2 bad input. For the paper's figures see 'slipgrasp figures'."
+
+
+def _listed(words: list[str], conjunction: str) -> str:
+    """Words as a list in a sentence."""
+    return f"{', '.join(words[:-1])}{conjunction} {words[-1]}"
+
+
+def _described() -> Iterator[str]:
+    """What each format holds, those that hold the same together."""
+    for contents, formats in groupby(EXPORT_FORMATS, lambda each: each.contents):
+        titles = " or ".join(each.title for each in formats if each.fps is None)
+        yield f"as {titles} ({contents})" if titles else f"as {contents}"
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command to the parser."""
+    names = _listed([each.name for each in MOVING_FORMATS], " and")
+    rates = _listed([f"{each.fps:g}" for each in MOVING_FORMATS], " and")
     parser = commands.add_parser(
         "export",
-        help="write a recording as CSV, Parquet, NPZ, HTML or GIF",
-        description=DESCRIPTION,
+        help=f"write a recording as {_listed([each.title for each in EXPORT_FORMATS], ' or')}",
+        description=f"Writes a recording {_listed([*_described()], ', or')}. SI units.",
         epilog=EPILOG,
     )
     parser.add_argument(
@@ -43,7 +53,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument(
         "--format",
-        choices=FORMATS,
+        choices=FORMATS.keys(),
         help="format to write (default: as --output ends, csv without one)",
     )
     parser.add_argument(
@@ -54,8 +64,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--fps",
         metavar="N",
         type=_frames_per_second,
-        help="frames per second of html and gif, at most 50 (default: 30 and 20); fewer where a "
-        "run is too long for that many",
+        help=f"frames per second of {names}, at most {MOST_FRAMES_PER_SECOND:g} (default: {rates})"
+        "; fewer where a run is too long for that many",
     )
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
@@ -70,9 +80,9 @@ def _frames_per_second(text: str) -> float:
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path | None = arguments.output
-    chosen = arguments.format or _format_of(output)
-    if chosen != "csv" and output is None and sys.stdout.isatty():
-        raise CommandError(f"{chosen} is not for a terminal; name a file with --output")
+    chosen = FORMATS[arguments.format or _format_of(output)]
+    if not chosen.is_text and output is None and sys.stdout.isatty():
+        raise CommandError(f"{chosen.name} is not for a terminal; name a file with --output")
     if output is not None and output.exists() and not arguments.force:
         from slipgrasp.recordings.exceptions import RecordingExistsError
 
@@ -81,12 +91,10 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         from slipgrasp.recordings.file.reader import read_recording
 
         result = read_recording(recording_path(arguments.recording, arguments.data_directory))
-    if chosen == "csv" and output is None:
-        from slipgrasp.recordings.export import write_csv
-
-        write_csv(result, sys.stdout)
+    if chosen.is_text and output is None:
+        chosen.write(result, sys.stdout.buffer)
     else:
-        with Progress(f"writing the {chosen} file") as progress:
+        with Progress(f"writing the {chosen.name} file") as progress:
             _write(result, chosen, arguments, progress.update)
     return ExitStatus.COMPLETED
 
@@ -94,7 +102,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 def _format_of(output: Path | None) -> str:
     """What the name of a file asks for."""
     if output is None:
-        return "csv"
+        return EXPORT_FORMATS[0].name
     ending = output.suffix.lower().removeprefix(".")
     if ending not in FORMATS:
         raise CommandError(
@@ -104,47 +112,17 @@ def _format_of(output: Path | None) -> str:
     return ending
 
 
-def _write(result: RunResult, chosen: str, arguments: argparse.Namespace, update: Update) -> None:
+def _write(
+    result: RunResult, chosen: ExportFormat, arguments: argparse.Namespace, update: Update
+) -> None:
     if arguments.output is None:
         # Not every format can be written to a pipe as it grows.
         with tempfile.TemporaryFile() as stream:
-            _write_stream(result, chosen, stream, arguments.fps, update)
+            chosen.write(result, stream, update, arguments.fps)
             stream.seek(0)
             shutil.copyfileobj(stream, sys.stdout.buffer)
         return
     from slipgrasp.recordings.file.atomic_file import atomic_file
 
     with atomic_file(arguments.output, overwrite=arguments.force) as stream:
-        _write_stream(result, chosen, stream, arguments.fps, update)
-
-
-def _write_stream(
-    result: RunResult, chosen: str, stream: BinaryIO, fps: float | None, update: Update
-) -> None:
-    if chosen == "csv":
-        _write_text(result, stream)
-    elif chosen == "parquet":
-        from slipgrasp.recordings.export import write_parquet
-
-        write_parquet(result, stream)
-    elif chosen == "npz":
-        from slipgrasp.recordings.export import write_npz
-
-        write_npz(result, stream)
-    elif chosen == "html":
-        from slipgrasp.web.charts import replay_page
-
-        replay_page.write_html(result, stream, update, **({} if fps is None else {"fps": fps}))
-    else:
-        from slipgrasp.figures import animation
-
-        animation.write_gif(result, stream, update, **({} if fps is None else {"fps": fps}))
-
-
-def _write_text(result: RunResult, stream: BinaryIO) -> None:
-    from slipgrasp.recordings.export import write_csv
-
-    text = io.TextIOWrapper(stream, encoding="utf-8", newline="\n")
-    write_csv(result, text)
-    text.flush()
-    text.detach()
+        chosen.write(result, stream, update, arguments.fps)

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, add_scenario, read_scenario, store_in
-from slipgrasp.cli.kernel import load_simulation
-from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:

@@ -96,3 +96,13 @@ class Progress:
 def _bar(fraction: float) -> str:
     full = round(BAR_WIDTH * min(max(fraction, 0.0), 1.0))
     return "█" * full + "░" * (BAR_WIDTH - full)
+
+
+def load_simulation() -> None:
+    """Returns when runs can start; tells whoever waits while the simulation is compiled."""
+    with Progress("loading the simulation") as progress:
+        from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
+
+        if not kernel_is_cached():
+            progress.announce(COMPILING)
+        prepare_kernel(progress.update)

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, names_a_file, store_in
-from slipgrasp.cli.kernel import load_simulation
-from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.study.definition import Study
-    from slipgrasp.recordings.study.rows import StudyRow
+    from slipgrasp.recordings.study.study_row import StudyRow
 
 DESCRIPTION = (
     "Simulates a run of a study again, checks it against the hash that the study holds of it, and "
@@ -91,7 +90,7 @@ def _study_path(source: str, chosen: Path | None) -> Path:
 
 def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
     from slipgrasp.recordings.study.reader import open_study
-    from slipgrasp.recordings.study.rows import decode_row
+    from slipgrasp.recordings.study.study_row import decode_row
 
     count = 0
     with open_study(path) as reader:

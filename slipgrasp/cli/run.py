@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, add_scenario, read_scenario, store_in
 from slipgrasp.cli.interrupt import Interrupt
-from slipgrasp.cli.kernel import load_simulation
-from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory
 from slipgrasp.cli.interrupt import Interrupt
-from slipgrasp.cli.kernel import load_simulation
-from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus, complain
 
 if TYPE_CHECKING:
@@ -172,7 +171,7 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     failure: RecordingWriteError | None = None
     end: StudyEnd | None = None
     try:
-        end = _conduct(study, executor, folder, results)
+        end = _schedule(study, executor, folder, results)
     except RecordingWriteError as error:
         failure = error
     seconds = time.monotonic() - started
@@ -193,14 +192,14 @@ def _run(study: Study, executor: Executor, folder: StudyFolder, *, as_json: bool
     return ExitStatus.COMPLETED if completed else ExitStatus.ENDED_EARLY
 
 
-def _conduct(
+def _schedule(
     study: Study,
     executor: Executor,
     folder: StudyFolder,
     results: StudyResults,
 ) -> StudyEnd:
-    from slipgrasp.cli.study_progress import StudyProgress
-    from slipgrasp.recordings.study.conductor import conduct
+    from slipgrasp.cli.study_report import StudyProgress
+    from slipgrasp.recordings.study.scheduler import schedule_runs
 
     with Interrupt() as interrupt, folder.writer(study) as writer:
         folder.read_rows(results, writer.num_rows)
@@ -208,7 +207,7 @@ def _conduct(
             executor.prepare(lambda: interrupt.requested)
         with Progress("simulating") as progress:
             shown = StudyProgress(progress, study.num_runs)
-            end = conduct(
+            end = schedule_runs(
                 study,
                 executor,
                 writer,

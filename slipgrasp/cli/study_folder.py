@@ -15,9 +15,9 @@ from slipgrasp.recordings.exceptions import RecordingBusyError, RecordingError, 
 from slipgrasp.recordings.file.atomic_file import atomic_file, part_of
 from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.study.documents import definition_document
-from slipgrasp.recordings.study.member import MemberResult
 from slipgrasp.recordings.study.reader import open_study, read_rows_so_far
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.task import StudyRun
 from slipgrasp.recordings.study.writer import StudyWriter
 
 RESULTS_FOLDER = "study-results"
@@ -58,15 +58,15 @@ class StudyFolder:
                 for row in islice(reader.rows(), num_rows):
                     results.append(row)
 
-    def keep(self, member: MemberResult) -> str | None:
+    def keep(self, run: StudyRun) -> str | None:
         """Writes the recording of a run; its id, or None if it cannot be written."""
-        assert member.recording is not None
-        run_id = f"run-{member.row.index}"
+        assert run.recording is not None
+        run_id = f"run-{run.row.index}"
         try:
             (self.path / RECORDINGS).mkdir(exist_ok=True)
             path = self.path / RECORDINGS / f"{run_id}.mcap"
             with atomic_file(path, overwrite=True, part_suffix=COPY_SUFFIX) as stream:
-                stream.write(member.recording.data)
+                stream.write(run.recording.data)
         except (OSError, RecordingError):
             return None  # how many there are is told in the end
         return run_id
@@ -100,7 +100,7 @@ class StudyFolder:
         }
 
     def _draw_maps(self, results: StudyResults) -> list[str]:
-        from slipgrasp.recordings.study.varied import choose_axes
+        from slipgrasp.recordings.study.map_axes import choose_axes
 
         axes = choose_axes(results.study)
         if axes is None:

@@ -1,13 +1,19 @@
-"""The results of a study in words and tables, for a person at a terminal."""
+"""A study in words and tables, for a person at a terminal: how far it is, and its results."""
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
+
+from slipgrasp.cli.progress import Progress
 
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
     from slipgrasp.recordings.study.results_comparison import CombinationComparison
+    from slipgrasp.recordings.study.study_row import StudyRow
+
 
 MOST_REASONS = 3
 LONGEST_VALUE = 48
@@ -137,3 +143,39 @@ def size_words(num_bytes: int) -> str:
         if num_bytes >= factor:
             return f"{num_bytes / factor:.3g} {unit}"
     return f"{num_bytes / 1000:.3g} kB"
+
+
+WINDOW = 200
+"""The rate is that of the last so many pieces of news."""
+
+NEWS_PERIOD = 0.1
+
+
+class StudyProgress:
+    """Tells how a study gets on.
+
+    Args:
+        progress: The line that is shown.
+        num_runs: How many runs there are.
+    """
+
+    def __init__(self, progress: Progress, num_runs: int) -> None:
+        self._progress = progress
+        self._num_runs = num_runs
+        self._news: deque[tuple[float, int]] = deque(maxlen=WINDOW)
+
+    def note(self, results: StudyResults, row: StudyRow) -> None:
+        """Takes a row into the results, and tells."""
+        results.append(row)
+        now = time.monotonic()
+        if not self._news:
+            self._news.append((now, results.num_rows))
+        elif now - self._news[-1][0] >= NEWS_PERIOD:
+            self._news.append((now, results.num_rows))
+            self._progress.update(results.num_rows / self._num_runs, self._details())
+
+    def _details(self) -> str:
+        (start, before), (now, done) = self._news[0], self._news[-1]
+        rate = (done - before) / (now - start)
+        left = f", {duration_words((self._num_runs - done) / rate)} left" if rate > 0.0 else ""
+        return f"{done} of {self._num_runs} runs, {rate:.3g} runs/s{left}"

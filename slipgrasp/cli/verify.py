@@ -7,8 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.arguments import add_data_directory, recording_path
-from slipgrasp.cli.kernel import load_simulation
-from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:

@@ -368,10 +368,10 @@ def test_others_are_asked_for_while_a_study_runs_over_rest(tmp_path):
     assert watch.peak > memory_of(os.getpid()) / 10
 
 
-def test_a_cluster_that_outruns_its_conductor_needs_more_of_them():
+def test_a_cluster_that_outruns_its_scheduler_needs_more_of_them():
     costs = Costs(
         worker=0.01,
-        conductor=0.001,
+        scheduler=0.001,
         rates={"1 worker process": 100.0},
         tasks={"Dask, 2 workers": 100.0},
         row=300.0,
@@ -384,9 +384,9 @@ def test_a_cluster_that_outruns_its_conductor_needs_more_of_them():
     assert "300 MB and 300 GB" in table.notes[1]
 
 
-def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_conductor():
-    worker, conductor, row = measure_costs_of_a_run(make_study(40), rounds=1)
-    assert worker > conductor > 0.0
+def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_scheduler():
+    worker, scheduler, row = measure_costs_of_a_run(make_study(40), rounds=1)
+    assert worker > scheduler > 0.0
     assert 100.0 < row < 2000.0
 
 

@@ -13,7 +13,7 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.loading import study_from_mapping
-from slipgrasp.recordings.study.conductor import conduct
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
 from tests.core import executor_tasks as work
 from tests.core.test_executors import go_on, outcome_of
@@ -118,13 +118,13 @@ def test_a_study_is_the_same_file_on_every_engine(dask, tmp_path):
     study = study_from_mapping(STUDY, load_scenario)
     with make_executor("processes", workers=1) as pool:
         engines = {"inline": make_executor("inline"), "processes": pool, "dask": dask}
-        found = [conducted(study, engines[name], tmp_path / name) for name in engines]
+        found = [scheduled(study, engines[name], tmp_path / name) for name in engines]
     assert found[0] == found[1] == found[2]
     _, recordings, outcomes = found[0]
     assert len(outcomes) > 1 and 0 < len(recordings) < study.num_runs
 
 
-def conducted(study, executor, path):
+def scheduled(study, executor, path):
     """The file of a study, the recordings that are kept of it, and how its runs ended."""
     recordings = {}
 
@@ -134,7 +134,9 @@ def conducted(study, executor, path):
         return name
 
     with StudyWriter(path, study) as writer:
-        end = conduct(study, executor, writer, should_stop=go_on, watch=lambda row: None, keep=keep)
+        end = schedule_runs(
+            study, executor, writer, should_stop=go_on, watch=lambda row: None, keep=keep
+        )
         writer.finish(end)
     return path.read_bytes(), recordings, end.outcomes
 

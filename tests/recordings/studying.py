@@ -3,8 +3,8 @@
 from slipgrasp.core.executors import make_executor
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.core.study.loading import study_from_mapping
-from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
 
 
@@ -19,7 +19,7 @@ def run_study(study, path, *, until=None):
     """Runs a study into a file; with ``until`` it is told to stop behind so many rows."""
     results = StudyResults(study)
     with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = conduct(
+        end = schedule_runs(
             study,
             executor,
             writer,

@@ -16,10 +16,9 @@ import pytest
 
 from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings import RecordingStore
 from slipgrasp.recordings.exceptions import QueryError
-from slipgrasp.recordings.store.run_folder import RunFolder
-from slipgrasp.recordings.store.run_index import CATALOGUE_NAME, RunIndex
+from slipgrasp.recordings.store.run_files import RunFiles
+from slipgrasp.recordings.store.run_index import INDEX_NAME, RunIndex
 from slipgrasp.recordings.store.run_query import (
     FIGURES,
     Condition,
@@ -27,6 +26,7 @@ from slipgrasp.recordings.store.run_query import (
     parse_end,
     parse_instant,
 )
+from slipgrasp.recordings.store.store import RecordingStore
 
 pytestmark = pytest.mark.slow
 
@@ -253,7 +253,7 @@ def test_a_sidecar_that_is_a_link_is_not_followed(store, several, tmp_path):
 
 
 def catalogue_of(store_folder: Path) -> Path:
-    return store_folder / CATALOGUE_NAME
+    return store_folder / INDEX_NAME
 
 
 def spoil_with_garbage(path: Path) -> None:
@@ -356,10 +356,10 @@ def test_the_catalogue_is_kept_between_two_processes(store, several, monkeypatch
     before = store.list()
     store.close()
 
-    def refuse(self: RunFolder, run_id: str) -> None:
+    def refuse(self: RunFiles, run_id: str) -> None:
         raise AssertionError(f"{run_id} was read again")
 
-    monkeypatch.setattr(RunFolder, "read_sidecar", refuse)
+    monkeypatch.setattr(RunFiles, "read_sidecar", refuse)
     assert RecordingStore(several[0].path.parent).list() == before
 
 
@@ -369,7 +369,7 @@ def test_recordings_without_sidecar_are_read_a_few_at_a_time(several):
         copied = folder / f"copied{number:06}.mcap"
         shutil.copy(several[1].path, copied)
         os.utime(copied, (number + 1, number + 1))
-    index = RunIndex(RunFolder(folder), reading_seconds=0.0)
+    index = RunIndex(RunFiles(folder), reading_seconds=0.0)
     heavy = RunQuery(outcome=Outcome(several[1].summary["outcome"]), limit=1)
 
     progress = [(found.count, found.unread) for found in (index.find(heavy) for _ in range(7))]
@@ -382,7 +382,7 @@ def test_a_page_tells_all_of_its_runs_also_of_those_just_copied_into_the_folder(
     folder = several[0].path.parent
     for number in range(6):
         shutil.copy(several[1].path, folder / f"copied{number:06}.mcap")
-    index = RunIndex(RunFolder(folder), reading_seconds=0.0)
+    index = RunIndex(RunFiles(folder), reading_seconds=0.0)
 
     listing = index.find(RunQuery(limit=4))
 

@@ -6,7 +6,7 @@ import pytest
 
 from slipgrasp.core.scenario import Change, Patch, Pulse
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.recordings.compare.causes import first_cause
+from slipgrasp.recordings.compare.accuracy import first_cause
 
 BASE = load_scenario("composite-case-2")
 MASS = Change(time=3.0, parameter="object.mass", value=1.6)

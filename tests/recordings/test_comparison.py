@@ -15,8 +15,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings import write_csv
 from slipgrasp.recordings.compare.comparison import IncomparableError, ToleranceError, compare
+from slipgrasp.recordings.export import write_csv
 
 pytestmark = pytest.mark.slow
 

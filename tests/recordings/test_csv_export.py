@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings import csv_columns, write_csv
+from slipgrasp.recordings.export import csv_columns, write_csv
 
 COLUMNS = [
     *("t", "x", "y", "theta", "error_x", "error_y", "error_theta"),

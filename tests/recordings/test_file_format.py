@@ -12,8 +12,8 @@ from mcap.stream_reader import StreamReader
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.trace.trace import SIGNALS
-from slipgrasp.recordings import write_recording
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
+from slipgrasp.recordings.file.writer import write_recording
 
 DISPLAY_TOPICS = {"/tf", "/scene"}
 SAMPLE_TOPICS = {f"/slipgrasp/{s.topic}" for s in SIGNALS if s.topic != "time"}

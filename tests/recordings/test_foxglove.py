@@ -16,8 +16,9 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Change
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings import palette, write_recording
+from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.foxglove import display_layouts
+from slipgrasp.recordings.file.writer import write_recording
 from tests.held_polygon import held_polygon
 from tests.recordings.reading_display import (
     Shown,

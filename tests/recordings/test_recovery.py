@@ -11,22 +11,18 @@ from benchmarks.faults.disk import KINDS, FailingFile, growing_files
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings import (
-    DamagedRecordingError,
-    RecordingError,
-    read_recording,
-    write_recording,
-)
 from slipgrasp.recordings.exceptions import (
     AlteredRecordingError,
+    DamagedRecordingError,
     NothingToRecoverError,
     RecordingBusyError,
+    RecordingError,
 )
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.file_lock import try_lock
-from slipgrasp.recordings.file.reader import read_back, read_unfinished
+from slipgrasp.recordings.file.reader import read_back, read_recording, read_unfinished
 from slipgrasp.recordings.file.recovery import recover, recover_orphans
-from slipgrasp.recordings.file.writer import RecordingWriter
+from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 from tests.recordings.tampering import repack
 
 pytestmark = pytest.mark.slow

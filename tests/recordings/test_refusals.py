@@ -14,21 +14,21 @@ from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.endings import describe_stop
-from slipgrasp.recordings import (
+from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,
     NewerRecordingError,
+    RecordingBusyError,
     RecordingError,
     RecordingExistsError,
     RecordingNotFoundError,
     RecordingWriteError,
-    read_recording,
-    write_recording,
 )
-from slipgrasp.recordings.exceptions import RecordingBusyError
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.container import McapContainer
 from slipgrasp.recordings.file.documents import START, start_document
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
 
 pytestmark = pytest.mark.slow
 

@@ -8,8 +8,8 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
-from slipgrasp.recordings import RecordingWriter, read_recording, write_recording
-from slipgrasp.recordings.file.reader import read_as_stated
+from slipgrasp.recordings.file.reader import read_as_stated, read_recording
+from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
 
 def test_a_run_reads_back_bit_for_bit(any_run, same_run, tmp_path):
@@ -99,8 +99,10 @@ def test_the_whole_of_a_sample_case_reads_back_bit_for_bit(name, same_run, tmp_p
     same_run(read_recording(tmp_path / "run.mcap"), run)
 
 
-@pytest.mark.parametrize(("version", "counts"), [(1, (17, 4)), (2, (12, 2)), (3, (12, 2))])
-def test_a_recording_of_an_older_format_reads_back_and_is_written_in_the_present_one(
+@pytest.mark.parametrize(
+    ("version", "counts"), [(1, (17, 4)), (2, (12, 2)), (3, (12, 2)), (4, (12, 2))]
+)
+def test_a_recording_of_any_format_reads_back_and_is_written_in_the_present_one(
     same_run, tmp_path, version, counts
 ):
     run = read_recording(Path(__file__).parent / "data" / f"format-{version}.mcap")

@@ -9,26 +9,23 @@ import pytest
 
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.types import RunWarning
-from slipgrasp.recordings import (
-    DamagedRecordingError,
-    RecordingNotFoundError,
-    RecordingStore,
-    RecordingWriteError,
-    default_data_directory,
-    read_recording,
-    write_recording,
-)
 from slipgrasp.recordings.exceptions import (
     AnnotationError,
     ContradictoryRecordingError,
+    DamagedRecordingError,
     RecordingChangedError,
+    RecordingNotFoundError,
+    RecordingWriteError,
     StorageFullError,
     UploadError,
 )
 from slipgrasp.recordings.file import documents
-from slipgrasp.recordings.store.run_folder import RunFolder
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.run_files import RunFiles
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.recordings.store.store import RecordingStore, default_data_directory
 
 
 @pytest.fixture
@@ -184,7 +181,7 @@ def test_a_run_whose_sidecar_cannot_be_written_is_kept(store, short_run, caplog)
 def test_a_run_that_vanishes_is_not_found_instead_of_failing(store, short_run):
     stored = store.save(short_run)
     stored.path.with_suffix(".json").unlink()
-    folder = RunFolder(stored.path.parent)
+    folder = RunFiles(stored.path.parent)
     assert folder.holds(stored.id)
     stored.path.unlink()
 

@@ -26,11 +26,11 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.state_hash import state_hash
-from slipgrasp.recordings.study.conductor import conduct
-from slipgrasp.recordings.study.member import MemberResult
 from slipgrasp.recordings.study.reader import open_study
 from slipgrasp.recordings.study.rebuild import RebuildError, rebuild
-from slipgrasp.recordings.study.rows import StudyRow, row_of
+from slipgrasp.recordings.study.scheduler import schedule_runs
+from slipgrasp.recordings.study.study_row import StudyRow, row_of
+from slipgrasp.recordings.study.task import StudyRun
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 pytestmark = pytest.mark.slow
@@ -58,7 +58,7 @@ def run_study(study: Study, path: Path, *, stop_after: int = 10**9) -> list[Stud
     """Runs it in this process until so many rows are there."""
     seen: list[StudyRow] = []
     with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = conduct(
+        end = schedule_runs(
             study,
             executor,
             writer,
@@ -160,8 +160,8 @@ def test_an_interrupted_study_goes_on_behind_its_last_row(finished: Path, tmp_pa
 def test_slow_runs_are_written_one_by_one_and_give_the_same_file_in_the_end(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("slipgrasp.recordings.study.member.TASK_SECONDS", 0.0)
-    monkeypatch.setattr("slipgrasp.recordings.study.conductor.WRITE_INTERVAL", 0.0)
+    monkeypatch.setattr("slipgrasp.recordings.study.task.TASK_SECONDS", 0.0)
+    monkeypatch.setattr("slipgrasp.recordings.study.scheduler.WRITE_INTERVAL", 0.0)
     path = tmp_path / "study.mcap"
     first = run_study(make_study(), path, stop_after=7)
     assert [row.index for row in first] == list(range(7))
@@ -216,21 +216,23 @@ def test_recordings_are_given_back_as_asked(tmp_path: Path) -> None:
         runs=[{"object.mass": 1.0}, {"fingers.0.friction": 0.05, "fingers.1.friction": 0.4}],
         recordings="ended-early",
     )
-    kept: list[MemberResult] = []
+    kept: list[StudyRun] = []
 
-    def keep(member: MemberResult) -> str:
-        kept.append(member)
+    def keep(run: StudyRun) -> str:
+        kept.append(run)
         return "id"
 
     with make_executor("inline") as executor, StudyWriter(tmp_path / "s.mcap", study) as writer:
         rows: list[StudyRow] = []
-        conduct(study, executor, writer, should_stop=lambda: False, watch=rows.append, keep=keep)
-    (member,) = kept
+        schedule_runs(
+            study, executor, writer, should_stop=lambda: False, watch=rows.append, keep=keep
+        )
+    (run,) = kept
     assert [row.recording for row in rows] == [None, "id"]
     path = tmp_path / "run.mcap"
-    assert member.recording is not None
-    path.write_bytes(member.recording.data)
-    assert state_hash(read_recording(path)) == member.row.state_hash == rows[1].state_hash
+    assert run.recording is not None
+    path.write_bytes(run.recording.data)
+    assert state_hash(read_recording(path)) == run.row.state_hash == rows[1].state_hash
 
 
 def test_a_definition_made_by_hand_is_validated_again(tmp_path: Path) -> None:

@@ -11,9 +11,9 @@ from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.map_axes import compared_keys
 from slipgrasp.recordings.study.results import StudyResults, read_results
-from slipgrasp.recordings.study.rows import StudyRow
-from slipgrasp.recordings.study.varied import compared_keys
+from slipgrasp.recordings.study.study_row import StudyRow
 from tests.recordings.studying import make_study, run_study
 
 SAMPLED = {

@@ -17,8 +17,8 @@ from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.documents import StudyEnd
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.stored_study import StudySidecars
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
@@ -50,7 +50,7 @@ def make_study(title: str = "heavier", recordings: str = "none") -> Study:
 def finish(store: StudyStore, stored: StoredStudy, study: Study) -> StoredStudy:
     path = store.path_of(stored.id)
     with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = conduct(
+        end = schedule_runs(
             study,
             executor,
             writer,

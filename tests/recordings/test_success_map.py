@@ -7,16 +7,16 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.figures.category_style import colour_of, hatch_of, marker_of
 from slipgrasp.figures.files import save_figure
-from slipgrasp.figures.nearest import nearest_samples
+from slipgrasp.figures.map_marks import nearest_samples
 from slipgrasp.figures.style import paint
 from slipgrasp.figures.success_map import draw_success_map
-from slipgrasp.figures.way_style import colour_of, hatch_of, marker_of
 from slipgrasp.recordings.exceptions import QueryError
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
+from slipgrasp.recordings.study.map_axes import choose_axes
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.rows import StudyRow
-from slipgrasp.recordings.study.varied import choose_axes
-from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
+from slipgrasp.recordings.study.study_row import StudyRow
 from tests.recordings.reading_figures import axes_of, texts
 from tests.recordings.studying import make_study, run_study
 
@@ -60,26 +60,26 @@ def test_each_cell_of_a_grid_has_the_colour_of_its_run_and_leads_to_it(grid):
     figure = draw_success_map(grid, *FRICTIONS)
     cells = next(iter(marked(axes_of(figure, "a"), "runs")))
 
-    ways = ways_of(grid)
+    categories = categorize(grid)
     assert isinstance(cells, PolyCollection)
     assert len(cells.get_paths()) == 25
     for path, colour, url in zip(
         cells.get_paths(), cells.get_facecolor(), cells.get_urls(), strict=True
     ):
         run = int(url.removeprefix("#run-"))
-        assert tuple(colour[:3]) == paint(colour_of(ways[run]))
+        assert tuple(colour[:3]) == paint(colour_of(categories[run]))
         values = grid.study.values_of(run)
         centre = path.get_extents()
         assert centre.x0 < values[FRICTIONS[0]] < centre.x1
         assert centre.y0 < values[FRICTIONS[1]] < centre.y1
-    held = [run for run in range(25) if ways[run] == HELD]
+    held = [run for run in range(25) if categories[run] == HELD]
     assert held == [0, 6, 12, 18, 24], "the diagonal of equal friction"
 
 
 def test_the_boundary_runs_between_cells_that_hold_and_cells_that_do_not(grid):
     boundary = marked(axes_of(draw_success_map(grid, *FRICTIONS), "a"), "boundary")[0]
 
-    held = (ways_of(grid) == HELD).reshape(5, 5)
+    held = (categorize(grid) == HELD).reshape(5, 5)
     across = np.count_nonzero(held[1:] != held[:-1])
     up = np.count_nonzero(held[:, 1:] != held[:, :-1])
     assert isinstance(boundary, LineCollection)
@@ -119,20 +119,20 @@ def test_axes_and_panels_say_symbol_key_unit_and_value(samples):
 def test_the_key_counts_the_runs_of_its_panel(samples):
     figure = draw_success_map(samples, *SAMPLES)
 
-    ways = ways_of(samples).reshape(25, 2)
+    categories = categorize(samples).reshape(25, 2)
     keys = [axes for axes in figure.axes if not axes.get_label()]
     for panel, axes in enumerate(keys):
         words = [text.get_text() for text in axes.texts]
         counts = [int(word) for word in words if word.isdigit()]
-        shown = [way for way in range(len(WAYS)) if np.any(ways == way)]
-        assert counts == [np.count_nonzero(ways[:, panel] == way) for way in shown]
-        assert WAYS[HELD].words in words
+        shown = [category for category in range(len(CATEGORIES)) if np.any(categories == category)]
+        assert counts == [np.count_nonzero(categories[:, panel] == category) for category in shown]
+        assert CATEGORIES[HELD].words in words
 
 
 def test_each_sample_is_a_point_of_its_way_that_leads_to_its_run(samples):
     figure = draw_success_map(samples, *SAMPLES)
 
-    ways = ways_of(samples)
+    categories = categorize(samples)
     seen = set()
     for letter in "ab":
         collections = axes_of(figure, letter).collections
@@ -141,7 +141,7 @@ def test_each_sample_is_a_point_of_its_way_that_leads_to_its_run(samples):
                 run = int(url.removeprefix("#run-"))
                 values = samples.study.values_of(run)
                 assert tuple(place) == tuple(values[key] for key in SAMPLES)
-                assert points.get_gid() == f"runs {ways[run]}"
+                assert points.get_gid() == f"runs {categories[run]}"
                 seen.add(run)
     assert seen == set(range(50))
 
@@ -239,14 +239,14 @@ def test_the_ground_shows_the_nearest_sample():
     assert np.max(found - distances.min(axis=2)) < 1.0 / size
 
 
-def test_ways_are_told_apart_without_colours():
-    failing = [way for way in range(len(WAYS)) if WAYS[way].outcome is not Outcome.STOPPED]
-    hatches = [hatch_of(way) for way in failing if WAYS[way].outcome is not Outcome.DIVERGED]
+def test_categories_are_told_apart_without_colours():
+    failing = [k for k, each in enumerate(CATEGORIES) if each.outcome is not Outcome.STOPPED]
+    hatches = [hatch_of(k) for k in failing if CATEGORIES[k].outcome is not Outcome.DIVERGED]
     assert len(set(hatches[1:])) == len(hatches[1:])
     assert hatch_of(HELD) == ""
-    luminance = [np.dot(to_rgb(paint(colour_of(way))), (0.299, 0.587, 0.114)) for way in failing]
+    luminance = [np.dot(to_rgb(paint(colour_of(k))), (0.299, 0.587, 0.114)) for k in failing]
     assert luminance[0] < 0.5 * min(luminance[1:])
-    assert len({(marker_of(way), colour_of(way)) for way in failing}) >= 11
+    assert len({(marker_of(k), colour_of(k)) for k in failing}) >= 11
 
 
 def test_equal_results_give_equal_pictures(grid):

@@ -13,14 +13,19 @@ from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, RunWarning
 from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
-from slipgrasp.recordings import read_recording, write_recording
 from slipgrasp.recordings.compare.comparison import compare
-from slipgrasp.recordings.compare.verification import verify, verify_recording
+from slipgrasp.recordings.compare.verification import verify
 from slipgrasp.recordings.exceptions import AlteredRecordingError
-from slipgrasp.recordings.file.reader import read_unfinished
+from slipgrasp.recordings.file.reader import read_back, read_recording, read_unfinished
+from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.tampering import patch_in_place, repack
 
-OLD_RECORDINGS = sorted((Path(__file__).parent / "data").glob("format-*.mcap"))
+RECORDINGS = sorted((Path(__file__).parent / "data").glob("format-*.mcap"))
+LACKING_BEFORE_FORMAT_4 = {"input_rank"} | {
+    f"{signal}_{axis}"
+    for signal in ("external_wrench", "controllability")
+    for axis in ("x", "y", "theta")
+}
 SAMPLED = {"controller.control_period": 0.001, "simulation.duration": 6.0}
 OTHER_KERNEL = "0123456789abcdef"
 CONTACTS = "/slipgrasp/contacts"
@@ -36,6 +41,11 @@ def recording(short_run, tmp_path):
 @pytest.fixture(scope="module")
 def whole_run():
     return simulate(with_values(load_scenario("paper-case-2"), SAMPLED))
+
+
+def verify_file(path):
+    read = read_back(path)
+    return verify(read.result, unaltered=read.is_unaltered)
 
 
 def cut_short(outcome, pieces=2):
@@ -84,7 +94,7 @@ def mismatches(run):
 def test_every_kind_of_run_is_verified_bit_for_bit(any_run, tmp_path):
     write_recording(any_run, tmp_path / "run.mcap")
 
-    found = verify_recording(tmp_path / "run.mcap")
+    found = verify_file(tmp_path / "run.mcap")
 
     assert found.same and found.bit_for_bit and found.whole and found.unaltered
     assert found.mismatches == ()
@@ -100,7 +110,7 @@ def test_a_noisy_run_is_verified_bit_for_bit(values, tmp_path):
     noisy = load_scenario("composite-case-2-noisy")
     scenario = with_values(noisy, {**values, "simulation.seed": 11, "simulation.duration": 0.6})
     write_recording(simulate(scenario), tmp_path / "run.mcap")
-    found = verify_recording(tmp_path / "run.mcap")
+    found = verify_file(tmp_path / "run.mcap")
     assert found.same and found.bit_for_bit and found.whole
 
 
@@ -151,7 +161,7 @@ def test_one_bit_of_one_sample_is_found_though_the_mcap_library_made_all_checksu
     with pytest.raises(AlteredRecordingError):
         read_recording(altered)
 
-    found = verify_recording(altered)
+    found = verify_file(altered)
 
     (mismatch,) = found.mismatches
     assert not found.same and not found.unaltered
@@ -166,7 +176,7 @@ def test_one_bit_patched_in_place_with_all_checksums_computed_anew_is_found(reco
     with pytest.raises(AlteredRecordingError):
         read_recording(altered)
 
-    found = verify_recording(altered)
+    found = verify_file(altered)
 
     (mismatch,) = found.mismatches
     assert not found.same and not found.unaltered
@@ -177,7 +187,7 @@ def test_one_bit_is_found_also_where_the_hashes_were_made_to_fit(short_run, tmp_
     write_recording(moved(short_run, "slip_velocity_0", 12, 1), tmp_path / "forged.mcap")
     read_recording(tmp_path / "forged.mcap")
 
-    found = verify_recording(tmp_path / "forged.mcap")
+    found = verify_file(tmp_path / "forged.mcap")
 
     (mismatch,) = found.mismatches
     assert found.unaltered and not found.same
@@ -294,19 +304,15 @@ def test_the_progress_goes_up_to_one(whole_run):
     assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 2
 
 
-@pytest.mark.parametrize("path", OLD_RECORDINGS, ids=lambda path: path.stem)
-def test_a_recording_of_an_older_format_is_compared_in_what_it_holds(path):
-    found = verify_recording(path)
+@pytest.mark.parametrize("path", RECORDINGS, ids=lambda path: path.stem)
+def test_a_recording_of_any_format_is_compared_in_what_it_holds(path):
+    found = verify_file(path)
     assert found.same
     assert found.mismatches == ()
     old = read_recording(path)
     new = simulate(old.scenario)
     lacking = {c.name for c in columns_of(new.trace)} - {c.name for c in columns_of(old.trace)}
-    assert lacking == {"input_rank"} | {
-        f"{signal}_{axis}"
-        for signal in ("external_wrench", "controllability")
-        for axis in ("x", "y", "theta")
-    }
+    assert lacking == (set() if path.stem == "format-4" else LACKING_BEFORE_FORMAT_4)
     assert set(compare(old, new).only_b) == lacking
     assert not old.trace.to_pandas().columns.isin(lacking).any()
     assert "controllability" not in old.trace[1:].to_xarray()

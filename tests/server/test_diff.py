@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
-from slipgrasp.recordings import read_recording
 from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.file.reader import read_recording
 
 pytestmark = pytest.mark.slow
 

@@ -14,8 +14,8 @@ import httpx2
 import pytest
 
 from slipgrasp.core.executors import make_executor
-from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.reader import open_study
+from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
 from slipgrasp.server.studies.study_request import read_study
 from tests.server.serving import patient_settings, serve
@@ -38,7 +38,7 @@ def undisturbed(tmp_path_factory) -> bytes:
     path = tmp_path_factory.mktemp("undisturbed") / "study.mcap"
     study = read_study(BODY, 1000)
     with make_executor("inline") as executor, StudyWriter(path, study) as writer:
-        end = conduct(
+        end = schedule_runs(
             study,
             executor,
             writer,

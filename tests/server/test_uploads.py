@@ -14,7 +14,8 @@ import httpx2
 import pytest
 from mcap.writer import Writer
 
-from slipgrasp.recordings import read_recording, write_recording
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.server.http import upload_body
 from slipgrasp.server.routes.recordings import MAX_UPLOADS
 from tests.server.raw_http import exchange

@@ -7,8 +7,8 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.recordings import write_recording
 from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.file.writer import write_recording
 
 pytestmark = pytest.mark.slow
 

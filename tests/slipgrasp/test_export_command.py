@@ -10,7 +10,8 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.recordings import csv_columns, write_csv, write_recording
+from slipgrasp.recordings.export import csv_columns, write_csv
+from slipgrasp.recordings.file.writer import write_recording
 from tests.slipgrasp.conftest import without_waiting
 
 pytestmark = pytest.mark.slow

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.recordings import read_recording
+from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.waiting import PATIENCE
 

@@ -9,7 +9,7 @@ from slipgrasp.core.scenario import CONTROL_LAWS
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings import read_recording
+from slipgrasp.recordings.file.reader import read_recording
 
 pytestmark = pytest.mark.slow
 

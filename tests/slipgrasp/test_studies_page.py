@@ -9,7 +9,7 @@ import pytest
 
 from slipgrasp.cli.main import main
 from slipgrasp.core.study.loading import load_study
-from slipgrasp.recordings.study.varied import choose_axes
+from slipgrasp.recordings.study.map_axes import choose_axes
 
 pytestmark = pytest.mark.slow
 

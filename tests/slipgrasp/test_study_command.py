@@ -202,22 +202,22 @@ def test_a_study_that_was_begun_is_not_mixed_with_another(study, command):
 HELD = """
 import sys, time
 from pathlib import Path
-from slipgrasp.recordings.study import conductor
+from slipgrasp.recordings.study import scheduler
 from slipgrasp.cli.main import main
 
-conduct = conductor.conduct
-conductor.WRITE_INTERVAL = 0.0
+schedule_runs = scheduler.schedule_runs
+scheduler.WRITE_INTERVAL = 0.0
 
-def conduct_and_wait(*arguments, watch, should_stop, **others):
+def schedule_and_wait(*arguments, watch, should_stop, **others):
     def watch_and_wait(row):
         watch(row)
         if row.index == 19:
             Path("waits").touch()
             while not should_stop():
                 time.sleep(0.01)
-    return conduct(*arguments, watch=watch_and_wait, should_stop=should_stop, **others)
+    return schedule_runs(*arguments, watch=watch_and_wait, should_stop=should_stop, **others)
 
-conductor.conduct = conduct_and_wait
+scheduler.schedule_runs = schedule_and_wait
 sys.exit(main(sys.argv[1:]))
 """
 

@@ -1,7 +1,7 @@
 import pytest
 
+from slipgrasp.cli.arguments import parse_assignments, parse_value
 from slipgrasp.cli.status import CommandError
-from slipgrasp.cli.values import parse_assignments, parse_value
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
 
 DEFINITIONS = parameter_definitions(load_scenario("paper-case-2"))

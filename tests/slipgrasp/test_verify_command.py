@@ -7,7 +7,7 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.recordings import write_recording
+from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.tampering import patch_in_place, repack
 from tests.slipgrasp.test_serve_command import serving
 

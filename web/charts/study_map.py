@@ -22,10 +22,10 @@ from slipgrasp.figures.map_data import (
     map_axis,
     panels_of,
 )
-from slipgrasp.figures.map_words import same_quantity
+from slipgrasp.figures.map_labels import same_quantity
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
+from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
-from slipgrasp.recordings.study.ways import HELD, WAYS, ways_of
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
 from slipgrasp.web.model.study_words import value_words
@@ -55,8 +55,8 @@ def draw_map(results: StudyResults) -> MapPicture | None:
     x, y = _coarser(x, lumped), _coarser(y, lumped)
     names = names_of(shown.study.base)
     told = _Telling(shown, keys, names)
-    counts = np.bincount(ways_of(shown), minlength=len(WAYS))
-    ways = [way for way in range(len(WAYS)) if counts[way] or way == HELD]
+    counts = np.bincount(categorize(shown), minlength=len(CATEGORIES))
+    ways = [way for way in range(len(CATEGORIES)) if counts[way] or way == HELD]
     crossed = {key for panel in panels for key in panel.values}
     return MapPicture(
         study=shown.study,
@@ -65,7 +65,7 @@ def draw_map(results: StudyResults) -> MapPicture | None:
         across=_axis_picture(names, x),
         up=_axis_picture(names, y),
         panels=tuple(_panel_picture(told, panel, x, y) for panel in panels),
-        swatches=tuple(Swatch(way, WAYS[way].words, int(counts[way])) for way in ways),
+        swatches=tuple(Swatch(way, CATEGORIES[way].words, int(counts[way])) for way in ways),
         base=_base(x, y),
         diagonal=_diagonal(x, y),
         lumped=lumped,
@@ -177,7 +177,7 @@ class _Telling:
         slip, end = self._slips[index], self._ends[index]
         slipped = "" if math.isnan(slip) else f", slip {1e3 * slip:.3g} mm"
         ended = "" if way == HELD or math.isnan(end) else f" at {end:.3g} s"
-        return f"run {index}: {values}. {WAYS[way].words}{ended}{slipped}"
+        return f"run {index}: {values}. {CATEGORIES[way].words}{ended}{slipped}"
 
 
 def _panel_picture(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> MapPanelPicture:
@@ -198,22 +198,23 @@ def _cell_marks(told: _Telling, cells: Cells, x: MapAxis, y: MapAxis) -> Iterato
     assert x.edges is not None and y.edges is not None
     across = _at(x.share(x.edges))
     up = _at(1.0 - y.share(y.edges))
-    for way in np.unique(cells.ways).tolist():
+    for way in np.unique(cells.categories).tolist():
         if way == NOTHING:
             continue
         yield f"<g class='sg-cells' fill='url(#sg-way-{way})'>"
-        for column, row in zip(*np.nonzero(cells.ways == way), strict=True):
+        for column, row in zip(*np.nonzero(cells.categories == way), strict=True):
             left, right, top, bottom = across[column], across[column + 1], up[row + 1], up[row]
             box = f"x='{left}' y='{top}' width='{right - left}' height='{bottom - top}'"
             yield _mark("rect", box, told, int(cells.runs[column, row]), way)
         yield "</g>"
-    yield _boundary(cells.held & (cells.ways != NOTHING), cells.ways != NOTHING, across, up)
+    is_there = cells.categories != NOTHING
+    yield _boundary(cells.held & is_there, is_there, across, up)
 
 
 def _point_marks(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> Iterator[str]:
     shown = slice(0, MOST_POINTS)
     across, up = _at(x.share(panel.x[shown])), _at(1.0 - y.share(panel.y[shown]))
-    runs, ways = panel.runs[shown].tolist(), panel.ways[shown].tolist()
+    runs, ways = panel.runs[shown].tolist(), panel.categories[shown].tolist()
     for left, top, run, way in zip(across, up, runs, ways, strict=True):
         place = f"cx='{left}' cy='{top}' r='{_RADIUS}' fill='url(#sg-way-{way})'"
         yield _mark("circle", place, told, run, way)

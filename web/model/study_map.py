@@ -29,7 +29,7 @@ class Swatch:
     """A way in which runs end.
 
     Attributes:
-        way: Its place in `slipgrasp.recordings.study.ways.WAYS`.
+        way: Its place in `slipgrasp.recordings.study.categories.CATEGORIES`.
         words: What to call it.
         count: How many runs ended so.
     """

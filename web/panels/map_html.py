@@ -8,7 +8,7 @@ from itertools import chain
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.palette import HELD as HELD_COLOUR
 from slipgrasp.recordings.palette import MARK, OUTCOMES
-from slipgrasp.recordings.study.ways import HELD, WAYS
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.study_map import (
     SIZE,
@@ -150,7 +150,7 @@ def _patterns(picture: MapPicture) -> str:
 
 
 def _pattern(way: int) -> str:
-    what = WAYS[way]
+    what = CATEGORIES[way]
     colour = css(HELD_COLOUR if way == HELD else OUTCOMES[what.outcome])
     strokes = _STROKES_BY_REASON.get(what.reason, _STROKES.get(what.outcome, ""))
     look = f"stroke='{css(MARK, 0.28)}' stroke-width='3' fill='none'"

@@ -8,6 +8,7 @@ from html import escape
 from typing import Any, NamedTuple
 
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.routes.recordings import UPLOAD_PATH
 from slipgrasp.server.runs.schemas import API_PATH
@@ -17,7 +18,10 @@ from slipgrasp.web.model.shelf import ROWS_PER_PAGE, Shelf
 from slipgrasp.web.page.markup import clickable
 from slipgrasp.web.panels.outcome_panel import box_html
 
-_LINKS = (("recording", "MCAP"), ("signals.csv", "CSV"), ("signals.parquet", "Parquet"))
+_LINKS = (
+    ("recording", "MCAP"),
+    *((f"signals.{each.name}", each.title) for each in DATA_FORMATS if each.is_listed),
+)
 
 
 class RowWords(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from slipgrasp.recordings.study.ways import HELD
+from slipgrasp.recordings.study.categories import HELD
 from slipgrasp.server.runs.schemas import API_PATH
 from slipgrasp.server.studies.live_study import StudyState
 from slipgrasp.web.model.colours import tone

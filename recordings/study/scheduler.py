@@ -12,8 +12,8 @@ from itertools import takewhile
 from slipgrasp.core.executors import Executor
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.study.documents import StudyEnd
-from slipgrasp.recordings.study.member import MemberResult, MemberTask, lost_member, run_members
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.study_row import StudyRow
+from slipgrasp.recordings.study.task import StudyRun, StudyTask, lost_run, run_task
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 TASKS_PER_WORKER = 4
@@ -21,10 +21,10 @@ WRITE_INTERVAL = 1.0
 """How long a row waits at most for those that fill its chunk, once it is its turn [s]."""
 
 Watch = Callable[[StudyRow], None]
-Keep = Callable[[MemberResult], str | None]
+Keep = Callable[[StudyRun], str | None]
 
 
-def conduct(
+def schedule_runs(
     study: Study,
     executor: Executor,
     writer: StudyWriter,
@@ -54,13 +54,13 @@ def conduct(
     tasks = _Tasks(study, writer.num_rows, executor.num_workers)
     rows = _OrderedRows(writer, watch, keep)
     while tasks.has_more and not should_stop():
-        for done in executor.map(run_members, tasks, should_stop=should_stop):
+        for done in executor.map(run_task, tasks, should_stop=should_stop):
             if done.result is not None:
                 rows.take(done.result)
                 tasks.put_back(done.task, len(done.result), at_a_time=len(done.result))
             elif len(done.task.values) == 1:
                 failure = done.failure or "the worker gave no result"
-                rows.take([lost_member(done.task.first, done.task.values[0], failure)])
+                rows.take([lost_run(done.task.first, done.task.values[0], failure)])
             else:
                 tasks.put_back(done.task, 0, at_a_time=1)
     complete = writer.num_rows == study.num_runs
@@ -72,7 +72,7 @@ def conduct(
     )
 
 
-class _Tasks(Iterator[MemberTask]):
+class _Tasks(Iterator[StudyTask]):
     """The tasks of a study in order; what is left of a task that was handed out comes first."""
 
     def __init__(self, study: Study, first: int, num_workers: int) -> None:
@@ -81,14 +81,14 @@ class _Tasks(Iterator[MemberTask]):
         # So that even a short study keeps all workers busy to its end.
         share = math.ceil((study.num_runs - first) / (TASKS_PER_WORKER * max(num_workers, 1)))
         self._size = min(max(share, 1), RUNS_PER_CHUNK)
-        self._left: deque[MemberTask] = deque()
+        self._left: deque[StudyTask] = deque()
 
     @property
     def has_more(self) -> bool:
         """Whether there is a task that was not handed out yet."""
         return bool(self._left) or self._next < self._study.num_runs
 
-    def __next__(self) -> MemberTask:
+    def __next__(self) -> StudyTask:
         if self._left:
             return self._left.popleft()
         if self._next >= self._study.num_runs:
@@ -97,7 +97,7 @@ class _Tasks(Iterator[MemberTask]):
         self._next = min(first + self._size, self._study.num_runs)
         return self._task(first, self._next)
 
-    def put_back(self, task: MemberTask, num_done: int, *, at_a_time: int) -> None:
+    def put_back(self, task: StudyTask, num_done: int, *, at_a_time: int) -> None:
         """Has the rest of a task done, in smaller tasks.
 
         Args:
@@ -110,8 +110,8 @@ class _Tasks(Iterator[MemberTask]):
         for first in range(task.first + num_done, end, max(at_a_time, 1)):
             self._left.append(self._task(first, min(first + at_a_time, end)))
 
-    def _task(self, first: int, end: int) -> MemberTask:
-        return MemberTask(
+    def _task(self, first: int, end: int) -> StudyTask:
+        return StudyTask(
             first=first,
             base=self._study.base,
             values=tuple(self._study.values_of(index) for index in range(first, end)),
@@ -126,7 +126,7 @@ class _OrderedRows:
         self._writer = writer
         self._watch = watch
         self._keep = keep
-        self._waiting: dict[int, MemberResult] = {}
+        self._waiting: dict[int, StudyRun] = {}
         self._written_at = time.monotonic()
         self._not_kept = 0
 
@@ -135,17 +135,17 @@ class _OrderedRows:
         """What else is to be said of the study."""
         return f"{self._not_kept} recordings could not be kept" if self._not_kept else ""
 
-    def take(self, members: list[MemberResult]) -> None:
+    def take(self, runs: list[StudyRun]) -> None:
         """Takes the rows of a task, and writes what is next."""
-        self._waiting |= {member.row.index: member for member in members}
+        self._waiting |= {run.row.index: run for run in runs}
         while chunk := self._next_chunk():
-            rows = [self._kept(member) for member in chunk]
+            rows = [self._kept(run) for run in chunk]
             self._writer.add(rows)
             self._written_at = time.monotonic()
             for row in rows:
                 self._watch(row)
 
-    def _next_chunk(self) -> list[MemberResult]:
+    def _next_chunk(self) -> list[StudyRun]:
         """The next chunk of the file; a part of it where it takes long to become full."""
         first = self._writer.num_rows
         end = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._writer.num_runs)
@@ -154,9 +154,9 @@ class _OrderedRows:
             return []
         return [self._waiting.pop(index) for index in ready]
 
-    def _kept(self, member: MemberResult) -> StudyRow:
-        if member.recording is None:
-            return member.row
-        run_id = self._keep(member)
+    def _kept(self, run: StudyRun) -> StudyRow:
+        if run.recording is None:
+            return run.row
+        run_id = self._keep(run)
         self._not_kept += run_id is None
-        return replace(member.row, recording=run_id)
+        return replace(run.row, recording=run_id)

@@ -10,10 +10,10 @@ from slipgrasp.core.executors import make_executor
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import check_members
 from slipgrasp.recordings.file.atomic_file import atomic_file, part_of
-from slipgrasp.recordings.study.conductor import conduct
-from slipgrasp.recordings.study.member import MemberResult
 from slipgrasp.recordings.study.results import StudyResults, read_results
-from slipgrasp.recordings.study.rows import StudyRow
+from slipgrasp.recordings.study.scheduler import schedule_runs
+from slipgrasp.recordings.study.study_row import StudyRow
+from slipgrasp.recordings.study.task import StudyRun
 from slipgrasp.recordings.study.writer import StudyWriter
 
 
@@ -56,15 +56,15 @@ def run_study(
         if progress is not None:
             progress((row.index + 1) / study.num_runs)
 
-    def keep(member: MemberResult) -> str:
-        assert member.recording is not None
+    def keep(run: StudyRun) -> str:
+        assert run.recording is not None
         folder.mkdir(exist_ok=True)
-        with atomic_file(folder / f"{member.row.index}.mcap", overwrite=True) as stream:
-            stream.write(member.recording.data)
-        return str(member.row.index)
+        with atomic_file(folder / f"{run.row.index}.mcap", overwrite=True) as stream:
+            stream.write(run.recording.data)
+        return str(run.row.index)
 
     with StudyWriter(file, study) as writer, make_executor(executor, workers=workers) as engine:
-        end = conduct(
+        end = schedule_runs(
             study,
             engine,
             writer,

@@ -1,4 +1,4 @@
-"""Simulates some runs of a study: a pure function of what it is handed, in any process."""
+"""Some runs of a study as a task: a pure function of what it is handed, in any process."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slipgrasp.core.study.definition import KeptRecordings, Value, apply_values
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.description import Description
-from slipgrasp.recordings.study.rows import StudyRow, row_of
+from slipgrasp.recordings.study.study_row import StudyRow, row_of
 
 WALL_LIMIT = 60.0
 """Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
@@ -27,7 +27,7 @@ TASK_SECONDS = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MemberTask:
+class StudyTask:
     """Some runs of a study that follow each other.
 
     Attributes:
@@ -44,7 +44,7 @@ class MemberTask:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MemberRecording:
+class RunRecording:
     """The recording of a run: the bytes of its file, and what lists tell of it."""
 
     data: bytes
@@ -52,14 +52,14 @@ class MemberRecording:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MemberResult:
+class StudyRun:
     """What comes out of a run of a study: its row, and its recording where one is kept."""
 
     row: StudyRow
-    recording: MemberRecording | None = None
+    recording: RunRecording | None = None
 
 
-def run_members(task: MemberTask, cancelled: Callable[[], bool]) -> list[MemberResult]:
+def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
     """Simulates the runs of a task one after the other, as many as half a second allows.
 
     Slow runs are told of soon this way, and are shared among all workers.
@@ -77,15 +77,15 @@ def run_members(task: MemberTask, cancelled: Callable[[], bool]) -> list[MemberR
     """
     prepare_kernel()
     started = time.monotonic()
-    done: list[MemberResult] = []
+    done: list[StudyRun] = []
     for place in range(len(task.values)):
-        done.append(_run_member(task, place, cancelled))
+        done.append(_simulate(task, place, cancelled))
         if time.monotonic() - started > TASK_SECONDS:
             break
     return done
 
 
-def lost_member(index: int, values: Mapping[str, Value], failure: str) -> MemberResult:
+def lost_run(index: int, values: Mapping[str, Value], failure: str) -> StudyRun:
     """The row of a run whose worker died whenever it was tried."""
     reason = Reason(
         code="worker_died",
@@ -106,10 +106,10 @@ def lost_member(index: int, values: Mapping[str, Value], failure: str) -> Member
         state_hash="",
         kernel="",
     )
-    return MemberResult(row=row)
+    return StudyRun(row=row)
 
 
-def _run_member(task: MemberTask, place: int, cancelled: Callable[[], bool]) -> MemberResult:
+def _simulate(task: StudyTask, place: int, cancelled: Callable[[], bool]) -> StudyRun:
     values = task.values[place]
     simulation = Simulation(apply_values(task.base, values))
     run_to_end(simulation, _look_on, should_stop=cancelled, wall_limit=WALL_LIMIT)
@@ -118,18 +118,18 @@ def _run_member(task: MemberTask, place: int, cancelled: Callable[[], bool]) -> 
     row = row_of(task.first + place, values, simulation)
     ended_early = row.outcome is not Outcome.COMPLETED
     if task.recordings == "all" or (task.recordings == "ended-early" and ended_early):
-        return MemberResult(row=row, recording=record_member(simulation.result()))
-    return MemberResult(row=row)
+        return StudyRun(row=row, recording=encode_recording(simulation.result()))
+    return StudyRun(row=row)
 
 
 def _look_on(simulation: Simulation) -> None:
     """Nothing is shown of a run while it goes on."""
 
 
-def record_member(result: RunResult) -> MemberRecording:
+def encode_recording(result: RunResult) -> RunRecording:
     """The recording as bytes: the worker may be on another machine than the recordings."""
     description = Description.from_result(result)
     with tempfile.TemporaryDirectory(prefix="slipgrasp-") as folder:
         path = Path(folder) / "run.mcap"
         write_recording(result, path)
-        return MemberRecording(data=path.read_bytes(), description=description)
+        return RunRecording(data=path.read_bytes(), description=description)

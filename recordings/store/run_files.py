@@ -53,7 +53,7 @@ class Sidecar:
     annotations: Annotations
 
 
-class RunFolder:
+class RunFiles:
     """The runs of a folder, each read from its own files.
 
     Args:

@@ -1,11 +1,11 @@
-"""How each way in which runs end looks on a map: by colour, and without colours as well."""
+"""How each category of outcomes looks on a map: by colour, and without colours as well."""
 
 from __future__ import annotations
 
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.palette import HELD as HELD_COLOUR
 from slipgrasp.recordings.palette import OUTCOMES, Rgb
-from slipgrasp.recordings.study.ways import HELD, WAYS
+from slipgrasp.recordings.study.categories import CATEGORIES, HELD
 
 _HATCHES = {
     Outcome.COMPLETED: "",
@@ -42,19 +42,19 @@ _MARKERS = {
 }
 
 
-def colour_of(way: int) -> Rgb:
-    """The colour of a way, one per outcome."""
-    return HELD_COLOUR if way == HELD else OUTCOMES[WAYS[way].outcome]
+def colour_of(category: int) -> Rgb:
+    """The colour of a category, one per outcome."""
+    return HELD_COLOUR if category == HELD else OUTCOMES[CATEGORIES[category].outcome]
 
 
-def hatch_of(way: int) -> str:
-    """The hatch of a way of failing; none where the object is held."""
-    if way == HELD:
+def hatch_of(category: int) -> str:
+    """The hatch of a category of failures; none where the object is held."""
+    if category == HELD:
         return ""
-    reason = WAYS[way].reason
-    return _HATCHES_BY_REASON[reason] if reason else _HATCHES[WAYS[way].outcome]
+    reason = CATEGORIES[category].reason
+    return _HATCHES_BY_REASON[reason] if reason else _HATCHES[CATEGORIES[category].outcome]
 
 
-def marker_of(way: int) -> str:
+def marker_of(category: int) -> str:
     """The shape of a point."""
-    return "o" if way == HELD else _MARKERS[WAYS[way].outcome]
+    return "o" if category == HELD else _MARKERS[CATEGORIES[category].outcome]

@@ -8,7 +8,7 @@ from typing import Any
 
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
-from slipgrasp.recordings.study.varied import parameter_of
+from slipgrasp.recordings.study.map_axes import parameter_of
 
 _SYMBOLS = {
     "object.mass": r"$m_o$",

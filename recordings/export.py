@@ -1,0 +1,259 @@
+"""Runs in formats of other programs: the table of all formats, and the writers of those of data.
+
+The command line, the REST interface and the page read the table; a new format is a new entry.
+Its writer is named rather than imported, and the writers here import what they need when they
+are called: the table is read whenever a help is shown.
+"""
+
+from __future__ import annotations
+
+import codecs
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
+
+if TYPE_CHECKING:
+    import pyarrow
+
+    from slipgrasp.core.run.result import RunResult
+    from slipgrasp.core.trace.columns import Column
+
+ROWS_AT_ONCE = 1000
+SCENARIO = "scenario.json"
+ENDING = "ending.json"
+UNITS = "units.json"
+PROVENANCE = "provenance.json"
+
+# Files in an archive carry a date; a fixed one makes equal runs equal files.
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportFormat:
+    """A format that a run can be written in.
+
+    Attributes:
+        name: What users choose it by; the ending of its files.
+        title: What it is called.
+        contents: What a file holds; of a picture what it is.
+        media_type: Media type of a file.
+        writer: ``module:function`` that writes a run to a stream of bytes that is seekable;
+            that of a moving picture also takes ``progress`` and ``fps``.
+        fps: Frames per second unless asked otherwise; None of data.
+        description: What the REST interface says of it, which offers the formats of data.
+        is_text: Whether it can be shown in a terminal, and written without seeking.
+        is_listed: Whether the page's list of runs offers it.
+    """
+
+    name: str
+    title: str
+    contents: str
+    media_type: str
+    writer: str
+    fps: float | None = None
+    description: str = ""
+    is_text: bool = False
+    is_listed: bool = False
+
+    def write(
+        self,
+        result: RunResult,
+        stream: BinaryIO,
+        progress: Callable[[float], None] | None = None,
+        fps: float | None = None,
+    ) -> None:
+        """Writes a run.
+
+        Args:
+            result: The run.
+            stream: Where the file goes.
+            progress: Told the share that is done, from 0 to 1, where it takes long.
+            fps: Frames per second of a moving picture.
+        """
+        module, _, function = self.writer.partition(":")
+        write = getattr(import_module(module), function)
+        if self.fps is None:
+            write(result, stream)
+        else:
+            write(result, stream, progress, fps=fps or self.fps)
+
+
+EXPORT_FORMATS = (
+    ExportFormat(
+        name="csv",
+        title="CSV",
+        contents="the main signals",
+        media_type="text/csv",
+        writer="slipgrasp.recordings.export:write_csv_bytes",
+        description="The table that ``slipgrasp export`` writes.",
+        is_text=True,
+        is_listed=True,
+    ),
+    ExportFormat(
+        name="parquet",
+        title="Parquet",
+        contents="all signals with units, and the scenario",
+        media_type="application/vnd.apache.parquet",
+        writer="slipgrasp.recordings.export:write_parquet",
+        description="All columns with their units, and the scenario, as a Parquet table.",
+        is_listed=True,
+    ),
+    ExportFormat(
+        name="npz",
+        title="NPZ",
+        contents="all signals with units, and the scenario",
+        media_type="application/octet-stream",
+        writer="slipgrasp.recordings.export:write_npz",
+        description="All columns as NumPy arrays, and the scenario as JSON.",
+    ),
+    ExportFormat(
+        name="html",
+        title="HTML",
+        contents="an HTML page that plays the 3D scene offline",
+        media_type="text/html",
+        writer="slipgrasp.web.charts.replay_page:write_html",
+        fps=30.0,
+    ),
+    ExportFormat(
+        name="gif",
+        title="GIF",
+        contents="an animated GIF",
+        media_type="image/gif",
+        writer="slipgrasp.figures.animation:write_gif",
+        fps=20.0,
+    ),
+)
+"""All of them, in the order in which they are offered."""
+
+DATA_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is None)
+MOVING_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is not None)
+
+
+class TextStream(Protocol):
+    """Where text goes."""
+
+    def write(self, text: str, /) -> object:
+        """Takes some text."""
+        ...
+
+
+def csv_columns(result: RunResult) -> list[str]:
+    """Names of the columns of a CSV file, in order."""
+    from slipgrasp.core.trace.columns import short_columns
+
+    return [column.name for column in short_columns(result.trace)]
+
+
+def write_csv(result: RunResult, stream: TextStream) -> None:
+    """Writes a run as comma-separated values, SI units, with a header line.
+
+    Every number has as many digits as it takes to read back the same bits. An event
+    gives two rows with the same time: before and after.
+
+    Args:
+        result: The run.
+        stream: Where the text goes.
+    """
+    from slipgrasp.core.trace.columns import short_columns
+
+    table = short_columns(result.trace)
+    stream.write(",".join(csv_columns(result)) + "\n")
+    for start in range(0, len(result.trace), ROWS_AT_ONCE):
+        cells = [_cells(column, start) for column in table]
+        stream.write("".join(",".join(row) + "\n" for row in zip(*cells, strict=True)))
+
+
+def write_csv_bytes(result: RunResult, stream: BinaryIO) -> None:
+    """Writes a run as comma-separated values in UTF-8; see `write_csv`."""
+    write_csv(result, codecs.getwriter("utf-8")(stream))
+
+
+def _cells(column: Column, start: int) -> list[str]:
+    """Some rows of a column: phases as words, numbers with every digit."""
+    piece = replace(column, values=column.values[start : start + ROWS_AT_ONCE])
+    return piece.phase_labels() if piece.holds_phases else list(map(repr, piece.values.tolist()))
+
+
+def write_npz(result: RunResult, stream: BinaryIO) -> None:
+    """Writes a run as an NPZ file, which `numpy.load` opens without unpickling anything.
+
+    It holds one array per column (`slipgrasp.core.trace.columns`; phases as the numbers -1, 0, 1),
+    and as arrays of one text each, in JSON: ``scenario.json``, ``ending.json`` (outcome, reason,
+    phase changes, estimates, metrics and warnings), ``units.json`` (column to unit) and
+    ``provenance.json``.
+
+    Args:
+        result: The run.
+        stream: Where the file goes; it must be seekable.
+    """
+    import zipfile
+
+    import numpy as np
+    from numpy.lib import format as npy
+
+    from slipgrasp.core.trace.columns import columns_of
+
+    columns = columns_of(result.trace)
+    scenario, ending, provenance = _documents(result)
+    arrays: dict[str, Any] = {column.name: column.values for column in columns}
+    arrays[SCENARIO] = np.array(scenario)
+    arrays[ENDING] = np.array(ending)
+    arrays[UNITS] = np.array(_json({column.name: column.unit for column in columns}))
+    arrays[PROVENANCE] = np.array(provenance)
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            entry = zipfile.ZipInfo(f"{name}.npy", _DATE)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            with archive.open(entry, "w", force_zip64=True) as file:
+                npy.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def write_parquet(result: RunResult, stream: BinaryIO) -> None:
+    """Writes a run as a Parquet file.
+
+    Each column (`slipgrasp.core.trace.columns`) has its SI unit as ``unit`` in the metadata of its
+    field; phases are words, as a dictionary. The metadata of the table holds in JSON
+    ``slipgrasp.scenario``, ``slipgrasp.ending`` (outcome, reason, phase changes, estimates, metrics
+    and warnings) and ``slipgrasp.provenance``.
+
+    Args:
+        result: The run.
+        stream: Where the file goes.
+    """
+    import pyarrow
+    from pyarrow import parquet
+
+    from slipgrasp.core.trace.columns import columns_of
+
+    columns = columns_of(result.trace)
+    arrays = [_arrow_array(column) for column in columns]
+    fields = [
+        pyarrow.field(column.name, array.type, nullable=False, metadata={"unit": column.unit})
+        for column, array in zip(columns, arrays, strict=True)
+    ]
+    names = ("slipgrasp.scenario", "slipgrasp.ending", "slipgrasp.provenance")
+    metadata: dict[Any, Any] = dict(zip(names, _documents(result), strict=True))
+    schema = pyarrow.schema(fields, metadata=metadata)
+    parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=schema), stream)
+
+
+def _arrow_array(column: Column) -> pyarrow.Array:
+    import pyarrow
+
+    if column.holds_phases:
+        return pyarrow.array(column.phase_labels()).dictionary_encode()
+    return pyarrow.array(column.values)
+
+
+def _documents(result: RunResult) -> tuple[str, str, str]:
+    """Scenario, ending and provenance of a run in JSON."""
+    from slipgrasp.recordings.file.documents import scenario_document
+
+    scenario = scenario_document(result.scenario).decode()
+    return scenario, _json(result.summary()), _json(asdict(result.provenance))
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

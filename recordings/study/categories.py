@@ -1,0 +1,74 @@
+"""Outcomes as a map tells them apart: the object is held, slips on, or how the run failed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.trace.types import Outcome
+
+if TYPE_CHECKING:
+    from slipgrasp.recordings.study.results import StudyResults
+
+
+class Category(NamedTuple):
+    """One category of outcomes.
+
+    Attributes:
+        words: What to call it.
+        outcome: The outcome it belongs to.
+        reason: Code of the reason, where an outcome has several that are told apart.
+    """
+
+    words: str
+    outcome: Outcome
+    reason: str = ""
+
+
+CATEGORIES: tuple[Category, ...] = (
+    Category("held", Outcome.COMPLETED),
+    Category("still slips, or did until just now", Outcome.COMPLETED),
+    Category("a fingertip left its face", Outcome.LEFT_FACE),
+    Category("separated: a fingertip lost contact", Outcome.SEPARATED),
+    Category("chattering between stick and slip", Outcome.CHATTERING),
+    Category("no consistent phase", Outcome.INCONSISTENT),
+    Category("diverged: estimates became singular", Outcome.DIVERGED, "model_estimate_singular"),
+    Category("diverged: Painlevé, friction too high", Outcome.DIVERGED, "painleve"),
+    Category("diverged: no step small enough", Outcome.DIVERGED, "step_underflow"),
+    Category("diverged: the loop is too stiff to follow", Outcome.DIVERGED, "stiff_loop"),
+    Category("diverged: a quantity is not finite", Outcome.DIVERGED, "nonfinite_state"),
+    Category("a finger became straight or folded", Outcome.SINGULAR),
+    Category("limit of steps or time", Outcome.LIMIT),
+    Category("an instant repeats without progress", Outcome.LIMIT, "event_stall"),
+    Category("stopped", Outcome.STOPPED),
+    Category("recovered from a killed run", Outcome.RECOVERED),
+    Category("failed: not computed", Outcome.FAILED),
+)
+"""All of them, in the order in which a legend lists them."""
+
+HELD = 0
+_NOT_HELD = 1
+
+
+def categorize(results: StudyResults) -> NDArray[np.int8]:
+    """How each run ended, as places in `CATEGORIES`, shape ``(rows,)``."""
+    count = results.num_rows
+    words = results.values("outcome", 0, count)
+    reasons = results.values("reason", 0, count)
+    held = results.numbers("held", count) == 1.0
+    known: dict[tuple[str, str | None], int] = {}
+    for pair in set(zip(words, reasons, strict=True)):
+        known[pair] = _place(*pair)
+    places = [known[pair] for pair in zip(words, reasons, strict=True)]
+    categories = np.array(places, dtype=np.int8)
+    return np.where(held, np.int8(HELD), categories)
+
+
+def _place(outcome: str, reason: str | None) -> int:
+    """The category with the reason, else the first with the outcome."""
+    if outcome == Outcome.COMPLETED:
+        return _NOT_HELD
+    of_outcome = [place for place, each in enumerate(CATEGORIES) if each.outcome == outcome]
+    return next((k for k in of_outcome if CATEGORIES[k].reason == reason), of_outcome[0])
