@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, names_a_file, store_in
 from slipgrasp.cli.progress import Progress, load_simulation
-from slipgrasp.cli.status import CommandError, ExitStatus, complain
+from slipgrasp.cli.status import ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
@@ -90,15 +90,9 @@ def _study_path(source: str, chosen: Path | None) -> Path:
 
 def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
     from slipgrasp.recordings.study.reader import open_study
-    from slipgrasp.recordings.study.study_row import decode_row
 
-    count = 0
     with open_study(path) as reader:
-        for payloads in reader.chunks():
-            if index < count + len(payloads):
-                return reader.study, decode_row(payloads[index - count])
-            count += len(payloads)
-    raise CommandError(f"there is no run {index} in '{path}'; it holds {count}, counted from 0")
+        return reader.study, reader.row(index)
 
 
 def _keep(result: RunResult, output: Path | None, chosen: Path | None, *, force: bool) -> Path:

@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.animation import MAX_FRAMES, frame_times, write_gif
-from slipgrasp.recordings.export import write_npz, write_parquet
+from slipgrasp.recordings.export import EXPORT_FORMATS, write_csv, write_npz, write_parquet
 from slipgrasp.recordings.palette import PHASES
 
 
@@ -69,6 +69,21 @@ def test_npz_holds_every_column_and_the_documents_without_pickles(any_run):
     assert provenance["kernel"] == any_run.provenance.kernel
     documents = {"scenario.json", "ending.json", "units.json", "provenance.json"}
     assert names == units.keys() | documents
+
+
+BEGINS = {"csv": b"t,", "parquet": b"PAR1", "npz": b"PK", "html": b"<", "gif": b"GIF89a"}
+
+
+@pytest.mark.parametrize("chosen", EXPORT_FORMATS, ids=lambda chosen: chosen.name)
+def test_every_format_of_the_table_is_written_by_the_writer_that_it_names(short_run, chosen):
+    content = written(chosen.write, short_run, fps=1.0).getvalue()
+    assert content and content.startswith(BEGINS.get(chosen.name, b""))
+
+
+def test_csv_as_bytes_is_csv_as_text(any_run):
+    text = io.StringIO()
+    write_csv(any_run, text)
+    assert written(EXPORT_FORMATS[0].write, any_run).getvalue() == text.getvalue().encode()
 
 
 @pytest.mark.parametrize("write", [write_parquet, write_npz, write_gif])
