@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from benchmarks.replay_seek import measure_seek
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_seek_does_not_send_the_charts_again() -> None:

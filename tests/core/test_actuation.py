@@ -36,7 +36,6 @@ def commands(scenario, trace):
     return trace.times[ticks], np.array(torques)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("latency", [0.0, 0.001, 0.002, 0.0025, 0.01])
 def test_a_torque_acts_one_latency_after_its_tick_but_the_first_at_once(latency):
     scenario = with_values(CASE_2, {**SAMPLED, "controller.latency": latency})

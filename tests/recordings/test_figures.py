@@ -63,7 +63,6 @@ def paper_figures(paper_runs):
     return {name: draw_figures(run) for name, run in paper_runs.items()}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", CAPTIONS)
 def test_the_papers_figures_have_its_panels_in_its_order(paper_figures, case):
     figures = paper_figures[case]

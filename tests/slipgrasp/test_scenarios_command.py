@@ -18,6 +18,7 @@ def test_a_shown_preset_is_a_file_that_loads_to_the_same_scenario(slipgrasp, tmp
     assert load_scenario(tmp_path / "mine.toml") == load_scenario(name)
 
 
+@pytest.mark.slow
 def test_a_shown_preset_runs_to_the_identical_recording(slipgrasp, tmp_path):
     (tmp_path / "mine.toml").write_text(slipgrasp("scenarios", "show", "paper-case-1").stdout)
 
