@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from slipgrasp.core.scenario import Change, Scenario
-from slipgrasp.core.scenario.differences import parameter_differences
+from slipgrasp.core.scenario.parameters import parameter_differences
 
 _NO_CAUSE = frozenset(
     f"simulation.{name}"
