@@ -22,7 +22,7 @@ MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1
 
 FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
 VELOCITY_BAND, VELOCITY_NOISE = 1e-9, 1e-13
-# As wide as the edge of a patch (slipgrasp.core.run.segments): tips that cross theirs together
+# As wide as the edge of a patch (slipgrasp.core.run.schedule): tips that cross theirs together
 # do so at once.
 SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
 # Of an estimate at its bound, and of the rate that holds it there.

@@ -1,25 +1,38 @@
 """What holds when: a run is a sequence of stretches in which its constants do not change.
 
 A stretch ends at an instant known beforehand (a timed change, a pulse or a patch that
-comes or goes) or where a fingertip slides over the edge of a patch.
+comes or goes) or where a fingertip slides over the edge of a patch: friction is the same
+along a segment of a face, between the edges of its patches.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import takewhile
+from itertools import pairwise, takewhile
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.model import pack_model
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.run.segments import Segment, segment_at, segments_of
-from slipgrasp.core.scenario import Change, Patch, Pulse, Scenario
+from slipgrasp.core.scenario import (
+    Change,
+    FingerParameters,
+    ObjectParameters,
+    Patch,
+    Pulse,
+    Scenario,
+)
+from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import with_values
 
 Floats = NDArray[np.float64]
+
+# On an edge [m]: both fingertips of a symmetric hand cross theirs at one instant.
+EDGE_WIDTH = 1e-11
 
 
 class Schedule:
@@ -144,3 +157,68 @@ def _is_there(patch: Patch, t: float) -> bool:
 
 def _plain(change: Change) -> object:
     return list(change.value) if isinstance(change.value, tuple) else change.value
+
+
+class Segment(NamedTuple):
+    """A part of a face without an edge inside.
+
+    Attributes:
+        start: Slip of the fingertip at its lower end [m].
+        end: Slip of the fingertip at its upper end [m].
+        factor: What friction is multiplied by there.
+    """
+
+    start: float
+    end: float
+    factor: float
+
+
+def segments_of(
+    body: ObjectParameters, finger: FingerParameters, patches: Sequence[Patch]
+) -> tuple[Segment, ...]:
+    """The face that a finger touches, cut at the edges of its patches, from its lower end.
+
+    Args:
+        body: The object.
+        finger: The finger.
+        patches: What lies on the object at that time; those on other faces do not count.
+    """
+    frame = contact_frame(body, finger)
+    spans = [_span(patch, finger) for patch in patches if patch.face == finger.face]
+    first, last = frame.slip_minimum, frame.slip_maximum
+    inner = {edge for start, end, _ in spans for edge in (start, end) if first < edge < last}
+    edges = [first, *sorted(inner), last]
+    return tuple(Segment(start, end, _factor(start, end, spans)) for start, end in pairwise(edges))
+
+
+def segment_at(segments: Sequence[Segment], slip: float, velocity: float) -> int:
+    """Index of the segment that a fingertip is on, or slides onto.
+
+    At rest on an edge it has the smaller of both frictions.
+
+    Args:
+        segments: Of its face.
+        slip: Where it is [m].
+        velocity: Its slip velocity [m/s].
+    """
+    touched = [
+        k
+        for k, segment in enumerate(segments)
+        if segment.start - EDGE_WIDTH <= slip <= segment.end + EDGE_WIDTH
+    ]
+    if not touched:
+        return 0 if slip < segments[0].start else len(segments) - 1
+    if velocity != 0.0:
+        return touched[-1] if velocity > 0.0 else touched[0]
+    return min(touched, key=lambda k: segments[k].factor)
+
+
+def _span(patch: Patch, finger: FingerParameters) -> Segment:
+    """A patch in terms of the slip of a finger on its face."""
+    middle = patch.centre - finger.contact_offset
+    return Segment(middle - patch.half_length, middle + patch.half_length, patch.friction_factor)
+
+
+def _factor(start: float, end: float, spans: Sequence[Segment]) -> float:
+    """The product of what covers a segment, the same however the patches are listed."""
+    return math.prod(sorted(s.factor for s in spans if s.start <= start and end <= s.end))

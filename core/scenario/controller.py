@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG, Gain, PositiveGain
+from slipgrasp.core.scenario.field_types import CONFIG
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.parameters import Quantity
 
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     LawKind = str
 else:
     LawKind = Literal[*CONTROL_LAWS]
+
+Gain = Annotated[float, Ge(0.0), Le(1e6)]
+# What is not zero is not so near to it that other numbers overflow.
+PositiveGain = Annotated[float, Ge(1e-12), Le(1e6)]
 
 _LAWS = CONTROL_LAWS.values()
 

@@ -10,9 +10,6 @@ from pydantic import ConfigDict
 CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]
-Gain = Annotated[float, Ge(0.0), Le(1e6)]
-# What is not zero is not so near to it that other numbers overflow.
-PositiveGain = Annotated[float, Ge(1e-12), Le(1e6)]
 
 # Faces of a rectangle by name; edge-K of a polygon runs from corner K to the next one.
 Face = Literal[

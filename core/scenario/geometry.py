@@ -19,7 +19,7 @@ class ContactFrame(NamedTuple):
         tangent: Unit vector of positive slip; the normal is the tangent turned by -90 degrees.
         normal: Unit vector into the object.
         slip_minimum: Slip at which the fingertip passes the end of the face [m].
-        slip_maximum: The same at the other end [m].
+        slip_maximum: Slip at which it passes the other end [m].
     """
 
     anchor: tuple[float, float]

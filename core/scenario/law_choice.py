@@ -66,11 +66,11 @@ def with_law(scenario: Scenario, kind: str) -> Scenario:
 
 
 def choose_law(scenario: Scenario, kind: str) -> LawChoice:
-    """The same, and what was set for it.
+    """The scenario with a control law for the whole run, and what was set for that.
 
     Args:
-        scenario: The base.
-        kind: Name of the law.
+        scenario: The base; one that has the law already is given back as it is.
+        kind: Name of the law, such as ``composite``.
 
     Raises:
         ScenarioError: If there is no such law, or something in the scenario rules it out.

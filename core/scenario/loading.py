@@ -197,7 +197,9 @@ def _toml(value: Any) -> str:
 
 
 def _with_plain_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario | None:
-    """The same in a quarter of the time, for numbers and words at places that exist.
+    """The scenario with numbers and words at places that exist, without a detour over JSON.
+
+    Takes a quarter of the time of `scenario_from_mapping`.
 
     Returns:
         None where that will not do, or something is wrong with a value.

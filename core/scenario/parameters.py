@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import annotated_types
 
+ParameterValue = float | int | bool | str | tuple[float, ...] | None
 ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
 
 
@@ -63,7 +64,7 @@ class Parameter:
     """
 
     key: str
-    value: float | int | bool | str | tuple[float, ...] | None
+    value: ParameterValue
     kind: ParameterKind
     unit: str
     text: str
@@ -151,6 +152,33 @@ def _hints(kind: type) -> dict[str, Any]:
 def describe(scenario: Any) -> dict[str, Parameter]:
     """The parameters of a scenario by dotted key."""
     return {parameter.key: parameter for parameter in iterate_parameters(scenario)}
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterDifference:
+    """A parameter of the scenario that differs.
+
+    Attributes:
+        key: Its dotted key.
+        a: Its value in the first run, None if it has none.
+        b: Its value in the second run.
+        unit: SI unit.
+    """
+
+    key: str
+    a: ParameterValue
+    b: ParameterValue
+    unit: str
+
+
+def parameter_differences(a: Any, b: Any) -> Iterator[ParameterDifference]:
+    """The parameters of two scenarios that differ, in the order of the fields."""
+    mine, others = describe(a), describe(b)
+    for key in dict.fromkeys((*mine, *others)):
+        values = [known[key].value if key in known else None for known in (mine, others)]
+        if values[0] != values[1]:
+            unit = (mine.get(key) or others[key]).unit
+            yield ParameterDifference(key=key, a=values[0], b=values[1], unit=unit)
 
 
 def _describe_value(key: str, hint: Any, value: Any) -> Iterator[Parameter]:

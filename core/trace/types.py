@@ -66,7 +66,7 @@ class Reason:
 
     Attributes:
         code: Stable word for programs.
-        message: The same for people.
+        message: What went wrong, in words for people.
         contact: Index of the contact or finger concerned, if any.
         time: Simulation time [s].
         value: The quantity that went wrong, SI.

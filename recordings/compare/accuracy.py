@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Change, Scenario
-from slipgrasp.core.scenario.differences import parameter_differences
+from slipgrasp.core.scenario.parameters import parameter_differences
 from slipgrasp.recordings.compare.alignment import SAME_TIME
 
 AMPLIFICATION = 100.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipgrasp.core.run.claims import Contradiction, contradictions_of
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.differences import ParameterDifference, parameter_differences
+from slipgrasp.core.scenario.parameters import ParameterDifference, parameter_differences
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.frames import import_optional
 from slipgrasp.core.trace.trace import SIGNALS

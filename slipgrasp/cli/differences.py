@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
-from slipgrasp.core.scenario.differences import ParameterDifference
+from slipgrasp.core.scenario.parameters import ParameterDifference
 from slipgrasp.core.words.parameter_words import unit_after
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference

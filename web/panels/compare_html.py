@@ -7,8 +7,8 @@ from html import escape
 from typing import Any
 
 from slipgrasp.core.run.metrics import METRICS
-from slipgrasp.core.scenario.differences import ParameterDifference
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.parameters import ParameterDifference
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.differences import PhaseDifference, SignalDifference

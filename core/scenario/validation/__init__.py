@@ -6,21 +6,21 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.validation.control import (
     check_control,
+    check_estimates,
     check_gains,
     check_latency,
     check_least_gain,
     check_normal_forces,
     check_sampled,
 )
-from slipgrasp.core.scenario.validation.estimates import check_estimates
 from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pose
 from slipgrasp.core.scenario.validation.outline import check_outline
-from slipgrasp.core.scenario.validation.times import check_times
 from slipgrasp.core.scenario.validation.trajectory import check_trajectory
 from slipgrasp.core.scenario.validation.world import (
     check_patches,
     check_pulses,
     check_static_friction,
+    check_times,
 )
 
 __all__ = ["check_scenario"]
