@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypeVar
 
-from fastapi import Depends, Query, Request
+from fastapi import Depends, Header, Query, Request
 from pydantic import BaseModel, ValidationError
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect
@@ -12,12 +12,12 @@ from starlette.requests import ClientDisconnect
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.server.http.errors import (
+from slipgrasp.server.exceptions import (
     InvalidRequestError,
     UnreadableBodyError,
     UnsupportedBodyError,
-    invalid_fields,
 )
+from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import MAX_VALUES, read_json
 from slipgrasp.server.runs.run_request import RunCreate
 from slipgrasp.server.runs.run_service import RunService
@@ -29,6 +29,18 @@ from slipgrasp.server.studies.study_service import StudyService
 JSON_TYPE = "application/json"
 MERGE_TYPE = "application/merge-patch+json"
 MAX_STUDY_VALUES = 500_000
+
+IdempotencyKey = Annotated[
+    str,
+    Header(
+        max_length=200,
+        pattern=r"^[ -~]*$",
+        description="Any text of your own, such as a UUID: sent again with the same key and body, "
+        "the request gives what it gave before, and nothing is made twice.",
+        examples=["5f0c8f6e-6c1b-4d0e-9f57-3f6f0f1c2a4b"],
+    ),
+]
+"""As in the draft "The Idempotency-Key HTTP Header Field"; empty where there is none."""
 
 Body = TypeVar("Body", bound=BaseModel)
 

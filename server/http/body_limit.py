@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from slipgrasp.server.http.errors import BodyTooLargeError, problem_response
+from slipgrasp.server.exceptions import BodyTooLargeError
+from slipgrasp.server.http.errors import problem_response
 
 
 class BodyLimit:

@@ -19,9 +19,9 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
+from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.conditions import expected_revisions, is_known
-from slipgrasp.server.http.errors import printable, problem_response
-from slipgrasp.server.runs.schemas import ProblemPublic
+from slipgrasp.server.http.errors import ProblemPublic, problem_response
 
 PIECE_BYTES = 1 << 18
 BINARY = "application/octet-stream"

@@ -12,7 +12,7 @@ from fastapi import Header
 from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
 
-from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.exceptions import ServiceBusyError
 
 HEARTBEAT = b": still here\n\n"
 RETRY_AFTER = 5

@@ -16,7 +16,7 @@ from itertools import islice
 from typing import Any
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.server.http.errors import InvalidRequestError, UnreadableBodyError, printable
+from slipgrasp.server.exceptions import InvalidRequestError, UnreadableBodyError, printable
 
 MAX_DEPTH = 12
 MAX_NAMES = 200

@@ -13,11 +13,12 @@ from starlette.concurrency import run_in_threadpool
 from slipgrasp.recordings.store.annotations import Annotations, RunName
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.http.conditions import entity_tag
 from slipgrasp.server.http.downloads import BINARY_SCHEMA
-from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.upload_body import FORM, RAW_TYPES, file_pieces
-from slipgrasp.server.runs.schemas import API_PATH, ProblemPublic, RunPublic
+from slipgrasp.server.runs.schemas import API_PATH, RunPublic
 
 MAX_UPLOADS = 4
 RETRY_AFTER = 5

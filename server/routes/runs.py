@@ -13,22 +13,23 @@ from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import (
     EndedRunIdDep,
+    IdempotencyKey,
     RunCreateDep,
     RunServiceDep,
     RunsQueryDep,
     RunUpdateDep,
 )
 from slipgrasp.server.http.conditions import entity_tag, expected_revisions, is_known
-from slipgrasp.server.http.idempotency import IdempotencyKey, request_digest
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.preferences import Patience, PatienceDep
+from slipgrasp.server.request_keys import KeyedRequest
 from slipgrasp.server.runs.pending_run import PendingRun
-from slipgrasp.server.runs.request_keys import KeyedRequest
 from slipgrasp.server.runs.run_request import RunCreate
 from slipgrasp.server.runs.run_service import RunService
 from slipgrasp.server.runs.run_update import RunUpdate
-from slipgrasp.server.runs.schemas import PendingRunPublic, ProblemPublic, RunPublic, RunsPublic
+from slipgrasp.server.runs.schemas import PendingRunPublic, RunPublic, RunsPublic
 from slipgrasp.server.stopping import StoppingDep, wait_for
 
 RETRY_AFTER = 1
@@ -169,8 +170,8 @@ def _begin(
     check_scenario(scenario)
     if not key:
         return service.submit(lambda: scenario)
-    digest = request_digest(request.model_dump(mode="json", by_alias=True))
-    return service.submit_once(lambda: scenario, KeyedRequest(key, digest))
+    keyed = KeyedRequest.of(key, request.model_dump(mode="json", by_alias=True))
+    return service.submit_once(lambda: scenario, keyed)
 
 
 def _answer(

@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Query
 
 from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.runs.run_request import find_preset
 from slipgrasp.server.runs.scenario_schemas import (
     ParametersPublic,
@@ -14,7 +15,6 @@ from slipgrasp.server.runs.scenario_schemas import (
     PresetsPublic,
     PresetSummary,
 )
-from slipgrasp.server.runs.schemas import ProblemPublic
 
 router = APIRouter(tags=["scenarios"])
 

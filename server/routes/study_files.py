@@ -10,10 +10,12 @@ from typing import Annotated, BinaryIO, Literal, TextIO
 from fastapi import APIRouter, Query, Request, Response
 
 from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
 from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
+from slipgrasp.server.exceptions import InvalidRequestError, StudyUnfinishedError, printable
 from slipgrasp.server.http.downloads import (
     BINARY,
     AskedDep,
@@ -21,12 +23,6 @@ from slipgrasp.server.http.downloads import (
     download_responses,
     file_tag,
     tag_of,
-)
-from slipgrasp.server.http.errors import (
-    InvalidRequestError,
-    StudyUnfinishedError,
-    nearest,
-    printable,
 )
 from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
 from slipgrasp.server.studies.study_request import MapQuery

@@ -7,11 +7,13 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
-from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
+from slipgrasp.server.exceptions import InvalidRequestError, printable
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.paging import page_links
-from slipgrasp.server.runs.schemas import ProblemPublic, RunPublic
+from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.study_request import ResultsQuery
 from slipgrasp.server.studies.study_schemas import (
     StudyComparisonPublic,

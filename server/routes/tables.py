@@ -26,8 +26,8 @@ from slipgrasp.server.http.downloads import (
     file_tag,
     tag_of,
 )
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
-from slipgrasp.server.runs.schemas import ProblemPublic
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
 CSV = "text/csv"

@@ -8,13 +8,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
     scenario_from_mapping,
     with_values,
 )
-from slipgrasp.server.http.errors import nearest, printable
+from slipgrasp.server.exceptions import printable
 
 
 class RunCreate(BaseModel):

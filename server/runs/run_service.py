@@ -25,10 +25,14 @@ from slipgrasp.recordings.file.recorder import record, unsaved
 from slipgrasp.recordings.file.recovery import recover_orphans
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.http.errors import RunForgottenError, RunUnfinishedError, ServiceBusyError
-from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
+from slipgrasp.server.exceptions import (
+    IdempotencyKeyReusedError,
+    RunForgottenError,
+    RunUnfinishedError,
+    ServiceBusyError,
+)
+from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.runs.pending_run import Ended, PendingRun
-from slipgrasp.server.runs.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.settings import Settings
 
 MAX_UNSAVED = 100

@@ -9,7 +9,7 @@ from typing import Annotated, TypeVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario.field_errors import template_keys
+from slipgrasp.core.scenario.field_errors import nearest, template_keys
 from slipgrasp.core.scenario.loading import preset_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
@@ -21,7 +21,7 @@ from slipgrasp.recordings.store.run_query import (
     parse_instant,
     parse_sort,
 )
-from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
+from slipgrasp.server.exceptions import InvalidRequestError, printable
 
 MAX_PAGE = 1000
 MAX_CONDITIONS = 20

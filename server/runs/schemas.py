@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import asdict
-from http import HTTPStatus
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError
 
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.store.description import Description
@@ -208,51 +206,3 @@ class HealthPublic(BaseModel):
     kernel_progress: float
     running: int
     waiting: int
-
-
-class FieldErrorPublic(BaseModel):
-    """One wrong field of a request."""
-
-    field: str
-    value: float | int | bool | str | None
-    limit: str | None
-    message: str
-
-
-class ProblemPublic(BaseModel):
-    """An error (RFC 9457, application/problem+json)."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "example": {
-                "type": "about:blank",
-                "title": "Unprocessable Content",
-                "status": 422,
-                "detail": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
-                "errors": [
-                    {
-                        "field": "object.masss",
-                        "value": None,
-                        "limit": None,
-                        "message": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
-                    }
-                ],
-            }
-        }
-    )
-
-    type: str
-    title: str
-    status: int
-    detail: str
-    errors: list[FieldErrorPublic] = []
-
-    @classmethod
-    def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
-        """How a route declares that it may answer so."""
-        schema = {"$ref": f"#/components/schemas/{cls.__name__}"}
-        content = {"application/problem+json": {"schema": schema}}
-        return {
-            status: {"description": HTTPStatus(status).phrase, "content": content}
-            for status in sorted(statuses)
-        }

@@ -12,7 +12,7 @@ from slipgrasp.recordings.study.conductor import conduct
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
-from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.live_study import LiveStudy, StudyState
 from slipgrasp.server.studies.warm_executor import WarmExecutor
