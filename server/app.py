@@ -31,19 +31,19 @@ from slipgrasp.server.routes import (
     docs,
     health,
     recordings,
+    run_files,
     runs,
     scenarios,
     studies,
     study_events,
     study_files,
     study_results,
-    tables,
 )
-from slipgrasp.server.runs.run_service import RunService
 from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.service_lock import service_lock
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.service import StudyService
 
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
@@ -140,7 +140,7 @@ def _api() -> APIRouter:
         scenarios,
         runs,
         recordings,
-        tables,
+        run_files,
         studies,
         study_events,
         study_results,

@@ -20,11 +20,11 @@ from slipgrasp.server.exceptions import (
 from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import MAX_VALUES, read_json
 from slipgrasp.server.runs.run_request import RunCreate
-from slipgrasp.server.runs.run_service import RunService
 from slipgrasp.server.runs.run_update import RunUpdate
-from slipgrasp.server.runs.runs_query import RunsQuery
+from slipgrasp.server.runs.search import RunsQuery
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.service import StudyService
 
 JSON_TYPE = "application/json"
 MERGE_TYPE = "application/merge-patch+json"

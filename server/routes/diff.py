@@ -12,7 +12,7 @@ from slipgrasp.recordings.file.reader import read_as_stated
 from slipgrasp.server.dependencies import RunServiceDep
 from slipgrasp.server.http.downloads import BINARY_SCHEMA
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.runs.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
+from slipgrasp.server.runs.diff import DiffFigureQuery, DiffPublic, DiffQuery
 
 MEDIA_TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 

@@ -25,11 +25,11 @@ from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.preferences import Patience, PatienceDep
 from slipgrasp.server.request_keys import KeyedRequest
-from slipgrasp.server.runs.pending_run import PendingRun
+from slipgrasp.server.runs.pending import PendingRun
 from slipgrasp.server.runs.run_request import RunCreate
-from slipgrasp.server.runs.run_service import RunService
 from slipgrasp.server.runs.run_update import RunUpdate
 from slipgrasp.server.runs.schemas import PendingRunPublic, RunPublic, RunsPublic
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.stopping import StoppingDep, wait_for
 
 RETRY_AFTER = 1

@@ -18,8 +18,8 @@ from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
 from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.studies.schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
 from slipgrasp.server.studies.study_request import StudiesQuery, check_some_runs, read_study
-from slipgrasp.server.studies.study_schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
 
 BODY_PATHS = (f"{API_PATH}/studies", f"{API_PATH}/studies/estimate")
 

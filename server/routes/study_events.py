@@ -17,8 +17,8 @@ from slipgrasp.server.dependencies import SettingsDep, StudyServiceDep
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.events import HEARTBEAT, Event, EventStream, LastEventId
 from slipgrasp.server.stopping import StoppingDep
-from slipgrasp.server.studies.live_study import StudyState, StudyStatus
-from slipgrasp.server.studies.study_schemas import StudyPublic
+from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.studies.schemas import StudyPublic
 
 LOOK_EVERY = 0.25
 ROWS_AT_ONCE = 100

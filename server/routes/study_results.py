@@ -14,12 +14,12 @@ from slipgrasp.server.exceptions import InvalidRequestError, printable
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.runs.schemas import RunPublic
-from slipgrasp.server.studies.study_request import ResultsQuery
-from slipgrasp.server.studies.study_schemas import (
+from slipgrasp.server.studies.schemas import (
     StudyComparisonPublic,
     StudyResultsPublic,
     StudySummaryPublic,
 )
+from slipgrasp.server.studies.study_request import ResultsQuery
 
 router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 

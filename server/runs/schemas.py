@@ -12,7 +12,7 @@ from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.runs.pending_run import PendingRun, RunState
+from slipgrasp.server.runs.pending import PendingRun, RunState
 
 API_PATH = "/api/v1"
 

@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.exceptions import ServiceBusyError
-from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.service import RunService
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 

@@ -32,7 +32,7 @@ from slipgrasp.server.exceptions import (
     ServiceBusyError,
 )
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
-from slipgrasp.server.runs.pending_run import Ended, PendingRun
+from slipgrasp.server.runs.pending import Ended, PendingRun
 from slipgrasp.server.settings import Settings
 
 MAX_UNSAVED = 100

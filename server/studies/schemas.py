@@ -12,7 +12,7 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_comparison import CombinationComparison
 from slipgrasp.recordings.study.results_summary import StudySummary
 from slipgrasp.server.runs.schemas import API_PATH
-from slipgrasp.server.studies.live_study import StudyState, StudyStatus
+from slipgrasp.server.studies.progress import StudyState, StudyStatus
 
 
 def studies_link(study_id: str) -> str:

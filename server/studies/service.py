@@ -27,9 +27,9 @@ from slipgrasp.server.exceptions import (
 )
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.live_study import LiveStudy, StudyStatus
-from slipgrasp.server.studies.study_queue import StudyQueue
-from slipgrasp.server.studies.study_recorder import StudyRecorder
+from slipgrasp.server.studies.progress import LiveStudy, StudyStatus
+from slipgrasp.server.studies.queue import StudyQueue
+from slipgrasp.server.studies.recorder import StudyRecorder
 
 MAX_CHECKS = 4
 MAX_OPENED = 4

@@ -14,7 +14,7 @@ from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
 from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.live_study import LiveStudy, StudyState
+from slipgrasp.server.studies.progress import LiveStudy, StudyState
 from slipgrasp.server.studies.warm_executor import WarmExecutor
 
 UNEXPECTED = "an unexpected error; the server's log has its traceback"
