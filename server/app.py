@@ -20,6 +20,7 @@ from starlette.middleware import Middleware
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.server.addresses import API_PATH, ESTIMATE_PATH, STUDIES_PATH, UPLOAD_PATH
 from slipgrasp.server.http.access import AccessGuard
 from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.errors import add_error_handlers
@@ -39,7 +40,6 @@ from slipgrasp.server.routes import (
     study_files,
     study_results,
 )
-from slipgrasp.server.runs.schemas import API_PATH
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.service_lock import service_lock
 from slipgrasp.server.settings import Settings
@@ -104,8 +104,9 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
                 BodyLimit,
                 max_bytes=settings.max_body_bytes,
                 larger={
-                    recordings.UPLOAD_PATH: settings.max_upload_bytes,
-                    **dict.fromkeys(studies.BODY_PATHS, settings.max_study_body_bytes),
+                    UPLOAD_PATH: settings.max_upload_bytes,
+                    STUDIES_PATH: settings.max_study_body_bytes,
+                    ESTIMATE_PATH: settings.max_study_body_bytes,
                 },
             ),
         ],

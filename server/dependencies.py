@@ -19,8 +19,7 @@ from slipgrasp.server.exceptions import (
 )
 from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import MAX_VALUES, read_json
-from slipgrasp.server.runs.run_request import RunCreate
-from slipgrasp.server.runs.run_update import RunUpdate
+from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.settings import Settings

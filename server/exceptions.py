@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slipgrasp.core.exceptions import FieldError, SlipgraspError
+from slipgrasp.server.addresses import run_path, study_path
 
 
 class SettingsError(SlipgraspError):
@@ -69,8 +70,8 @@ class RunUnfinishedError(SlipgraspError):
 
     def __init__(self, run_id: str) -> None:
         super().__init__(
-            f"run '{run_id}' has not ended yet; wait until GET /api/v1/runs/{run_id} answers 200, "
-            f"or end it with POST /api/v1/runs/{run_id}/stop"
+            f"run '{run_id}' has not ended yet; wait until GET {run_path(run_id)} answers 200, "
+            f"or end it with POST {run_path(run_id)}/stop"
         )
 
 
@@ -80,7 +81,7 @@ class StudyUnfinishedError(SlipgraspError):
     def __init__(self, study_id: str) -> None:
         super().__init__(
             f"study '{study_id}' is not finished; wait for its end, or end it where it is with "
-            f"POST /api/v1/studies/{study_id}/cancel"
+            f"POST {study_path(study_id)}/cancel"
         )
 
 

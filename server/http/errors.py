@@ -27,6 +27,7 @@ from slipgrasp.recordings.exceptions import (
     StorageFullError,
 )
 from slipgrasp.recordings.study.rebuild import RebuildError
+from slipgrasp.server.addresses import DOCS_PATH
 from slipgrasp.server.exceptions import (
     BodyTooLargeError,
     BodyTooSlowError,
@@ -175,7 +176,7 @@ async def _answer_http_error(request: Request, error: Exception) -> JSONResponse
     headers = dict(error.headers or {})
     detail = str(error.detail)
     if error.status_code == HTTPStatus.NOT_FOUND:
-        detail = f"there is nothing at '{printable(request.url.path)}'; see /api/v1/docs"
+        detail = f"there is nothing at '{printable(request.url.path)}'; see {DOCS_PATH}"
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         headers["Allow"] = ", ".join(_allowed_methods(request))
         detail = f"{request.method} is not possible here, only {headers['Allow']}"

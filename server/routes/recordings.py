@@ -18,13 +18,12 @@ from slipgrasp.server.http.conditions import entity_tag
 from slipgrasp.server.http.downloads import BINARY_SCHEMA
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.upload_body import FORM, RAW_TYPES, file_pieces
-from slipgrasp.server.runs.schemas import API_PATH, RunPublic
+from slipgrasp.server.runs.schemas import RunPublic
 
 MAX_UPLOADS = 4
 RETRY_AFTER = 5
 WRITE_BYTES = 1 << 20
 
-UPLOAD_PATH = f"{API_PATH}/recordings"
 
 router = APIRouter(tags=["recordings"])
 

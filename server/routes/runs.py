@@ -26,9 +26,13 @@ from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.preferences import Patience, PatienceDep
 from slipgrasp.server.request_keys import KeyedRequest
 from slipgrasp.server.runs.pending import PendingRun
-from slipgrasp.server.runs.run_request import RunCreate
-from slipgrasp.server.runs.run_update import RunUpdate
-from slipgrasp.server.runs.schemas import PendingRunPublic, RunPublic, RunsPublic
+from slipgrasp.server.runs.schemas import (
+    PendingRunPublic,
+    RunCreate,
+    RunPublic,
+    RunsPublic,
+    RunUpdate,
+)
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.stopping import StoppingDep, wait_for
 

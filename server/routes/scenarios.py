@@ -8,12 +8,12 @@ from fastapi import APIRouter, HTTPException, Query
 
 from slipgrasp.core.scenario.loading import preset_names
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.runs.run_request import find_preset
 from slipgrasp.server.runs.scenarios import (
     ParametersPublic,
     PresetPublic,
     PresetsPublic,
     PresetSummary,
+    find_preset,
 )
 
 router = APIRouter(tags=["scenarios"])

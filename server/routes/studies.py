@@ -17,11 +17,14 @@ from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
-from slipgrasp.server.runs.schemas import API_PATH
-from slipgrasp.server.studies.schemas import StudiesPublic, StudyEstimatePublic, StudyPublic
-from slipgrasp.server.studies.study_request import StudiesQuery, check_some_runs, read_study
-
-BODY_PATHS = (f"{API_PATH}/studies", f"{API_PATH}/studies/estimate")
+from slipgrasp.server.studies.schemas import (
+    StudiesPublic,
+    StudiesQuery,
+    StudyEstimatePublic,
+    StudyPublic,
+    check_some_runs,
+    read_study,
+)
 
 _LOCATION = {"Location": {"description": "Where it is found", "schema": {"type": "string"}}}
 router = APIRouter(prefix="/studies", tags=["studies"])

@@ -25,7 +25,7 @@ from slipgrasp.server.http.downloads import (
     tag_of,
 )
 from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
-from slipgrasp.server.studies.study_request import MapQuery
+from slipgrasp.server.studies.schemas import MapQuery
 
 CSV = "text/csv"
 JSON = "application/json"

@@ -15,11 +15,11 @@ from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.paging import page_links
 from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.schemas import (
+    ResultsQuery,
     StudyComparisonPublic,
     StudyResultsPublic,
     StudySummaryPublic,
 )
-from slipgrasp.server.studies.study_request import ResultsQuery
 
 router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 

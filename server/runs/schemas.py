@@ -1,4 +1,4 @@
-"""What the REST interface gives; numbers are SI and finite."""
+"""What the REST interface takes and gives of runs; numbers are SI and finite."""
 
 from __future__ import annotations
 
@@ -6,15 +6,21 @@ import math
 from dataclasses import asdict
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import (
+    scenario_from_mapping,
+    with_values,
+)
 from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.recordings.store.annotations import MAX_TAGS, RunName, RunNotes, RunTag
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.addresses import run_path
 from slipgrasp.server.runs.pending import PendingRun, RunState
-
-API_PATH = "/api/v1"
+from slipgrasp.server.runs.scenarios import find_preset
 
 
 def _finite_or_none(value: Any) -> Any:
@@ -26,6 +32,61 @@ FiniteOrNone = Annotated[float | None, BeforeValidator(_finite_or_none)]
 """A quantity that a run which went wrong may not have."""
 
 PhaseName = Literal["stick", "slip_forward", "slip_backward"]
+
+
+class RunCreate(BaseModel):
+    """What to simulate: a preset by name or a whole scenario, and what to change in it."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        json_schema_extra={
+            "example": {"scenario": "paper-case-1", "set": {"object.mass": 1.4}},
+        },
+    )
+
+    scenario: Annotated[
+        str | dict[str, Any],
+        Field(description="Name of a preset, or a scenario as GET /presets/NAME gives one."),
+    ]
+    values: Annotated[
+        dict[str, Any],
+        Field(alias="set", description="Dotted key to value; GET /parameters lists the keys."),
+    ] = {}
+
+    def to_scenario(self) -> Scenario:
+        """The scenario that is asked for.
+
+        Raises:
+            ScenarioError: With one entry per wrong field.
+        """
+        if isinstance(self.scenario, dict):
+            base = scenario_from_mapping(self.scenario)
+        else:
+            base = find_preset(self.scenario)
+        return with_values(base, self.values) if self.values else base
+
+
+class RunUpdate(BaseModel):
+    """What is left out stays as it is."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={
+            "example": {"name": "heavier object", "notes": "For the report.", "tags": ["report"]}
+        },
+    )
+
+    name: Annotated[RunName, Field(description="at most 200 printable characters")] = ""
+    notes: Annotated[RunNotes, Field(description="at most 10 000 characters, in lines")] = ""
+    tags: Annotated[
+        list[RunTag],
+        Field(max_length=MAX_TAGS, description="at most 32 of at most 64 printable characters"),
+    ] = []
+
+    def changes(self) -> dict[str, Any]:
+        """What was given, by name."""
+        return {name: getattr(self, name) for name in self.model_fields_set}
 
 
 class PhaseChangePublic(BaseModel):
@@ -101,7 +162,7 @@ class RunPublic(BaseModel):
     @classmethod
     def from_stored(cls, stored: StoredRun) -> Self:
         """A run that was saved; one whose recording tells nothing any more is ``failed``."""
-        own = f"{API_PATH}/runs/{stored.id}"
+        own = run_path(stored.id)
         kept = {
             "id": stored.id,
             "title": stored.title,
@@ -153,7 +214,7 @@ class PendingRunPublic(BaseModel):
     @classmethod
     def from_pending(cls, pending: PendingRun) -> Self:
         """The run as it is now."""
-        own = f"{API_PATH}/runs/{pending.id}"
+        own = run_path(pending.id)
         links = {"self": own, "stop": f"{own}/stop"}
         return cls(id=pending.id, state=pending.state, progress=pending.progress, links=links)
 
@@ -195,14 +256,3 @@ class RunsPublic(BaseModel):
         """What a search found."""
         data = [RunPublic.from_stored(run) for run in found.runs]
         return cls(data=data, count=found.count, unread=found.unread, links=links)
-
-
-class HealthPublic(BaseModel):
-    """Whether the service is up, and how busy."""
-
-    status: Literal["ok"]
-    version: str
-    kernel: Literal["ready", "compiling"]
-    kernel_progress: float
-    running: int
-    waiting: int

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from slipgrasp.recordings.study.ways import HELD
-from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.addresses import API_PATH
 from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.study import Followed, StudyView
