@@ -22,7 +22,7 @@ from slipgrasp.server.dependencies import (
 from slipgrasp.server.http.conditions import entity_tag, expected_revisions, is_known
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
-from slipgrasp.server.http.paging import page_links
+from slipgrasp.server.paging import page_links
 from slipgrasp.server.preferences import Patience, PatienceDep
 from slipgrasp.server.request_keys import KeyedRequest
 from slipgrasp.server.runs.pending import PendingRun
@@ -92,7 +92,7 @@ async def create_run(
 def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> RunsPublic:
     """The saved runs that are asked for, the newest first unless told otherwise."""
     found = service.store.find(query.to_query())
-    links = page_links(request, query.offset, query.limit, found.count)
+    links = page_links(str(request.url), query.offset, query.limit, found.count)
     return RunsPublic.from_found(found, links)
 
 

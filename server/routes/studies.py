@@ -15,7 +15,7 @@ from slipgrasp.server.http.conditions import is_known
 from slipgrasp.server.http.downloads import tag_of
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
-from slipgrasp.server.http.paging import page_links
+from slipgrasp.server.paging import page_links
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
 from slipgrasp.server.studies.schemas import (
     StudiesPublic,
@@ -81,7 +81,7 @@ def list_studies(
     """The studies, the newest first."""
     found, count = service.list(query.offset, query.limit)
     data = [StudyPublic.from_status(status) for status in found]
-    links = page_links(request, query.offset, query.limit, count)
+    links = page_links(str(request.url), query.offset, query.limit, count)
     return StudiesPublic(data=data, count=count, links=links)
 
 

@@ -12,7 +12,7 @@ from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
 from slipgrasp.server.exceptions import InvalidRequestError, printable
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.paging import page_links
+from slipgrasp.server.paging import page_links
 from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.schemas import (
     ResultsQuery,
@@ -43,7 +43,7 @@ def read_study_results(
         )
     except QueryError as error:
         raise _wrong_sort(query.sort, error) from error
-    links = page_links(request, query.offset, query.limit, count)
+    links = page_links(str(request.url), query.offset, query.limit, count)
     page = StudyResultsPublic.from_page(results, rows, count, links)
     # Made text here, in a thread: a thousand rows would hold up the event loop.
     return Response(page.model_dump_json(), media_type="application/json")

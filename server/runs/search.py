@@ -22,8 +22,8 @@ from slipgrasp.recordings.store.run_query import (
     parse_sort,
 )
 from slipgrasp.server.exceptions import InvalidRequestError, printable
+from slipgrasp.server.paging import Limit, Offset
 
-MAX_PAGE = 1000
 MAX_CONDITIONS = 20
 
 Value = TypeVar("Value")
@@ -36,8 +36,8 @@ class RunsQuery(BaseModel):
     # Names there are none of are refused by `to_query`, which knows the others.
     model_config = ConfigDict(extra="allow")
 
-    limit: Annotated[int, Field(ge=1, le=MAX_PAGE, description="how many at most")] = 100
-    offset: Annotated[int, Field(ge=0, le=10**9, description="how many to skip")] = 0
+    limit: Limit = 100
+    offset: Offset = 0
     sort: Annotated[
         Text,
         Field(

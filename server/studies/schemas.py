@@ -18,15 +18,13 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_comparison import CombinationComparison
 from slipgrasp.recordings.study.results_summary import StudySummary
 from slipgrasp.server.addresses import study_path
+from slipgrasp.server.paging import Limit, Offset
 from slipgrasp.server.runs.scenarios import find_preset
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
 
-MAX_PAGE = 1000
 CHECKED_RUNS = 100
 
 Column = Annotated[str, Field(max_length=120)]
-Limit = Annotated[int, Field(ge=1, le=MAX_PAGE, description="how many at most")]
-Offset = Annotated[int, Field(ge=0, le=10**9, description="how many to skip")]
 
 
 class StudiesQuery(BaseModel):
