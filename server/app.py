@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import (
@@ -117,6 +118,16 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     add_error_handlers(app)
     add_openapi(app)
     return app
+
+
+class StoppableServer(uvicorn.Server):
+    """Sets ``app.state.stopping`` before it waits for the answers that are still going on."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Ends answers, then the application."""
+        if isinstance(self.config.app, FastAPI):
+            self.config.app.state.stopping.set()
+        await super().shutdown(sockets)
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:

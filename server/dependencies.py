@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+import asyncio
+from typing import Annotated, Any
 
 from fastapi import Depends, Header, Query, Request
-from pydantic import BaseModel, ValidationError
-from starlette.concurrency import run_in_threadpool
-from starlette.requests import ClientDisconnect
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.server.exceptions import (
-    InvalidRequestError,
-    UnreadableBodyError,
-    UnsupportedBodyError,
-)
-from slipgrasp.server.http.errors import invalid_fields
-from slipgrasp.server.http.json_body import MAX_VALUES, read_json
+from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
+from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.waiting import Patience
 from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.service import StudyService
 
-JSON_TYPE = "application/json"
-MERGE_TYPE = "application/merge-patch+json"
 MAX_STUDY_VALUES = 500_000
 
 IdempotencyKey = Annotated[
@@ -41,7 +33,16 @@ IdempotencyKey = Annotated[
 ]
 """As in the draft "The Idempotency-Key HTTP Header Field"; empty where there is none."""
 
-Body = TypeVar("Body", bound=BaseModel)
+LastEventId = Annotated[
+    str,
+    Header(
+        alias="Last-Event-ID",
+        pattern=r"^[0-9]{0,12}$",
+        description="id of the last event that was received; only what is new is sent",
+        examples=["120"],
+    ),
+]
+"""The header of that name; empty where there is none."""
 
 
 def get_settings(request: Request) -> Settings:
@@ -118,48 +119,34 @@ async def read_run_update(request: Request) -> RunUpdate:
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
-async def read_body(request: Request, kind: type[Body], types: tuple[str, ...]) -> Body:
-    """The JSON body of a request.
-
-    Args:
-        request: The request.
-        kind: What it should be.
-        types: As what it may be declared; the first is suggested.
-
-    Raises:
-        UnsupportedBodyError: If it is declared as something else than JSON.
-        UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it is something else than it should be.
-    """
-    value = await read_values(request, types, MAX_VALUES)
-    try:
-        return kind.model_validate(value)
-    except ValidationError as error:
-        known = [field.alias or name for name, field in kind.model_fields.items()]
-        raise InvalidRequestError(invalid_fields(error.errors(), known)) from error
+def get_stopping(request: Request) -> asyncio.Event:
+    """What is set once the server is to stop."""
+    stopping: asyncio.Event = request.app.state.stopping
+    return stopping
 
 
-async def read_values(request: Request, types: tuple[str, ...], max_values: int) -> Any:
-    """The JSON body of a request as plain values.
+def get_made_files(request: Request) -> MadeFiles:
+    """The files that the application that answers has made."""
+    made: MadeFiles = request.app.state.made_files
+    return made
 
-    Args:
-        request: The request.
-        types: As what it may be declared; the first is suggested.
-        max_values: How many values it may hold.
 
-    Raises:
-        UnsupportedBodyError: If it is declared as something else than JSON.
-        UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it holds what no request may hold.
-    """
-    content_type = request.headers.get("content-type", "")
-    if content_type.partition(";")[0].strip().lower() not in types:
-        raise UnsupportedBodyError(content_type, types[0])
-    try:
-        body = await request.body()
-    except ClientDisconnect as error:
-        raise UnreadableBodyError("its sender has gone") from error
-    return await run_in_threadpool(read_json, body, max_values)
+def read_patience(
+    request: Request,
+    prefer: Annotated[
+        str | None,
+        Header(
+            description="`respond-async` answers at once, `wait=10` after 10 s at most; the run "
+            "goes on meanwhile",
+            examples=["wait=10"],
+        ),
+    ] = None,
+) -> Patience:
+    """How long the client is willing to wait."""
+    settings = get_settings(request)
+    # There may be several lines, of which the parameter above is only one.
+    text = ",".join(request.headers.getlist("prefer"))
+    return Patience.from_header(text, settings.answer_within, settings.max_wait)
 
 
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
@@ -173,3 +160,6 @@ SettingsDep = Annotated[Settings, Depends(get_settings)]
 StudyServiceDep = Annotated[StudyService, Depends(get_study_service)]
 StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
 StudyBodyDep = Annotated[Any, Depends(read_study_body)]
+MadeFilesDep = Annotated[MadeFiles, Depends(get_made_files)]
+PatienceDep = Annotated[Patience, Depends(read_patience)]
+StoppingDep = Annotated[asyncio.Event, Depends(get_stopping)]

@@ -14,6 +14,9 @@ from slipgrasp.server.http.errors import problem_response
 class BodyLimit:
     """ASGI middleware: answers 413 to a body that is, or turns out to be, too large.
 
+    Starlette's ``RequestBodyLimitMiddleware`` has one limit for all paths, asks the application
+    before it looks at what is declared, and may answer in plain text and keep the connection.
+
     Args:
         app: The application behind it, which answers `BodyTooLargeError`.
         max_bytes: Largest body.

@@ -1,7 +1,9 @@
 """Files to download: known by their entity tag, whole or in part (RFC 9110, sections 13, 14).
 
 A file is opened before its answer begins, so that one that is deleted meanwhile is still
-sent to its end.
+sent to its end. Starlette's ``FileResponse`` opens it when the headers are out already, and it
+answers ranges that are malformed with 400, several with a multipart body, and those beyond the
+end without a problem document; here the first two get the whole file, as the standard allows.
 """
 
 from __future__ import annotations
@@ -9,9 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
-from hashlib import blake2b
 from os import SEEK_END
-from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
 from fastapi import Depends, Header, Request
@@ -132,7 +132,12 @@ class Download:
         if part is not None:
             headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"
         return _FileAnswer(
-            file, range(size) if part is None else part, 206 if part else 200, headers, self, asked
+            file,
+            range(size) if part is None else part,
+            206 if part else 200,
+            headers,
+            self.media_type,
+            asked.is_head,
         )
 
 
@@ -145,12 +150,12 @@ class _FileAnswer(StreamingResponse):
         part: range,
         status: int,
         headers: dict[str, str],
-        download: Download,
-        asked: Asked,
+        media_type: str,
+        is_head: bool,
     ) -> None:
         headers["Content-Length"] = str(len(part))
-        sent = range(0) if asked.is_head else part
-        super().__init__(_pieces(file, sent), status, headers, download.media_type)
+        sent = range(0) if is_head else part
+        super().__init__(_pieces(file, sent), status, headers, media_type)
         self._file = file
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -188,21 +193,6 @@ def _position(digits: str) -> int:
     """The number, or one that is beyond the end of any file as well."""
     significant = digits.lstrip("0") or "0"
     return _FAR_BEYOND_THE_END if len(significant) > 18 else int(significant)
-
-
-def tag_of(*facts: object) -> str:
-    """A strong entity tag for what these facts decide to the last byte."""
-    return f'"{blake2b(repr(facts).encode(), digest_size=12).hexdigest()}"'
-
-
-def file_tag(path: Path) -> str:
-    """The entity tag of a file that is never written in place, only replaced.
-
-    Raises:
-        FileNotFoundError: If there is none.
-    """
-    status = path.stat()
-    return tag_of(status.st_size, status.st_mtime_ns, status.st_ino)
 
 
 def download_responses(

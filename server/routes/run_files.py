@@ -16,18 +16,11 @@ from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.dependencies import RunResultDep, StoredRunDep
-from slipgrasp.server.http.downloads import (
-    BINARY,
-    Asked,
-    AskedDep,
-    Download,
-    download_responses,
-    file_tag,
-    tag_of,
-)
+from slipgrasp.server.dependencies import MadeFilesDep, RunResultDep, StoredRunDep
+from slipgrasp.server.http.conditions import file_tag, tag_of
+from slipgrasp.server.http.downloads import BINARY, Asked, AskedDep, Download, download_responses
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
+from slipgrasp.server.http.made_files import MadeFiles
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
 CSV = "text/csv"

@@ -14,16 +14,18 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import (
     EndedRunIdDep,
     IdempotencyKey,
+    PatienceDep,
     RunCreateDep,
     RunServiceDep,
     RunsQueryDep,
     RunUpdateDep,
+    StoppingDep,
 )
 from slipgrasp.server.http.conditions import entity_tag, expected_revisions, is_known
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
+from slipgrasp.server.http.waiting import Patience, wait_for
 from slipgrasp.server.paging import page_links
-from slipgrasp.server.preferences import Patience, PatienceDep
 from slipgrasp.server.request_keys import KeyedRequest
 from slipgrasp.server.runs.pending import PendingRun
 from slipgrasp.server.runs.schemas import (
@@ -34,7 +36,6 @@ from slipgrasp.server.runs.schemas import (
     RunUpdate,
 )
 from slipgrasp.server.runs.service import RunService
-from slipgrasp.server.stopping import StoppingDep, wait_for
 
 RETRY_AFTER = 1
 

@@ -11,8 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from slipgrasp.core.study.definition import MAX_RUNS
 from slipgrasp.core.study.document import StudyDocument
 from slipgrasp.server.dependencies import IdempotencyKey, SettingsDep, StudyBodyDep, StudyServiceDep
-from slipgrasp.server.http.conditions import is_known
-from slipgrasp.server.http.downloads import tag_of
+from slipgrasp.server.http.conditions import is_known, tag_of
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.paging import page_links

@@ -13,10 +13,9 @@ from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.server.dependencies import SettingsDep, StudyServiceDep
+from slipgrasp.server.dependencies import LastEventId, SettingsDep, StoppingDep, StudyServiceDep
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.events import HEARTBEAT, Event, EventStream, LastEventId
-from slipgrasp.server.stopping import StoppingDep
+from slipgrasp.server.http.events import HEARTBEAT, EventStream, encode_event
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.server.studies.schemas import StudyPublic
 
@@ -139,18 +138,18 @@ class StudyTeller:
             )
         if status.state.has_ended:
             # One more than there are runs: whoever has seen it has seen everything.
-            yield Event("end", _public(status), status.finished + 1).encode()
+            yield encode_event("end", _public(status), status.finished + 1)
         elif is_further or status.state is not self._state:
             # With its rows a run has been told of under its id already.
             is_new = is_further and self._results is None
             told = status.finished if is_new else None
-            yield Event("progress", _public(status), told).encode()
+            yield encode_event("progress", _public(status), told)
         self._seen, self._state = max(status.finished, self._seen), status.state
 
     def _next_rows(self, results: StudyResults, end: int) -> bytes:
         rows, _ = results.rows(self._seen, min(ROWS_AT_ONCE, end - self._seen))
         self._seen += len(rows)
-        return Event("rows", {"rows": rows}, self._seen).encode()
+        return encode_event("rows", {"rows": rows}, self._seen)
 
 
 def _public(status: StudyStatus) -> dict[str, Any]:

@@ -14,17 +14,11 @@ from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
-from slipgrasp.server.dependencies import StudyResultsDep, StudyServiceDep
+from slipgrasp.server.dependencies import MadeFilesDep, StudyResultsDep, StudyServiceDep
 from slipgrasp.server.exceptions import InvalidRequestError, StudyUnfinishedError, printable
-from slipgrasp.server.http.downloads import (
-    BINARY,
-    AskedDep,
-    Download,
-    download_responses,
-    file_tag,
-    tag_of,
-)
-from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
+from slipgrasp.server.http.conditions import file_tag, tag_of
+from slipgrasp.server.http.downloads import BINARY, AskedDep, Download, download_responses
+from slipgrasp.server.http.made_files import MadeFiles
 from slipgrasp.server.studies.schemas import MapQuery
 
 CSV = "text/csv"
