@@ -38,7 +38,6 @@ from slipgrasp.server.routes import (
     scenarios,
     studies,
     study_events,
-    study_files,
     study_results,
 )
 from slipgrasp.server.runs.service import RunService
@@ -156,7 +155,6 @@ def _api() -> APIRouter:
         studies,
         study_events,
         study_results,
-        study_files,
         diff,
         docs,
     ):

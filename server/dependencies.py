@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Query, Request
@@ -10,6 +11,7 @@ from fastapi import Depends, Header, Query, Request
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
 from slipgrasp.server.http.made_files import MadeFiles
 from slipgrasp.server.http.waiting import Patience
@@ -105,17 +107,17 @@ def open_study_results(study_id: str, request: Request) -> StudyResults:
 
 
 async def read_study_body(request: Request) -> Any:
-    """The body of a request for a study, as plain values; raises as `read_body`."""
+    """The body of a request for a study, as plain values."""
     return await read_values(request, (JSON_TYPE,), MAX_STUDY_VALUES)
 
 
 async def read_run_create(request: Request) -> RunCreate:
-    """The body of a request for a run; raises as `read_body`."""
+    """The body of a request for a run."""
     return await read_body(request, RunCreate, (JSON_TYPE,))
 
 
 async def read_run_update(request: Request) -> RunUpdate:
-    """The body of a request to change what is written of a run; raises as `read_body`."""
+    """The body of a request to change what is written of a run."""
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
@@ -129,6 +131,24 @@ def get_made_files(request: Request) -> MadeFiles:
     """The files that the application that answers has made."""
     made: MadeFiles = request.app.state.made_files
     return made
+
+
+def get_drawing(request: Request) -> threading.Lock:
+    """What is held while matplotlib draws: its settings are those of the whole process."""
+    drawing: threading.Lock = request.app.state.drawing
+    return drawing
+
+
+def get_event_slots(request: Request) -> EventSlots:
+    """How many streams of events of the application that answers are open."""
+    slots: EventSlots = request.app.state.event_slots
+    return slots
+
+
+def get_upload_slots(request: Request) -> asyncio.Semaphore:
+    """How many more recordings may be sent at the same time."""
+    slots: asyncio.Semaphore = request.app.state.upload_slots
+    return slots
 
 
 def read_patience(
@@ -162,4 +182,7 @@ StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
 StudyBodyDep = Annotated[Any, Depends(read_study_body)]
 MadeFilesDep = Annotated[MadeFiles, Depends(get_made_files)]
 PatienceDep = Annotated[Patience, Depends(read_patience)]
+DrawingDep = Annotated[threading.Lock, Depends(get_drawing)]
+EventSlotsDep = Annotated[EventSlots, Depends(get_event_slots)]
+UploadSlotsDep = Annotated[asyncio.Semaphore, Depends(get_upload_slots)]
 StoppingDep = Annotated[asyncio.Event, Depends(get_stopping)]

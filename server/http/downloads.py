@@ -9,10 +9,12 @@ end without a problem document; here the first two get the whole file, as the st
 from __future__ import annotations
 
 import re
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from io import TextIOWrapper
 from os import SEEK_END
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any, BinaryIO, TextIO
 
 from fastapi import Depends, Header, Request
 from starlette.concurrency import run_in_threadpool
@@ -25,6 +27,11 @@ from slipgrasp.server.http.errors import ProblemPublic, problem_response
 
 PIECE_BYTES = 1 << 18
 BINARY = "application/octet-stream"
+CSV = "text/csv"
+JSON = "application/json"
+PARQUET = "application/vnd.apache.parquet"
+PNG = "image/png"
+SVG = "image/svg+xml"
 BINARY_SCHEMA = {"type": "string", "format": "binary"}
 
 _RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
@@ -193,6 +200,14 @@ def _position(digits: str) -> int:
     """The number, or one that is beyond the end of any file as well."""
     significant = digits.lstrip("0") or "0"
     return _FAR_BEYOND_THE_END if len(significant) > 18 else int(significant)
+
+
+@contextmanager
+def as_text(stream: BinaryIO) -> Iterator[TextIO]:
+    """Within it a binary stream takes text; it stays open."""
+    text = TextIOWrapper(stream, encoding="utf-8", newline="")
+    yield text
+    text.detach()
 
 
 def download_responses(

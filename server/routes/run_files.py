@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from functools import partial
 from typing import Annotated, BinaryIO
@@ -18,13 +17,19 @@ from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import MadeFilesDep, RunResultDep, StoredRunDep
 from slipgrasp.server.http.conditions import file_tag, tag_of
-from slipgrasp.server.http.downloads import BINARY, Asked, AskedDep, Download, download_responses
+from slipgrasp.server.http.downloads import (
+    BINARY,
+    CSV,
+    PARQUET,
+    Asked,
+    AskedDep,
+    Download,
+    as_text,
+    download_responses,
+)
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.made_files import MadeFiles
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
-
-CSV = "text/csv"
-PARQUET = "application/vnd.apache.parquet"
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -138,6 +143,5 @@ def _table(
 
 
 def _write_csv(result: RunResult, stream: BinaryIO) -> None:
-    text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
-    write_csv(result, text)
-    text.detach()
+    with as_text(stream) as text:
+        write_csv(result, text)

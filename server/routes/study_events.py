@@ -9,11 +9,17 @@ from functools import partial
 from typing import Annotated, Any
 
 from anyio import CapacityLimiter, to_thread
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Query, Response
 from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.server.dependencies import LastEventId, SettingsDep, StoppingDep, StudyServiceDep
+from slipgrasp.server.dependencies import (
+    EventSlotsDep,
+    LastEventId,
+    SettingsDep,
+    StoppingDep,
+    StudyServiceDep,
+)
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.events import HEARTBEAT, EventStream, encode_event
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
@@ -44,7 +50,7 @@ async def stream_study_events(
     service: StudyServiceDep,
     settings: SettingsDep,
     stopping: StoppingDep,
-    request: Request,
+    slots: EventSlotsDep,
     rows: Annotated[bool, Query(description="tell the new rows of the results too")] = False,
     last_event_id: LastEventId = "",
 ) -> Response:
@@ -62,7 +68,6 @@ async def stream_study_events(
     if seen is not None:
         # What nobody can have been told of is still to come.
         seen = min(seen, status.finished)
-    slots = request.app.state.event_slots
     slots.check()
     results = None
     if rows:

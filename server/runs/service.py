@@ -157,7 +157,8 @@ class RunService:
 
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
-            ServiceBusyError, StorageFullError: As `submit`.
+            ServiceBusyError: If too many runs are waiting.
+            StorageFullError: If there is no room for another.
         """
         with self._keys_lock:
             digest, run_id = self._keys.find(request.key) or ("", "")
@@ -201,9 +202,11 @@ class RunService:
         return self.store.get(run_id)
 
     def open(self, run_id: str) -> RunResult:
-        """Reads a run back; raises as `get`.
+        """Reads a run back.
 
         Raises:
+            RunUnfinishedError: If it has not ended.
+            RecordingNotFoundError: If there is none.
             RecordingError: If its file is damaged.
         """
         return read_recording(self.get(run_id).path)
