@@ -12,6 +12,7 @@ from contextlib import (
     closing,
     nullcontext,
 )
+from functools import partial
 
 import uvicorn
 from fastapi import APIRouter, FastAPI
@@ -26,7 +27,7 @@ from slipgrasp.server.http.access import AccessGuard
 from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.errors import add_error_handlers
 from slipgrasp.server.http.events import EventSlots
-from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.openapi import add_openapi, operation_id
 from slipgrasp.server.routes import (
     diff,
@@ -61,33 +62,6 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     Returns:
         The application with the REST interface below ``/api/v1``.
     """
-
-    @asynccontextmanager
-    async def live(app: FastAPI) -> AsyncIterator[None]:
-        store = RecordingStore(settings.data_directory, settings.storage_limits)
-        store.prepare()
-        lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
-        with lock, closing(store):
-            store.discard_unfinished_uploads()
-            service = RunService(store, settings)
-            app.state.run_service = service
-            app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
-            app.state.made_files = MadeFiles()
-            service.start()
-            studies_kept = StudyStore(settings.data_directory, store)
-            study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
-            app.state.study_service = study_service
-            app.state.event_slots = EventSlots(settings.max_event_streams)
-            app.state.drawing = threading.Lock()
-            study_service.start()
-            try:
-                async with lifespan(app) if lifespan else nullcontext():
-                    yield
-            finally:
-                await run_in_threadpool(study_service.close)
-                await run_in_threadpool(service.close)
-                app.state.made_files.close()
-
     app = FastAPI(
         title="slipgrasp",
         version=program_version(),
@@ -97,7 +71,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         openapi_url=f"{API_PATH}/openapi.json",
         redirect_slashes=False,
         generate_unique_id_function=operation_id,
-        lifespan=live,
+        lifespan=partial(_live, settings, lifespan),
         middleware=[
             Middleware(AccessGuard),
             Middleware(
@@ -117,6 +91,34 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     add_error_handlers(app)
     add_openapi(app)
     return app
+
+
+@asynccontextmanager
+async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> AsyncIterator[None]:
+    """The services, from first to last, and what else lives as long as they."""
+    store = RecordingStore(settings.data_directory, settings.storage_limits)
+    store.prepare()
+    lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
+    with lock, closing(store):
+        store.discard_unfinished_uploads()
+        service = RunService(store, settings)
+        app.state.run_service = service
+        app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
+        app.state.file_cache = FileCache()
+        service.start()
+        studies_kept = StudyStore(settings.data_directory, store)
+        study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
+        app.state.study_service = study_service
+        app.state.event_slots = EventSlots(settings.max_event_streams)
+        app.state.drawing = threading.Lock()
+        study_service.start()
+        try:
+            async with lifespan(app) if lifespan else nullcontext():
+                yield
+        finally:
+            await run_in_threadpool(study_service.close)
+            await run_in_threadpool(service.close)
+            app.state.file_cache.close()
 
 
 class StoppableServer(uvicorn.Server):

@@ -11,10 +11,11 @@ from fastapi import Depends, Header, Query, Request
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.server.http.downloads import DownloadRequest
 from slipgrasp.server.http.events import EventSlots
+from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
-from slipgrasp.server.http.made_files import MadeFiles
-from slipgrasp.server.http.waiting import Patience
+from slipgrasp.server.http.waiting import WaitPreference
 from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
@@ -127,10 +128,10 @@ def get_stopping(request: Request) -> asyncio.Event:
     return stopping
 
 
-def get_made_files(request: Request) -> MadeFiles:
-    """The files that the application that answers has made."""
-    made: MadeFiles = request.app.state.made_files
-    return made
+def get_file_cache(request: Request) -> FileCache:
+    """The files that the application that answers has made and keeps."""
+    cache: FileCache = request.app.state.file_cache
+    return cache
 
 
 def get_drawing(request: Request) -> threading.Lock:
@@ -151,7 +152,7 @@ def get_upload_slots(request: Request) -> asyncio.Semaphore:
     return slots
 
 
-def read_patience(
+def read_wait_preference(
     request: Request,
     prefer: Annotated[
         str | None,
@@ -161,12 +162,42 @@ def read_patience(
             examples=["wait=10"],
         ),
     ] = None,
-) -> Patience:
+) -> WaitPreference:
     """How long the client is willing to wait."""
     settings = get_settings(request)
     # There may be several lines, of which the parameter above is only one.
     text = ",".join(request.headers.getlist("prefer"))
-    return Patience.from_header(text, settings.answer_within, settings.max_wait)
+    return WaitPreference.from_header(text, settings.answer_within, settings.max_wait)
+
+
+def read_download_request(
+    request: Request,
+    range_: Annotated[
+        str | None,
+        Header(
+            alias="Range",
+            description="which bytes; one range, otherwise the whole file is sent",
+            examples=["bytes=0-1023"],
+        ),
+    ] = None,
+    if_range: Annotated[
+        str | None, Header(description="send the part only if the `ETag` is still this one")
+    ] = None,
+    if_match: Annotated[
+        str | None, Header(description="answer 412 if the `ETag` is another one")
+    ] = None,
+    if_none_match: Annotated[
+        str | None, Header(description="answer 304 if the `ETag` is still this one")
+    ] = None,
+) -> DownloadRequest:
+    """What of a file the client asks for."""
+    return DownloadRequest(
+        is_head=request.method == "HEAD",
+        range=range_,
+        if_range=if_range,
+        if_match=if_match,
+        if_none_match=if_none_match,
+    )
 
 
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
@@ -180,8 +211,9 @@ SettingsDep = Annotated[Settings, Depends(get_settings)]
 StudyServiceDep = Annotated[StudyService, Depends(get_study_service)]
 StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
 StudyBodyDep = Annotated[Any, Depends(read_study_body)]
-MadeFilesDep = Annotated[MadeFiles, Depends(get_made_files)]
-PatienceDep = Annotated[Patience, Depends(read_patience)]
+FileCacheDep = Annotated[FileCache, Depends(get_file_cache)]
+WaitPreferenceDep = Annotated[WaitPreference, Depends(read_wait_preference)]
+DownloadRequestDep = Annotated[DownloadRequest, Depends(read_download_request)]
 DrawingDep = Annotated[threading.Lock, Depends(get_drawing)]
 EventSlotsDep = Annotated[EventSlots, Depends(get_event_slots)]
 UploadSlotsDep = Annotated[asyncio.Semaphore, Depends(get_upload_slots)]

@@ -14,9 +14,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from io import TextIOWrapper
 from os import SEEK_END
-from typing import Annotated, Any, BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
 
-from fastapi import Depends, Header, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
@@ -39,7 +38,7 @@ _FAR_BEYOND_THE_END = 10**18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Asked:
+class DownloadRequest:
     """What of a file a client asks for; each header None where it was not sent.
 
     Attributes:
@@ -61,38 +60,6 @@ class Asked:
         return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
 
 
-def _read_asked(
-    request: Request,
-    range_: Annotated[
-        str | None,
-        Header(
-            alias="Range",
-            description="which bytes; one range, otherwise the whole file is sent",
-            examples=["bytes=0-1023"],
-        ),
-    ] = None,
-    if_range: Annotated[
-        str | None, Header(description="send the part only if the `ETag` is still this one")
-    ] = None,
-    if_match: Annotated[
-        str | None, Header(description="answer 412 if the `ETag` is another one")
-    ] = None,
-    if_none_match: Annotated[
-        str | None, Header(description="answer 304 if the `ETag` is still this one")
-    ] = None,
-) -> Asked:
-    return Asked(
-        is_head=request.method == "HEAD",
-        range=range_,
-        if_range=if_range,
-        if_match=if_match,
-        if_none_match=if_none_match,
-    )
-
-
-AskedDep = Annotated[Asked, Depends(_read_asked)]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Download:
     """A file that can be downloaded.
@@ -109,7 +76,7 @@ class Download:
     media_type: str
     open: Callable[[], BinaryIO]
 
-    def answer(self, asked: Asked) -> Response:
+    def answer(self, asked: DownloadRequest) -> Response:
         """The file, a part of it, or why not; it may take as long as `open` does.
 
         Args:

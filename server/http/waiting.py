@@ -13,7 +13,7 @@ _ASYNC = "respond-async"
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
+class WaitPreference:
     """How long to wait.
 
     Attributes:
@@ -48,7 +48,7 @@ class Patience:
         return {"Preference-Applied": ", ".join(self.applied)} if self.applied else {}
 
 
-async def wait_for(future: Future[Any], seconds: float, stopping: asyncio.Event) -> None:
+async def wait_until_done(future: Future[Any], seconds: float, stopping: asyncio.Event) -> None:
     """Waits until something has ended, for some time at most, and not beyond the server's life.
 
     Args:

@@ -15,20 +15,24 @@ from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.export import write_csv, write_npz, write_parquet
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.dependencies import MadeFilesDep, RunResultDep, StoredRunDep
+from slipgrasp.server.dependencies import (
+    DownloadRequestDep,
+    FileCacheDep,
+    RunResultDep,
+    StoredRunDep,
+)
 from slipgrasp.server.http.conditions import file_tag, tag_of
 from slipgrasp.server.http.downloads import (
     BINARY,
     CSV,
     PARQUET,
-    Asked,
-    AskedDep,
     Download,
+    DownloadRequest,
     as_text,
     download_responses,
 )
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
 router = APIRouter(prefix="/runs", tags=["runs"])
@@ -72,7 +76,7 @@ def read_signals(
     response_class=Response,
     responses=download_responses(BINARY, problems=(404, 409)),
 )
-def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
+def read_recording_file(stored: StoredRunDep, asked: DownloadRequestDep) -> Response:
     """The MCAP file, whole or a part of it."""
     try:
         tag, file = file_tag(stored.path), stored.path.open
@@ -89,9 +93,11 @@ def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
     response_class=Response,
     responses=download_responses(CSV, problems=_TABLE_PROBLEMS),
 )
-def read_signals_as_csv(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
+def read_signals_as_csv(
+    stored: StoredRunDep, asked: DownloadRequestDep, cache: FileCacheDep
+) -> Response:
     """The table that ``slipgrasp export`` writes."""
-    return _table(stored, asked, made, "csv", CSV, _write_csv)
+    return _table(stored, asked, cache, "csv", CSV, _write_csv)
 
 
 @router.head("/{run_id}/signals.parquet", include_in_schema=False)
@@ -100,9 +106,11 @@ def read_signals_as_csv(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDe
     response_class=Response,
     responses=download_responses(PARQUET, problems=_TABLE_PROBLEMS),
 )
-def read_signals_as_parquet(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
+def read_signals_as_parquet(
+    stored: StoredRunDep, asked: DownloadRequestDep, cache: FileCacheDep
+) -> Response:
     """All columns with their units, and the scenario, as a Parquet table."""
-    return _table(stored, asked, made, "parquet", PARQUET, write_parquet)
+    return _table(stored, asked, cache, "parquet", PARQUET, write_parquet)
 
 
 @router.head("/{run_id}/signals.npz", include_in_schema=False)
@@ -111,15 +119,17 @@ def read_signals_as_parquet(stored: StoredRunDep, asked: AskedDep, made: MadeFil
     response_class=Response,
     responses=download_responses(BINARY, problems=_TABLE_PROBLEMS),
 )
-def read_signals_as_npz(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
+def read_signals_as_npz(
+    stored: StoredRunDep, asked: DownloadRequestDep, cache: FileCacheDep
+) -> Response:
     """All columns as NumPy arrays, and the scenario as JSON."""
-    return _table(stored, asked, made, "npz", BINARY, write_npz)
+    return _table(stored, asked, cache, "npz", BINARY, write_npz)
 
 
 def _table(
     stored: StoredRun,
-    asked: Asked,
-    made: MadeFiles,
+    asked: DownloadRequest,
+    cache: FileCache,
     suffix: str,
     media_type: str,
     write: Callable[[RunResult, BinaryIO], None],
@@ -137,7 +147,7 @@ def _table(
         tag=tag,
         name=stored.file_name(suffix),
         media_type=media_type,
-        open=lambda: made.open(tag, make),
+        open=lambda: cache.open(tag, make),
     )
     return download.answer(asked)
 

@@ -72,8 +72,8 @@ async def stream_study_events(
     results = None
     if rows:
         results = live.results if live else await run_in_threadpool(service.results, study_id)
-    teller = StudyTeller(look, results, seen, settings.event_heartbeat, slots.makers)
-    return EventStream(teller.pieces(partial(_pause, stopping)), slots)
+    events = StudyEvents(look, results, seen, settings.event_heartbeat, slots.makers)
+    return EventStream(events.pieces(partial(_pause, stopping)), slots)
 
 
 async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
@@ -85,7 +85,7 @@ async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
         return False
 
 
-class StudyTeller:
+class StudyEvents:
     """Tells one client of a study until it has ended.
 
     The id of an event is the number of runs that were done, so that a client that lost its

@@ -14,7 +14,13 @@ from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import QueryError, RecordingError
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.varied import choose_axes, numeric_keys
-from slipgrasp.server.dependencies import DrawingDep, MadeFilesDep, StudyResultsDep, StudyServiceDep
+from slipgrasp.server.dependencies import (
+    DownloadRequestDep,
+    DrawingDep,
+    FileCacheDep,
+    StudyResultsDep,
+    StudyServiceDep,
+)
 from slipgrasp.server.exceptions import InvalidRequestError, StudyUnfinishedError, printable
 from slipgrasp.server.http.conditions import file_tag, tag_of
 from slipgrasp.server.http.downloads import (
@@ -24,13 +30,12 @@ from slipgrasp.server.http.downloads import (
     PARQUET,
     PNG,
     SVG,
-    AskedDep,
     Download,
     as_text,
     download_responses,
 )
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.paging import page_links
 from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.schemas import (
@@ -123,10 +128,10 @@ def record_study_run(
     responses=download_responses(CSV, problems=_PROBLEMS),
 )
 def read_study_results_as_csv(
-    study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
+    study_id: str, results: StudyResultsDep, asked: DownloadRequestDep, cache: FileCacheDep
 ) -> Response:
     """One row per run that is done; numbers with all their digits."""
-    return _table(made, study_id, results, "csv", CSV, _encoded(results.write_csv)).answer(asked)
+    return _table(cache, study_id, results, "csv", CSV, _utf8(results.write_csv)).answer(asked)
 
 
 @router.head("/results.json", include_in_schema=False)
@@ -136,10 +141,10 @@ def read_study_results_as_csv(
     responses=download_responses(JSON, problems=_PROBLEMS),
 )
 def read_study_results_as_json(
-    study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
+    study_id: str, results: StudyResultsDep, asked: DownloadRequestDep, cache: FileCacheDep
 ) -> Response:
     """The rows of all runs that are done, with the units of their columns."""
-    return _table(made, study_id, results, "json", JSON, _encoded(results.write_json)).answer(asked)
+    return _table(cache, study_id, results, "json", JSON, _utf8(results.write_json)).answer(asked)
 
 
 @router.head("/results.parquet", include_in_schema=False)
@@ -149,10 +154,10 @@ def read_study_results_as_json(
     responses=download_responses(PARQUET, problems=_PROBLEMS),
 )
 def read_study_results_as_parquet(
-    study_id: str, results: StudyResultsDep, asked: AskedDep, made: MadeFilesDep
+    study_id: str, results: StudyResultsDep, asked: DownloadRequestDep, cache: FileCacheDep
 ) -> Response:
     """All rows that are done as a table with units; its metadata has the study itself."""
-    return _table(made, study_id, results, "parquet", PARQUET, results.write_parquet).answer(asked)
+    return _table(cache, study_id, results, "parquet", PARQUET, results.write_parquet).answer(asked)
 
 
 @router.head("/map.svg", include_in_schema=False)
@@ -164,11 +169,11 @@ def draw_study_map_as_svg(
     results: StudyResultsDep,
     query: Annotated[MapQuery, Query()],
     drawing: DrawingDep,
-    asked: AskedDep,
-    made: MadeFilesDep,
+    asked: DownloadRequestDep,
+    cache: FileCacheDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two of the varied parameters."""
-    return _map(study_id, results, query, drawing, made, "svg").answer(asked)
+    return _map(study_id, results, query, drawing, cache, "svg").answer(asked)
 
 
 @router.head("/map.png", include_in_schema=False)
@@ -180,11 +185,11 @@ def draw_study_map_as_png(
     results: StudyResultsDep,
     query: Annotated[MapQuery, Query()],
     drawing: DrawingDep,
-    asked: AskedDep,
-    made: MadeFilesDep,
+    asked: DownloadRequestDep,
+    cache: FileCacheDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two varied parameters, in pixels."""
-    return _map(study_id, results, query, drawing, made, "png").answer(asked)
+    return _map(study_id, results, query, drawing, cache, "png").answer(asked)
 
 
 @router.head("/recording", include_in_schema=False)
@@ -193,7 +198,7 @@ def draw_study_map_as_png(
     response_class=Response,
     responses=download_responses(BINARY, problems=(404, 409, 422)),
 )
-def read_study_file(study_id: str, service: StudyServiceDep, asked: AskedDep) -> Response:
+def read_study_file(study_id: str, service: StudyServiceDep, asked: DownloadRequestDep) -> Response:
     """The MCAP file of a study that has ended: its base, its variation, and all rows."""
     if finding := service.status(study_id).stored.finding:
         raise RecordingError(finding)
@@ -207,7 +212,7 @@ def read_study_file(study_id: str, service: StudyServiceDep, asked: AskedDep) ->
         raise StudyUnfinishedError(study_id) from None
 
 
-def _encoded(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], None]:
+def _utf8(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], None]:
     def write_bytes(stream: BinaryIO, num_rows: int) -> None:
         with as_text(stream) as text:
             write(text, num_rows)
@@ -216,7 +221,7 @@ def _encoded(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], 
 
 
 def _table(
-    made: MadeFiles,
+    cache: FileCache,
     study_id: str,
     results: StudyResults,
     ending: str,
@@ -230,7 +235,7 @@ def _table(
         tag=tag,
         name=f"{study_id}.{ending}",
         media_type=media_type,
-        open=lambda: made.open(tag, lambda stream: write(stream, count)),
+        open=lambda: cache.open(tag, lambda stream: write(stream, count)),
     )
 
 
@@ -239,7 +244,7 @@ def _map(
     results: StudyResults,
     query: MapQuery,
     drawing: threading.Lock,
-    made: MadeFiles,
+    cache: FileCache,
     ending: Literal["svg", "png"],
 ) -> Download:
     x, y = _axes_of_map(results, query)
@@ -258,7 +263,7 @@ def _map(
         tag=tag,
         name=f"{study_id}.{ending}",
         media_type=SVG if ending == "svg" else PNG,
-        open=lambda: made.open(tag, draw),
+        open=lambda: cache.open(tag, draw),
     )
 
 

@@ -16,7 +16,7 @@ from slipgrasp.recordings.exceptions import RecordingWriteError
 MAX_BYTES = 500_000_000
 
 
-class MadeFiles:
+class FileCache:
     """Keeps the files made last, so that one that is read range by range is made once.
 
     Args:
