@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import (
@@ -11,6 +12,7 @@ from contextlib import (
     closing,
     nullcontext,
 )
+from functools import partial
 
 import uvicorn
 from fastapi import APIRouter, FastAPI
@@ -20,29 +22,29 @@ from starlette.middleware import Middleware
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.server.addresses import API_PATH, ESTIMATE_PATH, STUDIES_PATH, UPLOAD_PATH
 from slipgrasp.server.http.access import AccessGuard
 from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.errors import add_error_handlers
 from slipgrasp.server.http.events import EventSlots
-from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.openapi import add_openapi, operation_id
 from slipgrasp.server.routes import (
     diff,
     docs,
     health,
     recordings,
+    run_files,
     runs,
     scenarios,
     studies,
-    study_files,
+    study_events,
     study_results,
-    tables,
 )
-from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.service_lock import service_lock
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.service import StudyService
 
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
@@ -60,33 +62,6 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     Returns:
         The application with the REST interface below ``/api/v1``.
     """
-
-    @asynccontextmanager
-    async def live(app: FastAPI) -> AsyncIterator[None]:
-        store = RecordingStore(settings.data_directory, settings.storage_limits)
-        store.prepare()
-        lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
-        with lock, closing(store):
-            store.discard_unfinished_uploads()
-            service = RunService(store, settings)
-            app.state.run_service = service
-            app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
-            app.state.made_files = MadeFiles()
-            service.start()
-            studies_kept = StudyStore(settings.data_directory, store)
-            study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
-            app.state.study_service = study_service
-            app.state.event_slots = EventSlots(settings.max_event_streams)
-            app.state.drawing = threading.Lock()
-            study_service.start()
-            try:
-                async with lifespan(app) if lifespan else nullcontext():
-                    yield
-            finally:
-                await run_in_threadpool(study_service.close)
-                await run_in_threadpool(service.close)
-                app.state.made_files.close()
-
     app = FastAPI(
         title="slipgrasp",
         version=program_version(),
@@ -96,15 +71,16 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         openapi_url=f"{API_PATH}/openapi.json",
         redirect_slashes=False,
         generate_unique_id_function=operation_id,
-        lifespan=live,
+        lifespan=partial(_live, settings, lifespan),
         middleware=[
             Middleware(AccessGuard),
             Middleware(
                 BodyLimit,
                 max_bytes=settings.max_body_bytes,
                 larger={
-                    recordings.UPLOAD_PATH: settings.max_upload_bytes,
-                    **dict.fromkeys(studies.BODY_PATHS, settings.max_study_body_bytes),
+                    UPLOAD_PATH: settings.max_upload_bytes,
+                    STUDIES_PATH: settings.max_study_body_bytes,
+                    ESTIMATE_PATH: settings.max_study_body_bytes,
                 },
             ),
         ],
@@ -115,6 +91,44 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     add_error_handlers(app)
     add_openapi(app)
     return app
+
+
+@asynccontextmanager
+async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> AsyncIterator[None]:
+    """The services, from first to last, and what else lives as long as they."""
+    store = RecordingStore(settings.data_directory, settings.storage_limits)
+    store.prepare()
+    lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
+    with lock, closing(store):
+        store.discard_unfinished_uploads()
+        service = RunService(store, settings)
+        app.state.run_service = service
+        app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
+        app.state.file_cache = FileCache()
+        service.start()
+        studies_kept = StudyStore(settings.data_directory, store)
+        study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
+        app.state.study_service = study_service
+        app.state.event_slots = EventSlots(settings.max_event_streams)
+        app.state.drawing = threading.Lock()
+        study_service.start()
+        try:
+            async with lifespan(app) if lifespan else nullcontext():
+                yield
+        finally:
+            await run_in_threadpool(study_service.close)
+            await run_in_threadpool(service.close)
+            app.state.file_cache.close()
+
+
+class StoppableServer(uvicorn.Server):
+    """Sets ``app.state.stopping`` before it waits for the answers that are still going on."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Ends answers, then the application."""
+        if isinstance(self.config.app, FastAPI):
+            self.config.app.state.stopping.set()
+        await super().shutdown(sockets)
 
 
 def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
@@ -139,10 +153,10 @@ def _api() -> APIRouter:
         scenarios,
         runs,
         recordings,
-        tables,
+        run_files,
         studies,
+        study_events,
         study_results,
-        study_files,
         diff,
         docs,
     ):

@@ -2,35 +2,50 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+import asyncio
+import threading
+from typing import Annotated, Any
 
-from fastapi import Depends, Query, Request
-from pydantic import BaseModel, ValidationError
-from starlette.concurrency import run_in_threadpool
-from starlette.requests import ClientDisconnect
+from fastapi import Depends, Header, Query, Request
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.server.http.errors import (
-    InvalidRequestError,
-    UnreadableBodyError,
-    UnsupportedBodyError,
-    invalid_fields,
-)
-from slipgrasp.server.http.json_body import MAX_VALUES, read_json
-from slipgrasp.server.runs.run_request import RunCreate
-from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.runs.run_update import RunUpdate
-from slipgrasp.server.runs.runs_query import RunsQuery
+from slipgrasp.server.http.downloads import DownloadRequest
+from slipgrasp.server.http.events import EventSlots
+from slipgrasp.server.http.file_cache import FileCache
+from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
+from slipgrasp.server.http.waiting import WaitPreference
+from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
+from slipgrasp.server.runs.search import RunsQuery
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.service import StudyService
 
-JSON_TYPE = "application/json"
-MERGE_TYPE = "application/merge-patch+json"
 MAX_STUDY_VALUES = 500_000
 
-Body = TypeVar("Body", bound=BaseModel)
+IdempotencyKey = Annotated[
+    str,
+    Header(
+        max_length=200,
+        pattern=r"^[ -~]*$",
+        description="Any text of your own, such as a UUID: sent again with the same key and body, "
+        "the request gives what it gave before, and nothing is made twice.",
+        examples=["5f0c8f6e-6c1b-4d0e-9f57-3f6f0f1c2a4b"],
+    ),
+]
+"""As in the draft "The Idempotency-Key HTTP Header Field"; empty where there is none."""
+
+LastEventId = Annotated[
+    str,
+    Header(
+        alias="Last-Event-ID",
+        pattern=r"^[0-9]{0,12}$",
+        description="id of the last event that was received; only what is new is sent",
+        examples=["120"],
+    ),
+]
+"""The header of that name; empty where there is none."""
 
 
 def get_settings(request: Request) -> Settings:
@@ -93,62 +108,96 @@ def open_study_results(study_id: str, request: Request) -> StudyResults:
 
 
 async def read_study_body(request: Request) -> Any:
-    """The body of a request for a study, as plain values; raises as `read_body`."""
+    """The body of a request for a study, as plain values."""
     return await read_values(request, (JSON_TYPE,), MAX_STUDY_VALUES)
 
 
 async def read_run_create(request: Request) -> RunCreate:
-    """The body of a request for a run; raises as `read_body`."""
+    """The body of a request for a run."""
     return await read_body(request, RunCreate, (JSON_TYPE,))
 
 
 async def read_run_update(request: Request) -> RunUpdate:
-    """The body of a request to change what is written of a run; raises as `read_body`."""
+    """The body of a request to change what is written of a run."""
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
-async def read_body(request: Request, kind: type[Body], types: tuple[str, ...]) -> Body:
-    """The JSON body of a request.
-
-    Args:
-        request: The request.
-        kind: What it should be.
-        types: As what it may be declared; the first is suggested.
-
-    Raises:
-        UnsupportedBodyError: If it is declared as something else than JSON.
-        UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it is something else than it should be.
-    """
-    value = await read_values(request, types, MAX_VALUES)
-    try:
-        return kind.model_validate(value)
-    except ValidationError as error:
-        known = [field.alias or name for name, field in kind.model_fields.items()]
-        raise InvalidRequestError(invalid_fields(error.errors(), known)) from error
+def get_stopping(request: Request) -> asyncio.Event:
+    """What is set once the server is to stop."""
+    stopping: asyncio.Event = request.app.state.stopping
+    return stopping
 
 
-async def read_values(request: Request, types: tuple[str, ...], max_values: int) -> Any:
-    """The JSON body of a request as plain values.
+def get_file_cache(request: Request) -> FileCache:
+    """The files that the application that answers has made and keeps."""
+    cache: FileCache = request.app.state.file_cache
+    return cache
 
-    Args:
-        request: The request.
-        types: As what it may be declared; the first is suggested.
-        max_values: How many values it may hold.
 
-    Raises:
-        UnsupportedBodyError: If it is declared as something else than JSON.
-        UnreadableBodyError: If it is not JSON.
-        InvalidRequestError: If it holds what no request may hold.
-    """
-    content_type = request.headers.get("content-type", "")
-    if content_type.partition(";")[0].strip().lower() not in types:
-        raise UnsupportedBodyError(content_type, types[0])
-    try:
-        body = await request.body()
-    except ClientDisconnect as error:
-        raise UnreadableBodyError("its sender has gone") from error
-    return await run_in_threadpool(read_json, body, max_values)
+def get_drawing(request: Request) -> threading.Lock:
+    """What is held while matplotlib draws: its settings are those of the whole process."""
+    drawing: threading.Lock = request.app.state.drawing
+    return drawing
+
+
+def get_event_slots(request: Request) -> EventSlots:
+    """How many streams of events of the application that answers are open."""
+    slots: EventSlots = request.app.state.event_slots
+    return slots
+
+
+def get_upload_slots(request: Request) -> asyncio.Semaphore:
+    """How many more recordings may be sent at the same time."""
+    slots: asyncio.Semaphore = request.app.state.upload_slots
+    return slots
+
+
+def read_wait_preference(
+    request: Request,
+    prefer: Annotated[
+        str | None,
+        Header(
+            description="`respond-async` answers at once, `wait=10` after 10 s at most; the run "
+            "goes on meanwhile",
+            examples=["wait=10"],
+        ),
+    ] = None,
+) -> WaitPreference:
+    """How long the client is willing to wait."""
+    settings = get_settings(request)
+    # There may be several lines, of which the parameter above is only one.
+    text = ",".join(request.headers.getlist("prefer"))
+    return WaitPreference.from_header(text, settings.answer_within, settings.max_wait)
+
+
+def read_download_request(
+    request: Request,
+    range_: Annotated[
+        str | None,
+        Header(
+            alias="Range",
+            description="which bytes; one range, otherwise the whole file is sent",
+            examples=["bytes=0-1023"],
+        ),
+    ] = None,
+    if_range: Annotated[
+        str | None, Header(description="send the part only if the `ETag` is still this one")
+    ] = None,
+    if_match: Annotated[
+        str | None, Header(description="answer 412 if the `ETag` is another one")
+    ] = None,
+    if_none_match: Annotated[
+        str | None, Header(description="answer 304 if the `ETag` is still this one")
+    ] = None,
+) -> DownloadRequest:
+    """What of a file the client asks for."""
+    return DownloadRequest(
+        is_head=request.method == "HEAD",
+        range=range_,
+        if_range=if_range,
+        if_match=if_match,
+        if_none_match=if_none_match,
+    )
 
 
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
@@ -162,3 +211,10 @@ SettingsDep = Annotated[Settings, Depends(get_settings)]
 StudyServiceDep = Annotated[StudyService, Depends(get_study_service)]
 StudyResultsDep = Annotated[StudyResults, Depends(open_study_results)]
 StudyBodyDep = Annotated[Any, Depends(read_study_body)]
+FileCacheDep = Annotated[FileCache, Depends(get_file_cache)]
+WaitPreferenceDep = Annotated[WaitPreference, Depends(read_wait_preference)]
+DownloadRequestDep = Annotated[DownloadRequest, Depends(read_download_request)]
+DrawingDep = Annotated[threading.Lock, Depends(get_drawing)]
+EventSlotsDep = Annotated[EventSlots, Depends(get_event_slots)]
+UploadSlotsDep = Annotated[asyncio.Semaphore, Depends(get_upload_slots)]
+StoppingDep = Annotated[asyncio.Event, Depends(get_stopping)]

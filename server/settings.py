@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.server.exceptions import SettingsError
 
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
-
-
-class SettingsError(SlipgraspError):
-    """A server that must not be started as asked."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.server.app import create_app
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.viewer.viewer_relay import add_viewer_routes
+from slipgrasp.server.viewer.relay import add_viewer_routes
 from slipgrasp.web.dashboard import Dashboard
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.page.head import head_html

@@ -8,9 +8,9 @@ import warnings
 import numpy as np
 import viser
 
-from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.studies.study_service import StudyService
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.runs.service import RunService
+from slipgrasp.server.studies.service import StudyService
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.camera import FIELD_OF_VIEW, Picture, frame_box
 from slipgrasp.web.model.pacing import FramePacer
 from slipgrasp.web.model.replay import Source

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.runs.service import RunService
+from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.pacing import FramePacer
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.workers.saved_runs import SavedRuns

@@ -7,11 +7,15 @@ from collections.abc import Mapping
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from slipgrasp.server.http.errors import BodyTooLargeError, problem_response
+from slipgrasp.server.exceptions import BodyTooLargeError
+from slipgrasp.server.http.errors import problem_response
 
 
 class BodyLimit:
     """ASGI middleware: answers 413 to a body that is, or turns out to be, too large.
+
+    Starlette's ``RequestBodyLimitMiddleware`` has one limit for all paths, asks the application
+    before it looks at what is declared, and may answer in plain text and keep the connection.
 
     Args:
         app: The application behind it, which answers `BodyTooLargeError`.

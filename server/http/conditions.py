@@ -3,10 +3,27 @@
 from __future__ import annotations
 
 import re
+from hashlib import blake2b
+from pathlib import Path
 
 from slipgrasp.recordings.store.stored_run import StoredRun
 
 _TAG = re.compile(r'(W/)?"([^"]*)"')
+
+
+def tag_of(*facts: object) -> str:
+    """A strong entity tag for what these facts decide to the last byte."""
+    return f'"{blake2b(repr(facts).encode(), digest_size=12).hexdigest()}"'
+
+
+def file_tag(path: Path) -> str:
+    """The entity tag of a file that is never written in place, only replaced.
+
+    Raises:
+        FileNotFoundError: If there is none.
+    """
+    status = path.stat()
+    return tag_of(status.st_size, status.st_mtime_ns, status.st_ino)
 
 
 def entity_tag(stored: StoredRun) -> str:

@@ -1,30 +1,36 @@
 """Files to download: known by their entity tag, whole or in part (RFC 9110, sections 13, 14).
 
 A file is opened before its answer begins, so that one that is deleted meanwhile is still
-sent to its end.
+sent to its end. Starlette's ``FileResponse`` opens it when the headers are out already, and it
+answers ranges that are malformed with 400, several with a multipart body, and those beyond the
+end without a problem document; here the first two get the whole file, as the standard allows.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from hashlib import blake2b
+from io import TextIOWrapper
 from os import SEEK_END
-from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import Any, BinaryIO, TextIO
 
-from fastapi import Depends, Header, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
+from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.conditions import expected_revisions, is_known
-from slipgrasp.server.http.errors import printable, problem_response
-from slipgrasp.server.runs.schemas import ProblemPublic
+from slipgrasp.server.http.errors import ProblemPublic, problem_response
 
 PIECE_BYTES = 1 << 18
 BINARY = "application/octet-stream"
+CSV = "text/csv"
+JSON = "application/json"
+PARQUET = "application/vnd.apache.parquet"
+PNG = "image/png"
+SVG = "image/svg+xml"
 BINARY_SCHEMA = {"type": "string", "format": "binary"}
 
 _RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
@@ -32,7 +38,7 @@ _FAR_BEYOND_THE_END = 10**18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Asked:
+class DownloadRequest:
     """What of a file a client asks for; each header None where it was not sent.
 
     Attributes:
@@ -54,38 +60,6 @@ class Asked:
         return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
 
 
-def _read_asked(
-    request: Request,
-    range_: Annotated[
-        str | None,
-        Header(
-            alias="Range",
-            description="which bytes; one range, otherwise the whole file is sent",
-            examples=["bytes=0-1023"],
-        ),
-    ] = None,
-    if_range: Annotated[
-        str | None, Header(description="send the part only if the `ETag` is still this one")
-    ] = None,
-    if_match: Annotated[
-        str | None, Header(description="answer 412 if the `ETag` is another one")
-    ] = None,
-    if_none_match: Annotated[
-        str | None, Header(description="answer 304 if the `ETag` is still this one")
-    ] = None,
-) -> Asked:
-    return Asked(
-        is_head=request.method == "HEAD",
-        range=range_,
-        if_range=if_range,
-        if_match=if_match,
-        if_none_match=if_none_match,
-    )
-
-
-AskedDep = Annotated[Asked, Depends(_read_asked)]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Download:
     """A file that can be downloaded.
@@ -102,7 +76,7 @@ class Download:
     media_type: str
     open: Callable[[], BinaryIO]
 
-    def answer(self, asked: Asked) -> Response:
+    def answer(self, asked: DownloadRequest) -> Response:
         """The file, a part of it, or why not; it may take as long as `open` does.
 
         Args:
@@ -132,7 +106,12 @@ class Download:
         if part is not None:
             headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"
         return _FileAnswer(
-            file, range(size) if part is None else part, 206 if part else 200, headers, self, asked
+            file,
+            range(size) if part is None else part,
+            206 if part else 200,
+            headers,
+            self.media_type,
+            asked.is_head,
         )
 
 
@@ -145,12 +124,12 @@ class _FileAnswer(StreamingResponse):
         part: range,
         status: int,
         headers: dict[str, str],
-        download: Download,
-        asked: Asked,
+        media_type: str,
+        is_head: bool,
     ) -> None:
         headers["Content-Length"] = str(len(part))
-        sent = range(0) if asked.is_head else part
-        super().__init__(_pieces(file, sent), status, headers, download.media_type)
+        sent = range(0) if is_head else part
+        super().__init__(_pieces(file, sent), status, headers, media_type)
         self._file = file
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -190,19 +169,12 @@ def _position(digits: str) -> int:
     return _FAR_BEYOND_THE_END if len(significant) > 18 else int(significant)
 
 
-def tag_of(*facts: object) -> str:
-    """A strong entity tag for what these facts decide to the last byte."""
-    return f'"{blake2b(repr(facts).encode(), digest_size=12).hexdigest()}"'
-
-
-def file_tag(path: Path) -> str:
-    """The entity tag of a file that is never written in place, only replaced.
-
-    Raises:
-        FileNotFoundError: If there is none.
-    """
-    status = path.stat()
-    return tag_of(status.st_size, status.st_mtime_ns, status.st_ino)
+@contextmanager
+def as_text(stream: BinaryIO) -> Iterator[TextIO]:
+    """Within it a binary stream takes text; it stays open."""
+    text = TextIOWrapper(stream, encoding="utf-8", newline="")
+    yield text
+    text.detach()
 
 
 def download_responses(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -11,12 +10,14 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, ConfigDict
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.routing import Match
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError, SlipgraspError
+from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import (
     AnnotationError,
     RecordingChangedError,
@@ -26,108 +27,26 @@ from slipgrasp.recordings.exceptions import (
     StorageFullError,
 )
 from slipgrasp.recordings.study.rebuild import RebuildError
-from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
+from slipgrasp.server.addresses import DOCS_PATH
+from slipgrasp.server.exceptions import (
+    BodyTooLargeError,
+    BodyTooSlowError,
+    IdempotencyKeyReusedError,
+    InvalidRequestError,
+    ResultNotFoundError,
+    RunForgottenError,
+    RunUnfinishedError,
+    ServiceBusyError,
+    ServiceEndingError,
+    StudyUnfinishedError,
+    UnreadableBodyError,
+    UnsupportedBodyError,
+    printable,
+)
 
 _BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
 _PLACES = ("body", "query", "header", "path", "str", "dict")
 _METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
-
-
-class InvalidRequestError(SlipgraspError):
-    """A request whose shape is wrong, with one entry per wrong field."""
-
-    def __init__(self, errors: Sequence[FieldError]) -> None:
-        self.errors = tuple(errors)
-        super().__init__("; ".join(error.message for error in self.errors))
-
-
-class UnreadableBodyError(SlipgraspError):
-    """A request body that is not what it should be, JSON unless told otherwise."""
-
-    def __init__(self, finding: str, kind: str = "JSON") -> None:
-        super().__init__(f"the body is not {kind}: {finding}")
-
-
-class UnsupportedBodyError(SlipgraspError):
-    """A request body of another type than those that are read."""
-
-    def __init__(self, content_type: str, allowed: str = "application/json") -> None:
-        super().__init__(
-            f"the body is declared as '{printable(content_type)}'; send it with "
-            f"Content-Type: {allowed}"
-        )
-
-
-class BodyTooLargeError(SlipgraspError):
-    """A request body beyond the limit."""
-
-    def __init__(self, limit: int) -> None:
-        super().__init__(f"the body is larger than {limit} bytes, the most that is read here")
-
-
-class BodyTooSlowError(SlipgraspError):
-    """A request body that hardly arrives."""
-
-    def __init__(self) -> None:
-        super().__init__("the body arrives too slowly; send it again")
-
-
-class ServiceBusyError(SlipgraspError):
-    """No room for another run, or another upload, at the moment.
-
-    Attributes:
-        retry_after: When to come back [s].
-    """
-
-    def __init__(
-        self, waiting: int, retry_after: int, busy_with: str = "runs are waiting already"
-    ) -> None:
-        self.retry_after = retry_after
-        super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
-
-
-class RunUnfinishedError(SlipgraspError):
-    """Something that can be done with a run only once it has ended."""
-
-    def __init__(self, run_id: str) -> None:
-        super().__init__(
-            f"run '{run_id}' has not ended yet; wait until GET /api/v1/runs/{run_id} answers 200, "
-            f"or end it with POST /api/v1/runs/{run_id}/stop"
-        )
-
-
-class StudyUnfinishedError(SlipgraspError):
-    """Something that can be done with a study only once its file is complete."""
-
-    def __init__(self, study_id: str) -> None:
-        super().__init__(
-            f"study '{study_id}' is not finished; wait for its end, or end it where it is with "
-            f"POST /api/v1/studies/{study_id}/cancel"
-        )
-
-
-class ResultNotFoundError(SlipgraspError):
-    """A study has no result of that run."""
-
-    def __init__(self, study_id: str, index: int, num_rows: int, num_runs: int) -> None:
-        there = f"but those of runs 0 … {num_rows - 1}" if num_rows else "and none yet of any"
-        super().__init__(
-            f"study '{study_id}' has no result of run {index}, {there}, of {num_runs} runs"
-        )
-
-
-class ServiceEndingError(SlipgraspError):
-    """Something long was asked for, and the service is to end."""
-
-    def __init__(self) -> None:
-        super().__init__("the service is about to end; send the request again in a moment")
-
-
-class RunForgottenError(SlipgraspError):
-    """A run that was still waiting for its turn when the service ended."""
-
-    def __init__(self) -> None:
-        super().__init__("the service ended before the run began; send the request again")
 
 
 STATUSES: Mapping[type[SlipgraspError], int] = {
@@ -152,6 +71,54 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     ServiceBusyError: 503,
 }
 """The status of each error; of two that fit, the first."""
+
+
+class FieldErrorPublic(BaseModel):
+    """One wrong field of a request."""
+
+    field: str
+    value: float | int | bool | str | None
+    limit: str | None
+    message: str
+
+
+class ProblemPublic(BaseModel):
+    """An error (RFC 9457, application/problem+json)."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "type": "about:blank",
+                "title": "Unprocessable Content",
+                "status": 422,
+                "detail": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
+                "errors": [
+                    {
+                        "field": "object.masss",
+                        "value": None,
+                        "limit": None,
+                        "message": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
+                    }
+                ],
+            }
+        }
+    )
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    errors: list[FieldErrorPublic] = []
+
+    @classmethod
+    def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
+        """How a route declares that it may answer so."""
+        schema = {"$ref": f"#/components/schemas/{cls.__name__}"}
+        content = {"application/problem+json": {"schema": schema}}
+        return {
+            status: {"description": HTTPStatus(status).phrase, "content": content}
+            for status in sorted(statuses)
+        }
 
 
 def problem_response(
@@ -209,7 +176,7 @@ async def _answer_http_error(request: Request, error: Exception) -> JSONResponse
     headers = dict(error.headers or {})
     detail = str(error.detail)
     if error.status_code == HTTPStatus.NOT_FOUND:
-        detail = f"there is nothing at '{printable(request.url.path)}'; see /api/v1/docs"
+        detail = f"there is nothing at '{printable(request.url.path)}'; see {DOCS_PATH}"
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         headers["Allow"] = ", ".join(_allowed_methods(request))
         detail = f"{request.method} is not possible here, only {headers['Allow']}"
@@ -256,17 +223,6 @@ def _field_error(finding: Any, known: Sequence[str]) -> FieldError:
     found = finding["msg"].removeprefix("Value error, ")
     sentence = f"{field or 'the body'}{told}: {found[:1].lower()}{found[1:]}"
     return FieldError(field=field, value=value, limit=limit or None, message=sentence)
-
-
-def nearest(word: str, words: Iterable[str]) -> str:
-    """A suggestion to end an error message with, empty if nothing is close."""
-    close = difflib.get_close_matches(word[:200], list(words), n=1, cutoff=0.4)
-    return f"; did you mean '{close[0]}'?" if close else ""
-
-
-def printable(text: str, length: int = 80) -> str:
-    """The beginning of a text from outside, characters that cannot be shown as ``?``."""
-    return "".join(c if c.isprintable() else "?" for c in text[:length])
 
 
 def _echo(value: Any) -> float | int | bool | str | None:

@@ -4,54 +4,30 @@ from __future__ import annotations
 
 import json
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 from anyio import CapacityLimiter
-from fastapi import Header
-from starlette.responses import StreamingResponse
+from fastapi.sse import EventSourceResponse, format_sse_event
 from starlette.types import Receive, Scope, Send
 
-from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.exceptions import ServiceBusyError
 
-HEARTBEAT = b": still here\n\n"
+HEARTBEAT = format_sse_event(comment="still here")
 RETRY_AFTER = 5
 MAX_MAKERS = 1
 
-LastEventId = Annotated[
-    str,
-    Header(
-        alias="Last-Event-ID",
-        pattern=r"^[0-9]{0,12}$",
-        description="id of the last event that was received; only what is new is sent",
-        examples=["120"],
-    ),
-]
-"""The header of that name; empty where there is none."""
 
+def encode_event(kind: str, data: Any, event_id: int | None = None) -> bytes:
+    """An event as it is sent.
 
-@dataclass(frozen=True, slots=True)
-class Event:
-    """One event.
-
-    Attributes:
+    Args:
         kind: Its name, which a browser calls the event's type.
         data: Plain values for JSON; numbers are finite.
-        id: With which a client may come back for the rest; None leaves the one before.
+        event_id: With which a client may come back for the rest; None leaves the one before.
     """
-
-    kind: str
-    data: Any
-    id: int | None = None
-
-    def encode(self) -> bytes:
-        """The event as it is sent."""
-        lines = [f"event: {self.kind}"]
-        if self.id is not None:
-            lines.append(f"id: {self.id}")
-        text = json.dumps(self.data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        lines.append(f"data: {text}")
-        return ("\n".join(lines) + "\n\n").encode()
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    told = None if event_id is None else str(event_id)
+    return format_sse_event(event=kind, data_str=text, id=told)
 
 
 class EventSlots:
@@ -82,15 +58,16 @@ class EventSlots:
             raise ServiceBusyError(self.num_open, RETRY_AFTER, busy_with)
 
 
-class EventStream(StreamingResponse):
+class EventStream(EventSourceResponse):
     """An answer that lasts as long as its events, or until its client has gone.
+
+    FastAPI can do more where a route yields its events, but then fills silence every 15 s,
+    whatever the settings say, and has no way to answer 204 to who has seen the end.
 
     Args:
         pieces: The encoded events.
         slots: Where it counts as open meanwhile.
     """
-
-    media_type = "text/event-stream"
 
     def __init__(self, pieces: AsyncIterator[bytes], slots: EventSlots) -> None:
         # A proxy that gathers the answer first would make it useless.

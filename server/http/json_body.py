@@ -13,10 +13,23 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.server.http.errors import InvalidRequestError, UnreadableBodyError, printable
+from slipgrasp.server.exceptions import (
+    InvalidRequestError,
+    UnreadableBodyError,
+    UnsupportedBodyError,
+    printable,
+)
+from slipgrasp.server.http.errors import invalid_fields
+
+JSON_TYPE = "application/json"
+MERGE_TYPE = "application/merge-patch+json"
 
 MAX_DEPTH = 12
 MAX_NAMES = 200
@@ -24,6 +37,52 @@ MAX_NAME_LENGTH = 100
 MAX_VALUES = 10_000
 MAX_FINDINGS = 20
 _MAX_DIGITS = 308
+
+Body = TypeVar("Body", bound=BaseModel)
+
+
+async def read_body(request: Request, kind: type[Body], types: tuple[str, ...]) -> Body:
+    """The JSON body of a request.
+
+    Args:
+        request: The request.
+        kind: What it should be.
+        types: As what it may be declared; the first is suggested.
+
+    Raises:
+        UnsupportedBodyError: If it is declared as something else than JSON.
+        UnreadableBodyError: If it is not JSON.
+        InvalidRequestError: If it is something else than it should be.
+    """
+    value = await read_values(request, types, MAX_VALUES)
+    try:
+        return kind.model_validate(value)
+    except ValidationError as error:
+        known = [field.alias or name for name, field in kind.model_fields.items()]
+        raise InvalidRequestError(invalid_fields(error.errors(), known)) from error
+
+
+async def read_values(request: Request, types: tuple[str, ...], max_values: int) -> Any:
+    """The JSON body of a request as plain values.
+
+    Args:
+        request: The request.
+        types: As what it may be declared; the first is suggested.
+        max_values: How many values it may hold.
+
+    Raises:
+        UnsupportedBodyError: If it is declared as something else than JSON.
+        UnreadableBodyError: If it is not JSON.
+        InvalidRequestError: If it holds what no request may hold.
+    """
+    content_type = request.headers.get("content-type", "")
+    if content_type.partition(";")[0].strip().lower() not in types:
+        raise UnsupportedBodyError(content_type, types[0])
+    try:
+        body = await request.body()
+    except ClientDisconnect as error:
+        raise UnreadableBodyError("its sender has gone") from error
+    return await run_in_threadpool(read_json, body, max_values)
 
 
 def read_json(body: bytes, max_values: int = MAX_VALUES) -> Any:

@@ -10,7 +10,7 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 from pydantic import BaseModel
 
-from slipgrasp.server.runs.schemas import ProblemPublic
+from slipgrasp.server.http.errors import ProblemPublic
 
 _REFERENCE = "#/components/schemas/{model}"
 _VALIDATION_ERRORS = ("HTTPValidationError", "ValidationError")

@@ -12,7 +12,7 @@ from python_multipart.exceptions import FormParserError
 from python_multipart.multipart import parse_options_header
 from starlette.requests import ClientDisconnect, Request
 
-from slipgrasp.server.http.errors import BodyTooSlowError, UnreadableBodyError, UnsupportedBodyError
+from slipgrasp.server.exceptions import BodyTooSlowError, UnreadableBodyError, UnsupportedBodyError
 
 FORM = "multipart/form-data"
 RAW_TYPES = (

@@ -1,1 +1,1 @@
-"""Routes of the REST interface: they translate, `slipgrasp.server.runs.run_service` decides."""
+"""Routes of the REST interface: they translate, `slipgrasp.server.runs.service` decides."""

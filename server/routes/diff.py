@@ -10,11 +10,11 @@ from fastapi import APIRouter, Query, Response
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.file.reader import read_as_stated
 from slipgrasp.server.dependencies import RunServiceDep
-from slipgrasp.server.http.downloads import BINARY_SCHEMA
-from slipgrasp.server.runs.diff_schemas import DiffFigureQuery, DiffPublic, DiffQuery
-from slipgrasp.server.runs.schemas import ProblemPublic
+from slipgrasp.server.http.downloads import BINARY_SCHEMA, PNG, SVG
+from slipgrasp.server.http.errors import ProblemPublic
+from slipgrasp.server.runs.diff import DiffFigureQuery, DiffPublic, DiffQuery
 
-MEDIA_TYPES = {"svg": "image/svg+xml", "png": "image/png"}
+MEDIA_TYPES = {"svg": SVG, "png": PNG}
 
 router = APIRouter(prefix="/diff", tags=["diff"])
 

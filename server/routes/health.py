@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from fastapi import APIRouter
+from pydantic import BaseModel
 
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.run.simulator import kernel_progress
 from slipgrasp.server.dependencies import RunServiceDep
-from slipgrasp.server.runs.schemas import HealthPublic
 
 router = APIRouter(tags=["health"])
+
+
+class HealthPublic(BaseModel):
+    """Whether the service is up, and how busy."""
+
+    status: Literal["ok"]
+    version: str
+    kernel: Literal["ready", "compiling"]
+    kernel_progress: float
+    running: int
+    waiting: int
 
 
 @router.get("/health")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import aclosing
 from typing import Annotated, Any
@@ -12,18 +11,18 @@ from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.recordings.store.annotations import Annotations, RunName
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.server.dependencies import RunServiceDep, UploadSlotsDep
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.http.conditions import entity_tag
 from slipgrasp.server.http.downloads import BINARY_SCHEMA
-from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.upload_body import FORM, RAW_TYPES, file_pieces
-from slipgrasp.server.runs.schemas import API_PATH, ProblemPublic, RunPublic
+from slipgrasp.server.runs.schemas import RunPublic
 
 MAX_UPLOADS = 4
 RETRY_AFTER = 5
 WRITE_BYTES = 1 << 20
 
-UPLOAD_PATH = f"{API_PATH}/recordings"
 
 router = APIRouter(tags=["recordings"])
 
@@ -49,11 +48,11 @@ _UPLOAD_BODY: dict[str, Any] = {
 async def upload_recording(
     request: Request,
     service: RunServiceDep,
+    slots: UploadSlotsDep,
     response: Response,
     name: Annotated[RunName, Query(description="what to call it", examples=["from the lab"])] = "",
 ) -> RunPublic:
     """Keep a recording that another data folder holds; it is read in full before."""
-    slots: asyncio.Semaphore = request.app.state.upload_slots
     if slots.locked():
         raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are being sent already")
     async with slots:
@@ -77,7 +76,7 @@ async def _receive(request: Request, store: RecordingStore, name: str) -> Stored
 
 
 async def _larger(pieces: AsyncIterator[bytes]) -> AsyncGenerator[bytes]:
-    """The same bytes in pieces that are worth a thread's while."""
+    """Gathers pieces until they are worth a thread's while."""
     waiting = bytearray()
     async for piece in pieces:
         waiting += piece

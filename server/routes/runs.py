@@ -13,23 +13,29 @@ from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import (
     EndedRunIdDep,
+    IdempotencyKey,
     RunCreateDep,
     RunServiceDep,
     RunsQueryDep,
     RunUpdateDep,
+    StoppingDep,
+    WaitPreferenceDep,
 )
 from slipgrasp.server.http.conditions import entity_tag, expected_revisions, is_known
-from slipgrasp.server.http.idempotency import IdempotencyKey, request_digest
+from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
-from slipgrasp.server.http.paging import page_links
-from slipgrasp.server.preferences import Patience, PatienceDep
-from slipgrasp.server.runs.pending_run import PendingRun
-from slipgrasp.server.runs.request_keys import KeyedRequest
-from slipgrasp.server.runs.run_request import RunCreate
-from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.runs.run_update import RunUpdate
-from slipgrasp.server.runs.schemas import PendingRunPublic, ProblemPublic, RunPublic, RunsPublic
-from slipgrasp.server.stopping import StoppingDep, wait_for
+from slipgrasp.server.http.waiting import WaitPreference, wait_until_done
+from slipgrasp.server.paging import page_links
+from slipgrasp.server.request_keys import KeyedRequest
+from slipgrasp.server.runs.pending import PendingRun
+from slipgrasp.server.runs.schemas import (
+    PendingRunPublic,
+    RunCreate,
+    RunPublic,
+    RunsPublic,
+    RunUpdate,
+)
+from slipgrasp.server.runs.service import RunService
 
 RETRY_AFTER = 1
 
@@ -68,7 +74,7 @@ _IfMatch = Annotated[
 async def create_run(
     request: RunCreateDep,
     service: RunServiceDep,
-    patience: PatienceDep,
+    preference: WaitPreferenceDep,
     stopping: StoppingDep,
     idempotency_key: IdempotencyKey = "",
 ) -> Response:
@@ -79,15 +85,15 @@ async def create_run(
     """
     found = await run_in_threadpool(_begin, service, request, idempotency_key)
     if isinstance(found, PendingRun):
-        await wait_for(found.future, patience.seconds, stopping)
-    return await run_in_threadpool(_answer, found, patience, 201)
+        await wait_until_done(found.future, preference.seconds, stopping)
+    return await run_in_threadpool(_answer, found, preference, 201)
 
 
 @router.get("", responses=ProblemPublic.responses((422,)))
 def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> RunsPublic:
     """The saved runs that are asked for, the newest first unless told otherwise."""
     found = service.store.find(query.to_query())
-    links = page_links(request, query.offset, query.limit, found.count)
+    links = page_links(str(request.url), query.offset, query.limit, found.count)
     return RunsPublic.from_found(found, links)
 
 
@@ -104,7 +110,7 @@ def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> 
 async def read_run(
     run_id: str,
     service: RunServiceDep,
-    patience: PatienceDep,
+    preference: WaitPreferenceDep,
     stopping: StoppingDep,
     if_none_match: Annotated[
         str | None, Header(description="answer 304 if the run's `ETag` is still this one")
@@ -116,9 +122,9 @@ async def read_run(
     10 s, and is the run itself if it ends meanwhile.
     """
     found = await run_in_threadpool(service.look_up, run_id)
-    if isinstance(found, PendingRun) and patience.applied:
-        await wait_for(found.future, patience.seconds, stopping)
-    return await run_in_threadpool(_answer, found, patience, 200, if_none_match)
+    if isinstance(found, PendingRun) and preference.applied:
+        await wait_until_done(found.future, preference.seconds, stopping)
+    return await run_in_threadpool(_answer, found, preference, 200, if_none_match)
 
 
 @router.post(
@@ -127,13 +133,13 @@ async def read_run(
     responses={**_PENDING, **ProblemPublic.responses((404, 503))},
 )
 async def stop_run(
-    run_id: str, service: RunServiceDep, patience: PatienceDep, stopping: StoppingDep
+    run_id: str, service: RunServiceDep, preference: WaitPreferenceDep, stopping: StoppingDep
 ) -> Response:
     """End a run now and keep what was simulated; one that has ended stays as it is."""
     found = await run_in_threadpool(service.stop, run_id)
     if isinstance(found, PendingRun):
-        await wait_for(found.future, patience.seconds, stopping)
-    return await run_in_threadpool(_answer, found, patience, 200)
+        await wait_until_done(found.future, preference.seconds, stopping)
+    return await run_in_threadpool(_answer, found, preference, 200)
 
 
 @router.patch(
@@ -169,23 +175,23 @@ def _begin(
     check_scenario(scenario)
     if not key:
         return service.submit(lambda: scenario)
-    digest = request_digest(request.model_dump(mode="json", by_alias=True))
-    return service.submit_once(lambda: scenario, KeyedRequest(key, digest))
+    keyed = KeyedRequest.of(key, request.model_dump(mode="json", by_alias=True))
+    return service.submit_once(lambda: scenario, keyed)
 
 
 def _answer(
     found: PendingRun | StoredRun | Description,
-    patience: Patience,
+    preference: WaitPreference,
     status: int,
     if_none_match: str | None = None,
 ) -> Response:
     """A run as it is now, with the status where it has ended."""
     if isinstance(found, PendingRun):
         if not found.done():
-            return _answer_pending(found, patience)
+            return _answer_pending(found, preference)
         result, stored = found.result()
         found = stored or Description.from_result(result)
-    headers = patience.headers
+    headers = preference.headers
     if isinstance(found, Description):
         return _json(RunPublic.from_description(found), status, headers)
     headers["ETag"] = entity_tag(found)
@@ -197,10 +203,10 @@ def _answer(
     return _json(run, status, headers)
 
 
-def _answer_pending(pending: PendingRun, patience: Patience) -> Response:
+def _answer_pending(pending: PendingRun, preference: WaitPreference) -> Response:
     run = PendingRunPublic.from_pending(pending)
     told = {"Location": run.links["self"], "Retry-After": str(RETRY_AFTER)}
-    return _json(run, 202, {**patience.headers, **told})
+    return _json(run, 202, {**preference.headers, **told})
 
 
 def _json(content: RunPublic | PendingRunPublic, status: int, headers: dict[str, str]) -> Response:

@@ -7,14 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Query
 
 from slipgrasp.core.scenario.loading import preset_names
-from slipgrasp.server.runs.run_request import find_preset
-from slipgrasp.server.runs.scenario_schemas import (
+from slipgrasp.server.http.errors import ProblemPublic
+from slipgrasp.server.runs.scenarios import (
     ParametersPublic,
     PresetPublic,
     PresetsPublic,
     PresetSummary,
+    find_preset,
 )
-from slipgrasp.server.runs.schemas import ProblemPublic
 
 router = APIRouter(tags=["scenarios"])
 

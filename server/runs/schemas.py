@@ -1,24 +1,28 @@
-"""What the REST interface gives; numbers are SI and finite."""
+"""What the REST interface takes and gives of runs; numbers are SI and finite."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import asdict
-from http import HTTPStatus
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
 
 from slipgrasp.core.run.metrics import METRICS, Metric
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import (
+    scenario_from_mapping,
+    with_values,
+)
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.export import DATA_FORMATS
+from slipgrasp.recordings.store.annotations import MAX_TAGS, RunName, RunNotes, RunTag
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.runs.pending_run import PendingRun, RunState
-
-API_PATH = "/api/v1"
+from slipgrasp.server.addresses import run_path
+from slipgrasp.server.runs.pending import PendingRun, RunState
+from slipgrasp.server.runs.scenarios import find_preset
 
 
 def _finite_or_none(value: Any) -> Any:
@@ -30,6 +34,61 @@ FiniteOrNone = Annotated[float | None, BeforeValidator(_finite_or_none)]
 """A quantity that a run which went wrong may not have."""
 
 PhaseName = Literal["stick", "slip_forward", "slip_backward"]
+
+
+class RunCreate(BaseModel):
+    """What to simulate: a preset by name or a whole scenario, and what to change in it."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        json_schema_extra={
+            "example": {"scenario": "paper-case-1", "set": {"object.mass": 1.4}},
+        },
+    )
+
+    scenario: Annotated[
+        str | dict[str, Any],
+        Field(description="Name of a preset, or a scenario as GET /presets/NAME gives one."),
+    ]
+    values: Annotated[
+        dict[str, Any],
+        Field(alias="set", description="Dotted key to value; GET /parameters lists the keys."),
+    ] = {}
+
+    def to_scenario(self) -> Scenario:
+        """The scenario that is asked for.
+
+        Raises:
+            ScenarioError: With one entry per wrong field.
+        """
+        if isinstance(self.scenario, dict):
+            base = scenario_from_mapping(self.scenario)
+        else:
+            base = find_preset(self.scenario)
+        return with_values(base, self.values) if self.values else base
+
+
+class RunUpdate(BaseModel):
+    """What is left out stays as it is."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={
+            "example": {"name": "heavier object", "notes": "For the report.", "tags": ["report"]}
+        },
+    )
+
+    name: Annotated[RunName, Field(description="at most 200 printable characters")] = ""
+    notes: Annotated[RunNotes, Field(description="at most 10 000 characters, in lines")] = ""
+    tags: Annotated[
+        list[RunTag],
+        Field(max_length=MAX_TAGS, description="at most 32 of at most 64 printable characters"),
+    ] = []
+
+    def changes(self) -> dict[str, Any]:
+        """What was given, by name."""
+        return {name: getattr(self, name) for name in self.model_fields_set}
 
 
 class PhaseChangePublic(BaseModel):
@@ -102,7 +161,7 @@ class RunPublic(BaseModel):
     @classmethod
     def from_stored(cls, stored: StoredRun) -> Self:
         """A run that was saved; one whose recording tells nothing any more is ``failed``."""
-        own = f"{API_PATH}/runs/{stored.id}"
+        own = run_path(stored.id)
         kept = {
             "id": stored.id,
             "title": stored.title,
@@ -152,7 +211,7 @@ class PendingRunPublic(BaseModel):
     @classmethod
     def from_pending(cls, pending: PendingRun) -> Self:
         """The run as it is now."""
-        own = f"{API_PATH}/runs/{pending.id}"
+        own = run_path(pending.id)
         links = {"self": own, "stop": f"{own}/stop"}
         return cls(id=pending.id, state=pending.state, progress=pending.progress, links=links)
 
@@ -194,62 +253,3 @@ class RunsPublic(BaseModel):
         """What a search found."""
         data = [RunPublic.from_stored(run) for run in found.runs]
         return cls(data=data, count=found.count, unread=found.unread, links=links)
-
-
-class HealthPublic(BaseModel):
-    """Whether the service is up, and how busy."""
-
-    status: Literal["ok"]
-    version: str
-    kernel: Literal["ready", "compiling"]
-    kernel_progress: float
-    running: int
-    waiting: int
-
-
-class FieldErrorPublic(BaseModel):
-    """One wrong field of a request."""
-
-    field: str
-    value: float | int | bool | str | None
-    limit: str | None
-    message: str
-
-
-class ProblemPublic(BaseModel):
-    """An error (RFC 9457, application/problem+json)."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "example": {
-                "type": "about:blank",
-                "title": "Unprocessable Content",
-                "status": 422,
-                "detail": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
-                "errors": [
-                    {
-                        "field": "object.masss",
-                        "value": None,
-                        "limit": None,
-                        "message": "unknown parameter 'object.masss'; did you mean 'object.mass'?",
-                    }
-                ],
-            }
-        }
-    )
-
-    type: str
-    title: str
-    status: int
-    detail: str
-    errors: list[FieldErrorPublic] = []
-
-    @classmethod
-    def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
-        """How a route declares that it may answer so."""
-        schema = {"$ref": f"#/components/schemas/{cls.__name__}"}
-        content = {"application/problem+json": {"schema": schema}}
-        return {
-            status: {"description": HTTPStatus(status).phrase, "content": content}
-            for status in sorted(statuses)
-        }

@@ -15,8 +15,9 @@ from pydantic import BaseModel, Field
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.trace.columns import Column, columns_of
-from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
+from slipgrasp.server.exceptions import InvalidRequestError, printable
 
 VALUES_AT_ONCE = 5000
 MAX_UNKNOWN_LISTED = 20

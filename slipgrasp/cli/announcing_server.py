@@ -6,7 +6,7 @@ import socket
 
 import uvicorn
 
-from slipgrasp.server.stopping import StoppableServer
+from slipgrasp.server.app import StoppableServer
 
 
 class AnnouncingServer(StoppableServer):

@@ -13,8 +13,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.server.app import create_app
-from slipgrasp.server.viewer.viewer_relay import add_viewer_routes
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.relay import add_viewer_routes
+from slipgrasp.server.viewer.server import ViewerServer
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.server.studying import QUICK, create, finished
 

@@ -12,9 +12,8 @@ from typing import Any
 import httpx2
 from fastapi import FastAPI
 
-from slipgrasp.server.app import create_app, server_config
+from slipgrasp.server.app import StoppableServer, create_app, server_config
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.stopping import StoppableServer
 from tests.waiting import PATIENCE, wait_until
 
 

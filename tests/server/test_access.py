@@ -10,12 +10,13 @@ import pytest
 import viser
 import websockets.asyncio.server
 
+from slipgrasp.server.exceptions import SettingsError
 from slipgrasp.server.http.access import (
     RESOURCE_CONTENT_POLICY,
     check_access,
     guarded_websocket_listeners,
 )
-from slipgrasp.server.settings import Settings, SettingsError
+from slipgrasp.server.settings import Settings
 from tests.server.raw_http import Answer, get, post, upgrade
 
 PROTOCOL = f"viser-v{viser.__version__}"

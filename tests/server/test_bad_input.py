@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from slipgrasp.server.http.errors import InvalidRequestError, UnreadableBodyError
+from slipgrasp.server.exceptions import InvalidRequestError, UnreadableBodyError
 from slipgrasp.server.http.json_body import (
     MAX_DEPTH,
     MAX_NAME_LENGTH,

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
-from slipgrasp.server.http.made_files import MadeFiles
+from slipgrasp.server.http.file_cache import FileCache
 from tests.server.raw_http import exchange
 from tests.server.serving import RunningServer
 
@@ -189,7 +189,7 @@ def test_a_client_that_leaves_during_a_download_frees_the_file(server, sample_ru
 
 
 def test_a_file_is_made_once_and_dropped_when_others_need_its_room() -> None:
-    made, calls = MadeFiles(max_bytes=250), []
+    made, calls = FileCache(max_bytes=250), []
 
     def fetch(tag: str, size: int = 100) -> int:
         def write(stream) -> None:
@@ -210,7 +210,7 @@ def test_a_file_is_made_once_and_dropped_when_others_need_its_room() -> None:
 
 def test_files_are_made_again_where_their_folder_was_cleaned_away(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    made = MadeFiles()
+    made = FileCache()
     for tag in ("a", "b", "a"):
         for _ in range(2):
             with made.open(tag, lambda stream: stream.write(b"made")) as file:
@@ -225,7 +225,7 @@ def test_files_are_made_again_where_their_folder_was_cleaned_away(tmp_path, monk
 
 def test_nothing_is_left_of_a_file_that_could_not_be_made(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    made = MadeFiles()
+    made = FileCache()
 
     def fail(stream) -> None:
         stream.write(b"begun")
@@ -240,7 +240,7 @@ def test_nothing_is_left_of_a_file_that_could_not_be_made(tmp_path, monkeypatch)
 
 
 def test_several_threads_get_the_same_file() -> None:
-    made, results = MadeFiles(), []
+    made, results = FileCache(), []
     numbers = np.arange(1000).tobytes()
 
     def fetch() -> None:

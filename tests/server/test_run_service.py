@@ -14,8 +14,8 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.server.http.errors import ServiceBusyError
-from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.runs.service import RunService
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 

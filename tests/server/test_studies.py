@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.results import read_results
 from slipgrasp.recordings.study.writer import StudyWriter
-from slipgrasp.server.studies.study_request import read_study
+from slipgrasp.server.studies.schemas import read_study
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE

@@ -17,7 +17,7 @@ from slipgrasp.core.executors import make_executor
 from slipgrasp.recordings.study.reader import open_study
 from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
-from slipgrasp.server.studies.study_request import read_study
+from slipgrasp.server.studies.schemas import read_study
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 from tests.waiting import PATIENCE

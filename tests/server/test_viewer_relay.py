@@ -16,8 +16,7 @@ import websockets.asyncio.server
 from websockets.exceptions import ConnectionClosed
 
 from slipgrasp.server.app import create_app
-from slipgrasp.server.viewer import viewer_relay
-from slipgrasp.server.viewer.viewer_relay import MAX_VIEWERS, add_viewer_routes
+from slipgrasp.server.viewer.relay import MAX_VIEWERS, add_viewer_routes
 from tests.server.raw_http import get
 from tests.server.serving import patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
@@ -228,7 +227,7 @@ def test_what_is_ours_stands_first_in_the_head_of_the_page_and_changes_nothing_e
 
 
 def test_one_viewer_too_many_is_asked_to_try_later(relayed, monkeypatch) -> None:
-    monkeypatch.setattr(viewer_relay, "FULL_SECONDS", math.inf)
+    monkeypatch.setattr("slipgrasp.server.viewer.relay.FULL_SECONDS", math.inf)
     echo, port, relay = relayed[0], relayed[1].port, relayed[1].app.state.relay
     assert not relay.is_full
 

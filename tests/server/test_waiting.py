@@ -14,7 +14,7 @@ from typing import Any
 import httpx2
 import pytest
 
-from slipgrasp.server.runs.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
+from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 
@@ -299,7 +299,7 @@ def test_a_key_outlives_the_service_and_the_run_that_is_deleted_is_made_again(tm
 def test_only_the_keys_used_last_are_remembered_and_their_file_stays_small(
     tmp_path, monkeypatch
 ) -> None:
-    monkeypatch.setattr("slipgrasp.server.runs.request_keys.MAX_FILE_BYTES", 1000)
+    monkeypatch.setattr("slipgrasp.server.request_keys.MAX_FILE_BYTES", 1000)
     path = tmp_path / KEYS_NAME
     keys = RequestKeys(path, max_keys=3)
     for i in range(40):

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import viser
 
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 
 
 class _ListeningGui:

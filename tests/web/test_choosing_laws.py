@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
     with_values,
 )
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft, Value
 from slipgrasp.web.model.editing import LawNote, Reach
 from slipgrasp.web.model.events import events_of

@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.compare import Comparing
 from slipgrasp.web.model.compare_words import amount, column_words, number, scale_of, value_words
 from slipgrasp.web.model.draft import Draft

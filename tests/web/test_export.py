@@ -13,7 +13,7 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
 from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
 from slipgrasp.web.model.charts import ChartsView

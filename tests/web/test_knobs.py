@@ -11,7 +11,7 @@ import viser
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Gesture
 from slipgrasp.web.model.incidents import push_at

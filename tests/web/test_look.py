@@ -10,7 +10,7 @@ import pytest
 import viser
 
 from slipgrasp.core.scenario.loading import load_scenario
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.camera import FrontCamera
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.playback import Seek, SetSpeed
 from slipgrasp.web.model.playback import Playback, WindowChoice, start_playback

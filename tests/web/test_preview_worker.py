@@ -15,7 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.runs import RunFinished, RunSaved, SaveFailed
 from slipgrasp.web.workers.preview_worker import PreviewWorker

@@ -10,7 +10,7 @@ import pytest
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import WindowChoice

@@ -12,8 +12,8 @@ import pytest
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
-from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.runs.service import RunService
+from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent

@@ -12,7 +12,7 @@ import viser
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.loading import preset_names
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Editing, Reach
 from slipgrasp.web.model.intents.intent import Intent

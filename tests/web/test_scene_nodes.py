@@ -15,7 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.look import Look
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.scene.scene import Scene

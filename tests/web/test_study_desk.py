@@ -15,8 +15,8 @@ from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
-from slipgrasp.server.studies.live_study import StudyState
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.progress import StudyState
+from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.recordings import OpenRecording

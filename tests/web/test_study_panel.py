@@ -10,8 +10,8 @@ import pytest
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.study.study_store import StoredStudy
-from slipgrasp.server.studies.live_study import StudyState, StudyStatus
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.study_map import draw_map
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
-from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.camera import FIELD_OF_VIEW, Picture, frame_box
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.scene.layout import SceneLayout

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from slipgrasp.core.words.parameter_words import unit_after
-from slipgrasp.server.studies.live_study import StudyState, StudyStatus
+from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.web.model.replay import moment_words
 
 _LONGEST_TITLE = 44

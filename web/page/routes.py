@@ -5,9 +5,10 @@ from __future__ import annotations
 from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
 from pydantic import ValidationError
 
-from slipgrasp.server.dependencies import JSON_TYPE, read_values
-from slipgrasp.server.http.errors import InvalidRequestError, invalid_fields
-from slipgrasp.server.viewer.viewer_relay import ViewerRelay
+from slipgrasp.server.exceptions import InvalidRequestError
+from slipgrasp.server.http.errors import invalid_fields
+from slipgrasp.server.http.json_body import JSON_TYPE, read_values
+from slipgrasp.server.viewer.relay import ViewerRelay
 from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.page.static_files import STATIC_PATH, static_file

@@ -6,7 +6,7 @@ from html import escape
 
 import viser
 
-from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.addresses import API_PATH
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.intents.export import (

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.routes.recordings import UPLOAD_PATH
-from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.addresses import API_PATH, UPLOAD_PATH
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.replay import moment_words
 from slipgrasp.web.model.shelf import ROWS_PER_PAGE, Shelf

@@ -5,8 +5,8 @@ from __future__ import annotations
 from html import escape
 
 from slipgrasp.recordings.study.categories import HELD
-from slipgrasp.server.runs.schemas import API_PATH
-from slipgrasp.server.studies.live_study import StudyState
+from slipgrasp.server.addresses import API_PATH
+from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.study import Followed, StudyView
 from slipgrasp.web.model.study_map import MapPicture

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import viser
 
-from slipgrasp.server.studies.live_study import StudyState
+from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.study import (
     CancelStudy,

@@ -8,7 +8,7 @@ from itertools import count
 from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.recordings import OpenRecording
 from slipgrasp.web.model.intents.study import (

@@ -12,7 +12,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import RecordingError
-from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
 from slipgrasp.web.workers.saved_runs import SavedRuns

@@ -10,7 +10,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.store.store import StoredRun
-from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.runs.service import RunService
 
 _REMEMBERED = 256
 

@@ -7,8 +7,8 @@ from functools import partial
 
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.server.studies.live_study import StudyState, StudyStatus
-from slipgrasp.server.studies.study_service import StudyService
+from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.study import (
     MemberRecorded,

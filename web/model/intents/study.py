@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slipgrasp.server.studies.live_study import StudyStatus
+from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.study_map import MapPicture
 from slipgrasp.web.model.study_plan import AxisPlan

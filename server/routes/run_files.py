@@ -13,18 +13,21 @@ from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.dependencies import RunResultDep, StoredRunDep
+from slipgrasp.server.dependencies import (
+    DownloadRequestDep,
+    FileCacheDep,
+    RunResultDep,
+    StoredRunDep,
+)
+from slipgrasp.server.http.conditions import file_tag, tag_of
 from slipgrasp.server.http.downloads import (
     BINARY,
-    Asked,
-    AskedDep,
     Download,
+    DownloadRequest,
     download_responses,
-    file_tag,
-    tag_of,
 )
-from slipgrasp.server.http.made_files import MadeFiles, MadeFilesDep
-from slipgrasp.server.runs.schemas import ProblemPublic
+from slipgrasp.server.http.errors import ProblemPublic
+from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
 router = APIRouter(prefix="/runs", tags=["runs"])
@@ -68,7 +71,7 @@ def read_signals(
     response_class=Response,
     responses=download_responses(BINARY, problems=(404, 409)),
 )
-def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
+def read_recording_file(stored: StoredRunDep, asked: DownloadRequestDep) -> Response:
     """The MCAP file, whole or a part of it."""
     try:
         tag, file = file_tag(stored.path), stored.path.open
@@ -79,7 +82,9 @@ def read_recording_file(stored: StoredRunDep, asked: AskedDep) -> Response:
         raise RecordingNotFoundError(stored.id) from None
 
 
-def _table(export: ExportFormat, stored: StoredRun, asked: Asked, made: MadeFiles) -> Response:
+def _table(
+    export: ExportFormat, stored: StoredRun, asked: DownloadRequest, cache: FileCache
+) -> Response:
     """The signals of a recording in a format; their tag is known without writing them."""
     try:
         tag = tag_of(file_tag(stored.path), export.name, program_version())
@@ -93,7 +98,7 @@ def _table(export: ExportFormat, stored: StoredRun, asked: Asked, made: MadeFile
         tag=tag,
         name=stored.file_name(export.name),
         media_type=export.media_type,
-        open=lambda: made.open(tag, make),
+        open=lambda: cache.open(tag, make),
     )
     return download.answer(asked)
 
@@ -101,8 +106,10 @@ def _table(export: ExportFormat, stored: StoredRun, asked: Asked, made: MadeFile
 def _add_table(export: ExportFormat) -> None:
     """Adds the route of a format."""
 
-    def read_signals_as(stored: StoredRunDep, asked: AskedDep, made: MadeFilesDep) -> Response:
-        return _table(export, stored, asked, made)
+    def read_signals_as(
+        stored: StoredRunDep, asked: DownloadRequestDep, cache: FileCacheDep
+    ) -> Response:
+        return _table(export, stored, asked, cache)
 
     path = f"/{{run_id}}/signals.{export.name}"
     router.add_api_route(path, read_signals_as, methods=["HEAD"], include_in_schema=False)

@@ -15,7 +15,7 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.study_row import StudyRow
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
 from slipgrasp.recordings.study.task import StudyRun, encode_recording
-from slipgrasp.server.http.errors import ResultNotFoundError, ServiceBusyError, ServiceEndingError
+from slipgrasp.server.exceptions import ResultNotFoundError, ServiceBusyError, ServiceEndingError
 
 MAX_AT_ONCE = 2
 WALL_LIMIT = 120.0

@@ -1,21 +1,19 @@
-"""How long a client is willing to wait for an answer (RFC 7240, the header ``Prefer``)."""
+"""How long an answer waits for what it tells of (RFC 7240, the header ``Prefer``)."""
 
 from __future__ import annotations
 
+import asyncio
 import re
+from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Annotated
-
-from fastapi import Depends, Header, Request
-
-from slipgrasp.server.settings import Settings
+from typing import Any, Self
 
 _WAIT = re.compile(r'wait *= *"?([0-9]{1,6})"?', re.IGNORECASE)
 _ASYNC = "respond-async"
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
+class WaitPreference:
     """How long to wait.
 
     Attributes:
@@ -27,7 +25,7 @@ class Patience:
     applied: tuple[str, ...] = ()
 
     @classmethod
-    def from_header(cls, prefer: str, usual: float, longest: float) -> Patience:
+    def from_header(cls, prefer: str, usual: float, longest: float) -> Self:
         """What a client prefers; what is not understood does not count, as the standard says.
 
         Args:
@@ -50,21 +48,21 @@ class Patience:
         return {"Preference-Applied": ", ".join(self.applied)} if self.applied else {}
 
 
-def _read_patience(
-    request: Request,
-    prefer: Annotated[
-        str | None,
-        Header(
-            description="`respond-async` answers at once, `wait=10` after 10 s at most; the run "
-            "goes on meanwhile",
-            examples=["wait=10"],
-        ),
-    ] = None,
-) -> Patience:
-    settings: Settings = request.app.state.settings
-    # There may be several lines, of which the parameter above is only one.
-    text = ",".join(request.headers.getlist("prefer"))
-    return Patience.from_header(text, settings.answer_within, settings.max_wait)
+async def wait_until_done(future: Future[Any], seconds: float, stopping: asyncio.Event) -> None:
+    """Waits until something has ended, for some time at most, and not beyond the server's life.
 
-
-PatienceDep = Annotated[Patience, Depends(_read_patience)]
+    Args:
+        future: What is waited for; it goes on, whatever happens here.
+        seconds: How long at most.
+        stopping: Set once the server is to stop.
+    """
+    if seconds <= 0.0:
+        return
+    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+    future.add_done_callback(lambda _: loop.call_soon_threadsafe(ended.set))
+    waits = [asyncio.ensure_future(event.wait()) for event in (ended, stopping)]
+    try:
+        await asyncio.wait(waits, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for wait in waits:
+            wait.cancel()

@@ -25,10 +25,14 @@ from slipgrasp.recordings.file.recorder import record, unsaved
 from slipgrasp.recordings.file.recovery import recover_orphans
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.http.errors import RunForgottenError, RunUnfinishedError, ServiceBusyError
-from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
-from slipgrasp.server.runs.pending_run import Ended, PendingRun
-from slipgrasp.server.runs.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
+from slipgrasp.server.exceptions import (
+    IdempotencyKeyReusedError,
+    RunForgottenError,
+    RunUnfinishedError,
+    ServiceBusyError,
+)
+from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
+from slipgrasp.server.runs.pending import Ended, PendingRun
 from slipgrasp.server.settings import Settings
 
 MAX_UNSAVED = 100
@@ -153,7 +157,8 @@ class RunService:
 
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
-            ServiceBusyError, StorageFullError: As `submit`.
+            ServiceBusyError: If too many runs are waiting.
+            StorageFullError: If there is no room for another.
         """
         with self._keys_lock:
             digest, run_id = self._keys.find(request.key) or ("", "")
@@ -197,9 +202,11 @@ class RunService:
         return self.store.get(run_id)
 
     def open(self, run_id: str) -> RunResult:
-        """Reads a run back; raises as `get`.
+        """Reads a run back.
 
         Raises:
+            RunUnfinishedError: If it has not ended.
+            RecordingNotFoundError: If there is none.
             RecordingError: If its file is damaged.
         """
         return read_recording(self.get(run_id).path)

@@ -6,10 +6,17 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel
 
+from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import load_scenario, settable_parameters
+from slipgrasp.core.scenario.field_errors import nearest
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    preset_names,
+    settable_parameters,
+)
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.server.runs.schemas import API_PATH
+from slipgrasp.server.addresses import preset_path
+from slipgrasp.server.exceptions import printable
 
 
 class PresetSummary(BaseModel):
@@ -22,7 +29,7 @@ class PresetSummary(BaseModel):
     @classmethod
     def from_name(cls, name: str) -> Self:
         """The preset of that name."""
-        links = {"self": f"{API_PATH}/presets/{name}"}
+        links = {"self": preset_path(name)}
         return cls(name=name, title=load_scenario(name).title, links=links)
 
 
@@ -58,7 +65,7 @@ class ParameterPublic(BaseModel):
 
     @classmethod
     def from_parameter(cls, parameter: Parameter) -> Self:
-        """The same parameter for a client."""
+        """The parameter as a client is told of it."""
         return cls.model_validate(parameter, from_attributes=True)
 
 
@@ -74,3 +81,18 @@ class ParametersPublic(BaseModel):
         definitions = settable_parameters(scenario).values()
         data = [ParameterPublic.from_parameter(parameter) for parameter in definitions]
         return cls(data=data, count=len(data))
+
+
+def find_preset(name: str) -> Scenario:
+    """The scenario of a preset; a path is no name here, unlike on the command line.
+
+    Raises:
+        ScenarioError: If there is none of that name.
+    """
+    known = preset_names()
+    if name in known:
+        return load_scenario(name)
+    shown = printable(name)
+    message = f"there is no preset '{shown}'{nearest(name, known)}"
+    limit = f"one of {', '.join(known)}"
+    raise ScenarioError([FieldError(field="scenario", value=shown, limit=limit, message=message)])

@@ -29,7 +29,7 @@ class DiffQuery(BaseModel):
 
 
 class DiffFigureQuery(DiffQuery):
-    """The same, and how they are drawn."""
+    """Which runs are compared, how strictly, and how they are drawn."""
 
     format: Annotated[Literal["svg", "png"], Field(description="format of the picture")] = "svg"
 

@@ -1,22 +1,24 @@
-"""The studies that wait and the one that runs."""
+"""The studies that wait and the one that runs, and the workers that they share."""
 
 from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 
 from slipgrasp.core.exceptions import SlipgraspError
-from slipgrasp.core.executors import make_executor
+from slipgrasp.core.executors import Executor, make_executor
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
-from slipgrasp.server.http.errors import ServiceBusyError
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.live_study import LiveStudy, StudyState
-from slipgrasp.server.studies.warm_executor import WarmExecutor
+from slipgrasp.server.studies.progress import LiveStudy, StudyState
 
+IDLE_SECONDS = 300.0
 UNEXPECTED = "an unexpected error; the server's log has its traceback"
 
 _logger = logging.getLogger(__name__)
@@ -159,3 +161,64 @@ def _cancelled(writer: StudyWriter) -> StudyEnd:
     """The end of a study that was cancelled before its turn came."""
     outcomes = dict(sorted(writer.outcomes.items()))
     return StudyEnd(state="cancelled", runs=writer.num_rows, outcomes=outcomes)
+
+
+class WarmExecutor:
+    """Keeps the workers of one study for the next.
+
+    Args:
+        make: Makes an executor.
+        idle_seconds: After how long without work its workers are ended [s].
+    """
+
+    def __init__(self, make: Callable[[], Executor], idle_seconds: float = IDLE_SECONDS) -> None:
+        self._make = make
+        self._idle_seconds = idle_seconds
+        self._lock = threading.Lock()
+        self._executor: Executor | None = None
+        self._in_use = False
+        self._timer: threading.Timer | None = None
+
+    @contextmanager
+    def use(self) -> Iterator[Executor]:
+        """An executor, for one study at a time; after an error the next one gets another.
+
+        Raises:
+            ExecutorError: If there is none of that name.
+        """
+        with self._lock:
+            self._stop_timer()
+            executor = self._executor = self._executor or self._make()
+            self._in_use = True
+        try:
+            yield executor
+        except BaseException:
+            self.close()
+            raise
+        with self._lock:
+            self._in_use = False
+            self._timer = threading.Timer(self._idle_seconds, self._close_if_idle)
+            self._timer.daemon = True
+            self._timer.start()
+
+    def close(self) -> None:
+        """Ends the workers; they are started again when they are needed."""
+        with self._lock:
+            self._stop_timer()
+            self._drop()
+
+    def _close_if_idle(self) -> None:
+        with self._lock:
+            if not self._in_use:
+                self._drop()
+
+    def _drop(self) -> None:
+        executor, self._executor = self._executor, None
+        self._in_use = False
+        if executor is not None:
+            executor.close()
+
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None

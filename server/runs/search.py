@@ -9,7 +9,7 @@ from typing import Annotated, TypeVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario.field_errors import template_keys
+from slipgrasp.core.scenario.field_errors import nearest, template_keys
 from slipgrasp.core.scenario.loading import preset_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
@@ -21,9 +21,9 @@ from slipgrasp.recordings.store.run_query import (
     parse_instant,
     parse_sort,
 )
-from slipgrasp.server.http.errors import InvalidRequestError, nearest, printable
+from slipgrasp.server.exceptions import InvalidRequestError, printable
+from slipgrasp.server.paging import Limit, Offset
 
-MAX_PAGE = 1000
 MAX_CONDITIONS = 20
 
 Value = TypeVar("Value")
@@ -36,8 +36,8 @@ class RunsQuery(BaseModel):
     # Names there are none of are refused by `to_query`, which knows the others.
     model_config = ConfigDict(extra="allow")
 
-    limit: Annotated[int, Field(ge=1, le=MAX_PAGE, description="how many at most")] = 100
-    offset: Annotated[int, Field(ge=0, le=10**9, description="how many to skip")] = 0
+    limit: Limit = 100
+    offset: Offset = 0
     sort: Annotated[
         Text,
         Field(

@@ -9,16 +9,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir, mkstemp
 from threading import Lock
-from typing import Annotated, BinaryIO
-
-from fastapi import Depends, Request
+from typing import BinaryIO
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
 
 MAX_BYTES = 500_000_000
 
 
-class MadeFiles:
+class FileCache:
     """Keeps the files made last, so that one that is read range by range is made once.
 
     Args:
@@ -107,11 +105,3 @@ def _make(folder: Path, write: Callable[[BinaryIO], object]) -> Path:
             raise RecordingWriteError(folder, error.strerror or "no room") from error
         on_failure.pop_all()
     return Path(name)
-
-
-def _made_files(request: Request) -> MadeFiles:
-    made: MadeFiles = request.app.state.made_files
-    return made
-
-
-MadeFilesDep = Annotated[MadeFiles, Depends(_made_files)]

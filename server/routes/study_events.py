@@ -2,23 +2,90 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import Any
+from functools import partial
+from typing import Annotated, Any
 
 from anyio import CapacityLimiter, to_thread
+from fastapi import APIRouter, Query, Response
 from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.server.http.events import HEARTBEAT, Event
-from slipgrasp.server.studies.live_study import StudyState, StudyStatus
-from slipgrasp.server.studies.study_schemas import StudyPublic
+from slipgrasp.server.dependencies import (
+    EventSlotsDep,
+    LastEventId,
+    SettingsDep,
+    StoppingDep,
+    StudyServiceDep,
+)
+from slipgrasp.server.http.errors import ProblemPublic
+from slipgrasp.server.http.events import HEARTBEAT, EventStream, encode_event
+from slipgrasp.server.studies.progress import StudyState, StudyStatus
+from slipgrasp.server.studies.schemas import StudyPublic
 
 LOOK_EVERY = 0.25
 ROWS_AT_ONCE = 100
 
+_EVENTS: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "Events `progress` and `end`, whose data is the study as "
+        "`GET /studies/{study_id}` gives it, and `rows`, whose data has new `rows`",
+        "content": {"text/event-stream": {"schema": {"type": "string"}}},
+    },
+    204: {"description": "`Last-Event-ID` is that of the end: there is nothing more to come"},
+}
 
-class StudyTeller:
+router = APIRouter(prefix="/studies", tags=["studies"])
+
+
+@router.get(
+    "/{study_id}/events",
+    response_class=Response,
+    responses={**_EVENTS, **ProblemPublic.responses((404, 422, 503))},
+)
+async def stream_study_events(
+    study_id: str,
+    service: StudyServiceDep,
+    settings: SettingsDep,
+    stopping: StoppingDep,
+    slots: EventSlotsDep,
+    rows: Annotated[bool, Query(description="tell the new rows of the results too")] = False,
+    last_event_id: LastEventId = "",
+) -> Response:
+    """Server-sent events: progress, new rows if they are asked for, and the end.
+
+    The id of an event is how many runs it knows of. A client that comes back with
+    `Last-Event-ID` is told what is new since.
+    """
+    live = await run_in_threadpool(service.find_live, study_id)
+    look = live.status if live is not None else partial(service.status, study_id)
+    status = await run_in_threadpool(look)
+    seen = int(last_event_id) if last_event_id else None
+    if status.state.has_ended and seen is not None and seen > status.finished:
+        return Response(status_code=204)
+    if seen is not None:
+        # What nobody can have been told of is still to come.
+        seen = min(seen, status.finished)
+    slots.check()
+    results = None
+    if rows:
+        results = live.results if live else await run_in_threadpool(service.results, study_id)
+    events = StudyEvents(look, results, seen, settings.event_heartbeat, slots.makers)
+    return EventStream(events.pieces(partial(_pause, stopping)), slots)
+
+
+async def _pause(stopping: asyncio.Event, seconds: float) -> bool:
+    """Waits, but not beyond the life of the server, which then is True."""
+    try:
+        async with asyncio.timeout(seconds):
+            return await stopping.wait()
+    except TimeoutError:
+        return False
+
+
+class StudyEvents:
     """Tells one client of a study until it has ended.
 
     The id of an event is the number of runs that were done, so that a client that lost its
@@ -76,18 +143,18 @@ class StudyTeller:
             )
         if status.state.has_ended:
             # One more than there are runs: whoever has seen it has seen everything.
-            yield Event("end", _public(status), status.finished + 1).encode()
+            yield encode_event("end", _public(status), status.finished + 1)
         elif is_further or status.state is not self._state:
             # With its rows a run has been told of under its id already.
             is_new = is_further and self._results is None
             told = status.finished if is_new else None
-            yield Event("progress", _public(status), told).encode()
+            yield encode_event("progress", _public(status), told)
         self._seen, self._state = max(status.finished, self._seen), status.state
 
     def _next_rows(self, results: StudyResults, end: int) -> bytes:
         rows, _ = results.rows(self._seen, min(ROWS_AT_ONCE, end - self._seen))
         self._seen += len(rows)
-        return Event("rows", {"rows": rows}, self._seen).encode()
+        return encode_event("rows", {"rows": rows}, self._seen)
 
 
 def _public(status: StudyStatus) -> dict[str, Any]:

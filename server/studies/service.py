@@ -19,12 +19,17 @@ from slipgrasp.recordings.exceptions import RecordingError, StorageFullError
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults, read_results
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
-from slipgrasp.server.http.errors import ServiceBusyError, ServiceEndingError, StudyUnfinishedError
-from slipgrasp.server.http.idempotency import IdempotencyKeyReusedError
+from slipgrasp.server.exceptions import (
+    IdempotencyKeyReusedError,
+    ServiceBusyError,
+    ServiceEndingError,
+    StudyUnfinishedError,
+)
+from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.live_study import LiveStudy, StudyStatus
-from slipgrasp.server.studies.study_queue import StudyQueue
-from slipgrasp.server.studies.study_recorder import StudyRecorder
+from slipgrasp.server.studies.progress import LiveStudy, StudyStatus
+from slipgrasp.server.studies.queue import StudyQueue
+from slipgrasp.server.studies.recorder import StudyRecorder
 
 MAX_CHECKS = 4
 MAX_OPENED = 4
@@ -87,14 +92,13 @@ class StudyService:
         return cost, tuple(warnings)
 
     def create(
-        self, make_study: Callable[[], Study], *, key: str = "", digest: str = ""
+        self, make_study: Callable[[], Study], request: KeyedRequest = UNKEYED
     ) -> StudyStatus:
         """Takes a study on, or finds the one that the same request has made before.
 
         Args:
             make_study: Gives the study, or raises what is wrong with it.
-            key: What the client calls its request; empty if nothing.
-            digest: Of the request, to tell it from others with that key.
+            request: What asks for it.
 
         Raises:
             ScenarioError: If the study, or one of its runs, is not valid.
@@ -104,14 +108,16 @@ class StudyService:
             RecordingWriteError: If nothing can be saved.
         """
         self._restored.wait()
-        if (known := self._find_by_key(key, digest)) is not None:
+        if (known := self._find_made(request)) is not None:
             return known
         study, cost, warnings = self._checked(make_study)
         with self._creating:
-            if (known := self._find_by_key(key, digest)) is not None:
+            if (known := self._find_made(request)) is not None:
                 return known
             self._queue.check_room()
-            stored = self.store.create(study, idempotency_key=key, request_digest=digest)
+            stored = self.store.create(
+                study, idempotency_key=request.key, request_digest=request.digest
+            )
             live = LiveStudy(stored, StudyResults(study), cost, warnings)
             self._queue.add(live)
         return live.status()
@@ -208,11 +214,11 @@ class StudyService:
         if self._is_ending():
             raise ServiceEndingError
 
-    def _find_by_key(self, key: str, digest: str) -> StudyStatus | None:
-        stored = self.store.find_by_key(key) if key else None
+    def _find_made(self, request: KeyedRequest) -> StudyStatus | None:
+        stored = self.store.find_by_key(request.key) if request.key else None
         if stored is None:
             return None
-        if stored.request_digest != digest:
+        if stored.request_digest != request.digest:
             raise IdempotencyKeyReusedError(f"study '{stored.id}'")
         return self.status(stored.id)
 

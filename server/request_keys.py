@@ -1,4 +1,7 @@
-"""Which run a request with an idempotency key has made; known after a restart too.
+"""Requests that may be sent again without being done again, and what they have made.
+
+The same key and the same request lead to the same thing. Which run came of a key is known after
+a restart too; a study is kept with its own.
 
 One line per key is appended to a file beside the recordings. It holds no more than ids: whether
 there still is such a run is asked of the store.
@@ -13,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
+from typing import Any, Self
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.file.atomic_file import atomic_file
@@ -29,12 +33,26 @@ class KeyedRequest:
     """A request that may be sent again.
 
     Attributes:
-        key: What the client calls it.
-        digest: Of what it asks for.
+        key: What the client calls it; empty if nothing.
+        digest: Equal for requests that mean the same, however they were written.
     """
 
     key: str
     digest: str
+
+    @classmethod
+    def of(cls, key: str, body: Any) -> Self:
+        """The request that has a key.
+
+        Args:
+            key: What the client calls it.
+            body: What it asks for, as plain values for JSON.
+        """
+        return cls(key, _digest(json.dumps(body, sort_keys=True)))
+
+
+UNKEYED = KeyedRequest("", "")
+"""A request that is done anew whenever it is sent."""
 
 
 class RequestKeys:
@@ -52,12 +70,12 @@ class RequestKeys:
 
     def find(self, key: str) -> tuple[str, str] | None:
         """Digest and run of the request that used a key last, None if there was none."""
-        return self._entries().get(_name(key))
+        return self._entries().get(_digest(key))
 
     def remember(self, request: KeyedRequest, run_id: str) -> None:
         """Takes down which run a request makes; where it cannot be written, until the end."""
         known = self._entries()
-        name = _name(request.key)
+        name = _digest(request.key)
         known.pop(name, None)
         known[name] = (request.digest, run_id)
         while len(known) > self._max_keys:
@@ -86,8 +104,8 @@ class RequestKeys:
             stream.writelines(_line(name, *entry).encode() for name, entry in known.items())
 
 
-def _name(key: str) -> str:
-    return blake2b(key.encode(), digest_size=16).hexdigest()
+def _digest(text: str) -> str:
+    return blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def _line(name: str, digest: str, run_id: str) -> str:

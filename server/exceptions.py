@@ -1,0 +1,124 @@
+"""Errors of the server: each takes the facts and says in one sentence what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from slipgrasp.core.exceptions import FieldError, SlipgraspError
+from slipgrasp.server.addresses import run_path, study_path
+
+
+class SettingsError(SlipgraspError):
+    """A server that must not be started as asked."""
+
+
+class InvalidRequestError(SlipgraspError):
+    """A request whose shape is wrong, with one entry per wrong field."""
+
+    def __init__(self, errors: Sequence[FieldError]) -> None:
+        self.errors = tuple(errors)
+        super().__init__("; ".join(error.message for error in self.errors))
+
+
+class UnreadableBodyError(SlipgraspError):
+    """A request body that is not what it should be, JSON unless told otherwise."""
+
+    def __init__(self, finding: str, kind: str = "JSON") -> None:
+        super().__init__(f"the body is not {kind}: {finding}")
+
+
+class UnsupportedBodyError(SlipgraspError):
+    """A request body of another type than those that are read."""
+
+    def __init__(self, content_type: str, allowed: str = "application/json") -> None:
+        super().__init__(
+            f"the body is declared as '{printable(content_type)}'; send it with "
+            f"Content-Type: {allowed}"
+        )
+
+
+class BodyTooLargeError(SlipgraspError):
+    """A request body beyond the limit."""
+
+    def __init__(self, limit: int) -> None:
+        super().__init__(f"the body is larger than {limit} bytes, the most that is read here")
+
+
+class BodyTooSlowError(SlipgraspError):
+    """A request body that hardly arrives."""
+
+    def __init__(self) -> None:
+        super().__init__("the body arrives too slowly; send it again")
+
+
+class ServiceBusyError(SlipgraspError):
+    """No room for another run, or another upload, at the moment.
+
+    Attributes:
+        retry_after: When to come back [s].
+    """
+
+    def __init__(
+        self, waiting: int, retry_after: int, busy_with: str = "runs are waiting already"
+    ) -> None:
+        self.retry_after = retry_after
+        super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
+
+
+class RunUnfinishedError(SlipgraspError):
+    """Something that can be done with a run only once it has ended."""
+
+    def __init__(self, run_id: str) -> None:
+        super().__init__(
+            f"run '{run_id}' has not ended yet; wait until GET {run_path(run_id)} answers 200, "
+            f"or end it with POST {run_path(run_id)}/stop"
+        )
+
+
+class StudyUnfinishedError(SlipgraspError):
+    """Something that can be done with a study only once its file is complete."""
+
+    def __init__(self, study_id: str) -> None:
+        super().__init__(
+            f"study '{study_id}' is not finished; wait for its end, or end it where it is with "
+            f"POST {study_path(study_id)}/cancel"
+        )
+
+
+class ResultNotFoundError(SlipgraspError):
+    """A study has no result of that run."""
+
+    def __init__(self, study_id: str, index: int, num_rows: int, num_runs: int) -> None:
+        there = f"but those of runs 0 … {num_rows - 1}" if num_rows else "and none yet of any"
+        super().__init__(
+            f"study '{study_id}' has no result of run {index}, {there}, of {num_runs} runs"
+        )
+
+
+class ServiceEndingError(SlipgraspError):
+    """Something long was asked for, and the service is to end."""
+
+    def __init__(self) -> None:
+        super().__init__("the service is about to end; send the request again in a moment")
+
+
+class RunForgottenError(SlipgraspError):
+    """A run that was still waiting for its turn when the service ended."""
+
+    def __init__(self) -> None:
+        super().__init__("the service ended before the run began; send the request again")
+
+
+class IdempotencyKeyReusedError(SlipgraspError):
+    """A key that came before with another request."""
+
+    def __init__(self, link: str) -> None:
+        super().__init__(
+            f"Idempotency-Key: this key made {link} from another body; take a new key for a new "
+            "request"
+        )
+
+
+def printable(text: str, length: int = 80) -> str:
+    """The beginning of a text from outside, characters that cannot be shown as ``?``."""
+    return "".join(c if c.isprintable() else "?" for c in text[:length])
