@@ -23,7 +23,7 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.pairing import with_pale_run
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import open_replay
-from slipgrasp.web.model.shelf import Shelf
+from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.showing import show, show_replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures
@@ -154,7 +154,7 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     viewer_server: ViewerServer, store: RecordingStore, stored: tuple[StoredRun, StoredRun]
 ) -> None:
     panel = ComparePanel(viewer_server.gui, lambda _: None)
-    view = replace(first_view(), shelf=Shelf(recent=stored))
+    view = replace(first_view(), run_list=RunList(recent=stored))
     panel.update(view)
     assert (panel.a.value, panel.b.value) == (ON_SCREEN, NONE)
     assert len(panel.b.options) == 1 + len(stored)
@@ -166,7 +166,7 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     assert panel.b.value.startswith("Q = 1 · held")
     assert "Comparing …" in panel.findings.content
     assert SwapRuns() in intents_of(panel.findings.content)
-    panel.update(replace(view, ghost=None, shelf=Shelf()))
+    panel.update(replace(view, ghost=None, run_list=RunList()))
     assert (panel.b.value, len(panel.a.options)) == (NONE, 2)
     panel.remove()
 

@@ -31,7 +31,7 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import slip_window
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.export_panel import ExportPanel
-from slipgrasp.web.reducers.export import ExportDesk
+from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.workers.export_worker import ExportWorker
 from tests.waiting import PATIENCE
 from tests.web.listening_gui import ListeningClient
@@ -49,16 +49,16 @@ def short() -> RunResult:
 
 
 class Office:
-    """A desk, the view that it has made, and the files that it has delivered."""
+    """A reducer, the view that it has made, and the files that it has delivered."""
 
     def __init__(self, view: ViewState) -> None:
         self.answers: SimpleQueue[Intent] = SimpleQueue()
         self.delivered: list[ExportFile] = []
-        self.desk = ExportDesk(self.answers.put, self.delivered.append)
+        self.reducer = ExportReducer(self.answers.put, self.delivered.append)
         self.view = view
 
     def take(self, intent: Intent) -> Exporting:
-        self.view = self.desk.take(intent, self.view)
+        self.view = self.reducer.reduce(intent, self.view)
         return self.view.exporting
 
     def finish(self) -> list[float]:
@@ -75,7 +75,7 @@ class Office:
 def office(short: RunResult) -> Iterator[Office]:
     office = Office(view_of(short))
     yield office
-    for worker in office.desk.workers:
+    for worker in office.reducer.workers:
         worker.close()
         worker.join(30.0)
     assert "export" not in {thread.name for thread in threading.enumerate()}

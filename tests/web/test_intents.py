@@ -13,7 +13,7 @@ from slipgrasp.web.model.intents.scenario import ChoosePreset, ResetScenario, Se
 from slipgrasp.web.model.pacing import FRAME_INTERVAL, FramePacer, is_save_due
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.playback import PlaybackDesk
+from slipgrasp.web.reducers.playback import PlaybackReducer
 from slipgrasp.web.workers.preview_worker import is_outdated
 
 
@@ -71,38 +71,38 @@ def test_a_run_is_saved_once_its_knobs_have_rested(
     assert is_save_due(stage, rested) is due
 
 
-def test_desks_with_nothing_to_do_let_the_session_sleep(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=False), PlaybackDesk(FramePacer())
-    assert desk.pass_time(1.0, view) is view
-    assert desk.wait(1.0, view) is None
+def test_reducers_with_nothing_to_do_let_the_session_sleep(case_1: RunResult) -> None:
+    view, reducer = _view(case_1, playing=False), PlaybackReducer(FramePacer())
+    assert reducer.pass_time(1.0, view) is view
+    assert reducer.wait(1.0, view) is None
 
 
 def test_a_playing_session_draws_thirty_frames_a_second(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
-    desk.pass_time(1.0, view)
-    assert desk.wait(1.0, view) == pytest.approx(1.0 / 30.0)
-    assert desk.wait(5.0, view) == 0.0
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    assert reducer.wait(1.0, view) == pytest.approx(1.0 / 30.0)
+    assert reducer.wait(5.0, view) == 0.0
 
 
 def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
-    desk.pass_time(1.0, view)
-    desk.pass_time(1.04, view)
-    assert desk.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    reducer.pass_time(1.04, view)
+    assert reducer.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
 
 
 def test_play_goes_on_from_where_the_play_head_rested(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=False), PlaybackDesk(FramePacer())
-    desk.pass_time(1.0, view)
-    resumed = desk.pass_time(4.0, desk.take(TogglePlay(), view))
+    view, reducer = _view(case_1, playing=False), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    resumed = reducer.pass_time(4.0, reducer.reduce(TogglePlay(), view))
     assert resumed.playback is not None
     assert (resumed.playback.time, resumed.playback.playing) == (0.2, True)
 
 
 def test_the_play_head_moves_with_the_clock_times_its_speed(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
-    first = desk.pass_time(1.0, view)
-    later = desk.pass_time(1.5, first)
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    first = reducer.pass_time(1.0, view)
+    later = reducer.pass_time(1.5, first)
     assert first.playback == view.playback
     assert later.playback is not None
     assert later.playback.time == pytest.approx(0.2 + 0.5 * 0.25)

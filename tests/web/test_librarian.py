@@ -21,12 +21,12 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from slipgrasp.web.model.shelf import OUTCOME_CHOICES, ROWS_PER_PAGE, ShelfFilter
+from slipgrasp.web.model.run_list import OUTCOME_CHOICES, ROWS_PER_PAGE, RunFilter
 from slipgrasp.web.workers.errands import Errands
 from slipgrasp.web.workers.librarian import Librarian
 from tests.waiting import PATIENCE
 
-ALL = ShelfFilter()
+ALL = RunFilter()
 HOSTILE = "<img src=x onerror=alert(1)>"
 
 
@@ -44,9 +44,7 @@ class Library:
     def answer(self) -> Intent:
         return self.answers.get(timeout=PATIENCE)
 
-    def listed(
-        self, page: int = 0, wanted: ShelfFilter = ALL, chosen: str = ""
-    ) -> RecordingsListed:
+    def listed(self, page: int = 0, wanted: RunFilter = ALL, chosen: str = "") -> RecordingsListed:
         self.librarian.list(page, wanted, chosen)
         answer = self.answer()
         assert isinstance(answer, RecordingsListed)
@@ -105,12 +103,12 @@ def test_runs_are_found_by_their_words_and_by_how_they_went(
 ) -> None:
     first, second = store.save(case_1), store.save(case_2)
     store.annotate(second.id, name="Slippery one")
-    assert ids_of(library.listed(0, ShelfFilter("slippery")).runs) == [second.id]
-    assert ids_of(library.listed(0, ShelfFilter(outcome="held")).runs) == [second.id, first.id]
+    assert ids_of(library.listed(0, RunFilter("slippery")).runs) == [second.id]
+    assert ids_of(library.listed(0, RunFilter(outcome="held")).runs) == [second.id, first.id]
     for outcome in OUTCOME_CHOICES[2:]:
-        assert library.listed(0, ShelfFilter(outcome=outcome)).runs == ()
-    assert library.listed(5, ShelfFilter("x" * 1000)).count == 0
-    assert library.listed(0, ShelfFilter(outcome=HOSTILE)).count == 2
+        assert library.listed(0, RunFilter(outcome=outcome)).runs == ()
+    assert library.listed(5, RunFilter("x" * 1000)).count == 0
+    assert library.listed(0, RunFilter(outcome=HOSTILE)).count == 2
 
 
 def test_a_stored_run_is_opened_as_it_was_saved(

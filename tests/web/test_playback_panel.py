@@ -1,4 +1,4 @@
-"""The panel of the play head, its beacon and its keys, without a browser."""
+"""The panel of the play head, what the page is told, and its keys, without a browser."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.keys import KEYS, keys_html, keys_of
-from slipgrasp.web.panels.beacon_panel import BeaconPanel, linked_run
 from slipgrasp.web.panels.playback_panel import PlaybackPanel
+from slipgrasp.web.panels.session_state_panel import SessionStatePanel, linked_run
 from slipgrasp.web.panels.transport import transport_html
 
 
@@ -120,10 +120,10 @@ def test_the_table_of_keys_reaches_the_script_as_it_is() -> None:
         keys_of("fly")
 
 
-def test_the_beacon_tells_all_the_script_needs_and_is_quiet_while_nothing_changes(
+def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing_changes(
     viewer_server: ViewerServer, view: ViewState
 ) -> None:
-    panel = BeaconPanel(viewer_server.gui, "secret")
+    panel = SessionStatePanel(viewer_server.gui, "secret")
     panel.update(view)
     first = told_by(panel)
     assert first == {
@@ -142,12 +142,12 @@ def test_the_beacon_tells_all_the_script_needs_and_is_quiet_while_nothing_change
     panel.update(replace(view, playback=playing.advance(0.03)))
     assert told_by(panel)["time"] == playing.time
     panel.update(replace(view, notice="<b>words</b>", playback=playing.advance(0.06)))
-    assert told_by(panel)["notice"] == "<b>words</b>" and "<b>" not in panel.beacon.content
+    assert told_by(panel)["notice"] == "<b>words</b>" and "<b>" not in panel.session_state.content
     panel.remove()
 
 
-def told_by(panel: BeaconPanel) -> dict[str, object]:
-    element = ElementTree.fromstring(panel.beacon.content.replace(" hidden", ""))
+def told_by(panel: SessionStatePanel) -> dict[str, object]:
+    element = ElementTree.fromstring(panel.session_state.content.replace(" hidden", ""))
     told: dict[str, object] = json.loads(element.get("data-sg-state", ""))
     return told
 

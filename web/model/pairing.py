@@ -80,7 +80,7 @@ def _recording_on_screen(view: ViewState) -> Replay | None:
     """The run on the screen as a recording; None while it is kept nowhere."""
     if view.shown is None or view.shown.replay is not None:
         return view.shown.replay if view.shown else None
-    stored = next((run for run in view.shelf.recent if run.id == view.status.run_id), None)
+    stored = next((run for run in view.run_list.recent if run.id == view.status.run_id), None)
     if stored is None:
         return None
     recorded = moment_words(stored.created)

@@ -8,17 +8,17 @@ from functools import cached_property
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.compare import Comparing
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
-from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import Playback, WindowChoice
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.room import Room
+from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sample, Sampler
-from slipgrasp.web.model.shelf import Shelf
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.words import error_words
 
@@ -116,15 +116,15 @@ class ViewState:
         shown: The run on the screen.
         ghost: The run that is drawn pale below it.
         playback: Where the play head stands.
-        shelf: The list of stored runs.
+        run_list: The list of stored runs.
         comparing: What tells the run on the screen and the pale one apart.
         replay: The recording that was opened last; there is a way back to it.
         notice: What the page has to say across all panels, empty if nothing.
         charts: What the user has made of the charts.
         exporting: The file that is being made for the user.
         editing: How the user edits, and what was asked for before.
-        look: How the picture looks.
-        room: How much room the page has; None until it has told.
+        appearance: How the picture looks.
+        page_layout: How much room the page has; None until it has told.
         study: The study that is planned, and the one that is followed.
     """
 
@@ -136,15 +136,15 @@ class ViewState:
     shown: Shown | None = None
     ghost: Ghost | None = None
     playback: Playback | None = None
-    shelf: Shelf = field(default_factory=Shelf)
+    run_list: RunList = field(default_factory=RunList)
     comparing: Comparing = field(default_factory=Comparing)
     replay: Replay | None = None
     notice: str = ""
     charts: ChartsView = field(default_factory=ChartsView)
     exporting: Exporting = field(default_factory=Exporting)
     editing: Editing = field(default_factory=Editing)
-    look: Look = field(default_factory=Look)
-    room: Room | None = None
+    appearance: Appearance = field(default_factory=Appearance)
+    page_layout: PageLayout | None = None
     study: StudyView = field(default_factory=StudyView)
 
     @property

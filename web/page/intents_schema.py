@@ -11,7 +11,7 @@ from slipgrasp.web.model.intents.charts import ToggleLine
 from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.link import OpenLink
-from slipgrasp.web.model.intents.picture import FrameHand, PageMeasured
+from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -29,12 +29,12 @@ from slipgrasp.web.model.intents.scenario import (
     Redo,
     RemoveChange,
     RemoveChanges,
-    RemoveIncident,
+    RemoveDisturbance,
     Undo,
 )
 from slipgrasp.web.model.intents.study import OpenMember, SeePlan
+from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import WindowChoice
-from slipgrasp.web.model.room import Room
 
 MAX_GESTURES = 20
 MAX_ID_LENGTH = 100
@@ -150,8 +150,10 @@ class _MeasurePage(Gesture):
     prefers_dark: bool
 
     def intent(self) -> Intent:
-        room = Room(self.width, self.height, self.scene_width, self.scene_height, self.covered)
-        return PageMeasured(room, self.prefers_dark)
+        room = PageLayout(
+            self.width, self.height, self.scene_width, self.scene_height, self.covered
+        )
+        return MeasurePage(room, self.prefers_dark)
 
 
 class _ToggleLine(Gesture):
@@ -235,12 +237,12 @@ class _RemoveChange(Gesture):
         return RemoveChange(self.time, self.key)
 
 
-class _RemoveIncident(Gesture):
-    kind: Literal["remove-incident"]
+class _RemoveDisturbance(Gesture):
+    kind: Literal["remove-disturbance"]
     index: int = Field(ge=0, le=10**6)
 
     def intent(self) -> Intent:
-        return RemoveIncident(self.index)
+        return RemoveDisturbance(self.index)
 
 
 class _SwapRuns(Gesture):
@@ -286,7 +288,7 @@ _AnyGesture = Annotated[
     | _Redo
     | _RemoveChange
     | _RemoveChanges
-    | _RemoveIncident
+    | _RemoveDisturbance
     | _SwapRuns
     | _EndComparison
     | _OpenMember

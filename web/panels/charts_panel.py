@@ -61,7 +61,7 @@ class ChartsPanel:
             return
         playback, now = view.playback, time.monotonic()
         run = self._take_runs(view.shown, view.ghost)
-        drawing = (playback.window, view.charts, view.look.dark)
+        drawing = (playback.window, view.charts, view.appearance.dark)
         is_new = drawing != self._drawn
         if not (is_new or self._must_read(playback, now)):
             return
@@ -70,7 +70,7 @@ class ChartsPanel:
                 pages = drawn_charts(run, self._ghost_run, playback.window, view.charts)
                 label = view.ghost.label if view.ghost else ""
                 for name, tab in self._tabs.items():
-                    tab.draw(pages[name], label, dark=view.look.dark)
+                    tab.draw(pages[name], label, dark=view.appearance.dark)
                 self._drawn = drawing
             changes = [change.time for change in view.shown.result.scenario.changes]
             for name, tab in self._tabs.items():

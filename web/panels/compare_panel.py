@@ -58,7 +58,7 @@ class ComparePanel:
 
     def update(self, view: ViewState) -> None:
         """Shows the two runs, and what tells them apart as far as that is known."""
-        drawn = (view.shown, view.ghost, view.comparing, view.shelf.recent, view.status.run_id)
+        drawn = (view.shown, view.ghost, view.comparing, view.run_list.recent, view.status.run_id)
         if drawn == self._drawn:
             return
         self._drawn = drawn
@@ -73,7 +73,7 @@ class ComparePanel:
     def _show_choices(self, view: ViewState) -> None:
         on_screen = view.shown.replay if view.shown else None
         pale = view.ghost.shown.replay if view.ghost else None
-        labels = {run.id: _choice_label(run) for run in view.shelf.recent}
+        labels = {run.id: _choice_label(run) for run in view.run_list.recent}
         for replay in (on_screen, pale):
             if replay is not None and replay.run_id:
                 labels.setdefault(replay.run_id, f"{_shortened(replay.name)} · {replay.run_id}")

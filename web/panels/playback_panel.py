@@ -84,7 +84,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
             ("━", _legible(CONE), "friction cone"),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
-            *_incident_signs(shown.result.scenario),
+            *_disturbance_signs(shown.result.scenario),
         )
     )
     phases = "".join(
@@ -100,7 +100,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     )
 
 
-def _incident_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
+def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
     """Sign, colour and word of what happens in a run."""
     if scenario.patches:
         yield "≈", _legible(WATER), "wet spot"

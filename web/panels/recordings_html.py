@@ -13,7 +13,7 @@ from slipgrasp.server.routes.recordings import UPLOAD_PATH
 from slipgrasp.server.runs.schemas import API_PATH
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.replay import moment_words
-from slipgrasp.web.model.shelf import ROWS_PER_PAGE, Shelf
+from slipgrasp.web.model.run_list import ROWS_PER_PAGE, RunList
 from slipgrasp.web.page.markup import clickable
 from slipgrasp.web.panels.outcome_panel import box_html
 
@@ -64,23 +64,23 @@ def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
     return ("held", "good") if summary["metrics"]["held"] else ("not held", "warning")
 
 
-def rows_html(shelf: Shelf, open_id: str) -> str:
+def rows_html(run_list: RunList, open_id: str) -> str:
     """The page of the list.
 
     Args:
-        shelf: The stored runs.
+        run_list: The stored runs.
         open_id: The run on the screen, empty if it is none of them.
     """
-    notice = shelf.notice
+    notice = run_list.notice
     box = box_html(escape(notice.title), [escape(_sentence(notice.message))]) if notice else ""
-    names = distinct_names(shelf.runs)
+    names = distinct_names(run_list.runs)
     rows = "".join(
-        _row_html(run, names[run.id], run.id == shelf.chosen_id, run.id == open_id)
-        for run in shelf.runs
+        _row_html(run, names[run.id], run.id == run_list.chosen_id, run.id == open_id)
+        for run in run_list.runs
     )
     return (
-        f"<div class='sg-shelf'>{box}<div class='sg-rows'>{rows or _empty_html(shelf)}</div>"
-        f"{_pager_html(shelf)}</div>"
+        f"<div class='sg-run-list'>{box}<div class='sg-rows'>{rows or _empty_html(run_list)}</div>"
+        f"{_pager_html(run_list)}</div>"
     )
 
 
@@ -101,25 +101,25 @@ def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
     )
 
 
-def _empty_html(shelf: Shelf) -> str:
+def _empty_html(run_list: RunList) -> str:
     words = (
         "No stored runs yet: every run is saved once the knobs rest."
-        if shelf.wanted.is_open
+        if run_list.wanted.is_open
         else "No stored run is like this."
     )
     return f"<div class='sg-empty'>{words}</div>"
 
 
-def _pager_html(shelf: Shelf) -> str:
+def _pager_html(run_list: RunList) -> str:
     """Which runs these are, and the ways to newer and to older ones."""
-    if not shelf.runs:
+    if not run_list.runs:
         return ""
-    first = shelf.page * ROWS_PER_PAGE + 1
-    last = first + len(shelf.runs) - 1
-    what = "stored runs" if shelf.wanted.is_open else "runs like this"
-    newer = _page_html("‹ newer", shelf.page - 1, shelf.page > 0)
-    older = _page_html("older ›", shelf.page + 1, last < shelf.count)
-    words = f"<span>{first} to {last} of {shelf.count} {what}</span>"
+    first = run_list.page * ROWS_PER_PAGE + 1
+    last = first + len(run_list.runs) - 1
+    what = "stored runs" if run_list.wanted.is_open else "runs like this"
+    newer = _page_html("‹ newer", run_list.page - 1, run_list.page > 0)
+    older = _page_html("older ›", run_list.page + 1, last < run_list.count)
+    words = f"<span>{first} to {last} of {run_list.count} {what}</span>"
     return f"<div class='sg-pager sg-small'>{newer}{words}{older}</div>"
 
 
@@ -149,7 +149,7 @@ def upload_html() -> str:
     """
     hint = "Keeps a recording (MCAP) of slipgrasp from another folder; it is read in full before."
     return (
-        f"<div class='sg-shelf'><label class='sg-upload' data-sg-upload='{UPLOAD_PATH}' "
+        f"<div class='sg-run-list'><label class='sg-upload' data-sg-upload='{UPLOAD_PATH}' "
         f"title='{hint}' tabindex='0' role='button'>⇪ Upload a recording"
         "<input type='file' accept='.mcap' hidden></label>"
         "<div class='sg-upload-answer' role='status'></div></div>"

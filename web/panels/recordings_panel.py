@@ -15,7 +15,7 @@ from slipgrasp.web.model.intents.recordings import (
     FilterRecordings,
     OpenRecording,
 )
-from slipgrasp.web.model.shelf import OUTCOME_CHOICES, Shelf
+from slipgrasp.web.model.run_list import OUTCOME_CHOICES, RunList
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.panels.confirmation import ask_to_confirm
 from slipgrasp.web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
@@ -46,18 +46,18 @@ class RecordingsPanel:
         self.rows = gui.add_html("")
         self.chosen = _ChosenRun(gui, send)
         self._upload = gui.add_html(upload_html())
-        self._shelf: Shelf | None = None
+        self._run_list: RunList | None = None
         self._open_id = ""
 
     def update(self, view: ViewState) -> None:
         """Shows a page of the list, which run is chosen, and which is on the screen."""
         replay = view.shown.replay if view.shown else None
         open_id = replay.run_id if replay else view.status.run_id
-        if (view.shelf, open_id) == (self._shelf, self._open_id):
+        if (view.run_list, open_id) == (self._run_list, self._open_id):
             return
-        self._shelf, self._open_id = view.shelf, open_id
-        self.rows.content = rows_html(view.shelf, open_id)
-        self.chosen.show(view.shelf.chosen)
+        self._run_list, self._open_id = view.run_list, open_id
+        self.rows.content = rows_html(view.run_list, open_id)
+        self.chosen.show(view.run_list.chosen)
 
     def remove(self) -> None:
         """Takes everything off the page."""

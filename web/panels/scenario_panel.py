@@ -10,14 +10,14 @@ import viser
 from slipgrasp.core.run.verdict import scenario_title
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
 from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
 from slipgrasp.web.model.editing import Reach
-from slipgrasp.web.model.incidents import Incidence, incident_words
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.scenario import (
+    AddDisturbance,
     ChoosePreset,
     ChooseReach,
-    Happen,
     Redo,
     ResetScenario,
     Undo,
@@ -32,7 +32,7 @@ from slipgrasp.web.panels.parameter_inputs import as_text
 
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
-_HAPPENINGS = {kind.value: kind for kind in Incidence}
+_HAPPENINGS = {kind.value: kind for kind in DisturbanceKind}
 _NEAREST = "the one nearest to slip"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
@@ -128,7 +128,7 @@ class ScenarioPanel:
             return _STEPS.get(self.steps.value)
         if event.target is self.happenings:
             kind = _HAPPENINGS.get(self.happenings.value)
-            return Happen(kind, self._contact) if kind else None
+            return AddDisturbance(kind, self._contact) if kind else None
         reach = _REACHES.get(self.reach.value)
         return ChooseReach(reach) if reach else None
 
@@ -183,7 +183,7 @@ def changes_html(draft: Draft) -> str:
     """
     rows = (
         *(_change_html(draft, change) for change in main_changes(draft)),
-        *(_incident_html(draft, index) for index in range(len(draft.incidents))),
+        *(_disturbance_html(draft, index) for index in range(len(draft.disturbances))),
     )
     if not rows:
         return ""
@@ -207,13 +207,12 @@ def _change_html(draft: Draft, change: TimedEdit) -> str:
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
 
 
-def _incident_html(draft: Draft, index: int) -> str:
-    incident = draft.incidents[index]
-    words = escape(incident_words(incident))
-    button = _button("✕", "Take this back", "remove-incident", index=index)
-    return (
-        f"<div class='sg-editor-row'><span><b>{incident.time:g} s</b> {words}</span>{button}</div>"
-    )
+def _disturbance_html(draft: Draft, index: int) -> str:
+    disturbance = draft.disturbances[index]
+    words = escape(disturbance_words(disturbance))
+    button = _button("✕", "Take this back", "remove-disturbance", index=index)
+    when = f"<b>{disturbance.time:g} s</b>"
+    return f"<div class='sg-editor-row'><span>{when} {words}</span>{button}</div>"
 
 
 def ghost_html(ghost: Ghost | None) -> str:

@@ -1,4 +1,4 @@
-"""The desk of comparisons: a second run below the one on the screen, and what tells them apart."""
+"""The reducer of comparisons: a second run below the one shown, and what tells them apart."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from slipgrasp.web.model.intents.recordings import OpenRecording
 from slipgrasp.web.model.pairing import pair_of, swapped, with_pale_run, without_pale_run
 from slipgrasp.web.model.showing import show_replay
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.comparer import Comparer
 
 _REST = 0.3
 
 
-class CompareDesk(Desk):
+class CompareReducer(Reducer):
     """Compares whatever two runs are on the screen, once they have been there for a moment.
 
     Args:
@@ -54,7 +54,7 @@ class CompareDesk(Desk):
         self._seen_at = 0.0
         self._asked: Pair | None = None
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Asks for two runs, shows them, or shows what tells them apart."""
         match intent:
             case CompareRuns(a, b):

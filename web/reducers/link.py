@@ -1,4 +1,4 @@
-"""The desk of links: a run and a time that the address of the page names."""
+"""The reducer of links: a run and a time that the address of the page names."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from slipgrasp.web.model.intents.recordings import (
 )
 from slipgrasp.web.model.playback import whole_window
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 
 _SHOWN_LENGTH = 40
 
 
-class LinkDesk(Desk):
+class LinkReducer(Reducer):
     """Opens the run of a link, and puts the play head where the link says once it is there.
 
-    Its place is behind the desk of the recordings, which shows the run.
+    Its place is behind the reducer of the recordings, which shows the run.
 
     Args:
-        send: Asks the desk of the recordings to open a run.
+        send: Asks the reducer of the recordings to open a run.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -40,7 +40,7 @@ class LinkDesk(Desk):
         self._send = send
         self._wanted: OpenLink | None = None
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Asks for the run of a link, and does the rest when there is an answer."""
         match intent:
             case OpenLink(run_id):

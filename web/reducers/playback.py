@@ -1,4 +1,4 @@
-"""The desk of the play head."""
+"""The reducer of the play head."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from slipgrasp.web.model.intents.playback import (
 from slipgrasp.web.model.pacing import FramePacer
 from slipgrasp.web.model.play_head import choice_after, moved
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 
 
-class PlaybackDesk(Desk):
+class PlaybackReducer(Reducer):
     """Moves the play head: by hand, and with time while it plays.
 
     Args:
@@ -49,7 +49,7 @@ class PlaybackDesk(Desk):
         self._passed: float | None = None
         self._due = 0.0
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Moves the play head by hand."""
         if view.shown is None or view.playback is None:
             return view

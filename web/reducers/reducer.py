@@ -1,4 +1,4 @@
-"""What every desk is."""
+"""What every reducer is."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipgrasp.web.model.view import ViewState
 
 
 class Worker(Protocol):
-    """A thread that works for a desk."""
+    """A thread that works for a reducer."""
 
     def close(self) -> None:
         """Asks it to end; what is to be kept is still kept."""
@@ -22,13 +22,13 @@ class Worker(Protocol):
         ...
 
 
-class Desk(ABC):
+class Reducer(ABC):
     """One concern of a session: makes a new view of what is asked for.
 
-    A desk holds threads and clocks; whatever is on the screen is in the view.
+    A reducer holds threads and clocks; whatever is on the screen is in the view.
 
     Attributes:
-        takes: The intents that it is asked about; several desks may take the same one.
+        takes: The intents that it is asked about; several reducers may take the same one.
         workers: Its threads; the session ends them.
     """
 
@@ -40,7 +40,7 @@ class Desk(ABC):
         return view
 
     @abstractmethod
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """What it makes of an intent."""
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:

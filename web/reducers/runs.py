@@ -1,4 +1,4 @@
-"""The desk of runs: what is asked for is simulated, shown, and saved once it rests."""
+"""The reducer of runs: what is asked for is simulated, shown, and saved once it rests."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, 
 from slipgrasp.web.model.pacing import is_save_due
 from slipgrasp.web.model.showing import show, show_replay, with_status
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.services import Services
 from slipgrasp.web.workers.preview_worker import PreviewWorker
 
 _UNNOTICED_WAIT = 0.3
-_LOOK_AGAIN = 0.1
+_POLL_INTERVAL = 0.1
 _SHORT_RUN = 0.03
 _GHOST_LABEL = "the run before"
 
 
-class RunDesk(Desk):
+class RunReducer(Reducer):
     """Turns the draft into a run, whoever made the draft.
 
     Args:
@@ -50,7 +50,7 @@ class RunDesk(Desk):
         self._asked = None if self._simulates_first else view.draft
         return view
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Shows what the worker answers, unless it comes too late."""
         match intent:
             case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
@@ -76,7 +76,7 @@ class RunDesk(Desk):
         if self._waiting_since is not None and self.expects_answer(now):
             return self._waiting_since + _SHORT_RUN - now
         busy = self._waiting_since is not None or view.status.stage is RunStage.PREVIEW
-        return _LOOK_AGAIN if busy else None
+        return _POLL_INTERVAL if busy else None
 
     def expects_answer(self, now: float) -> bool:
         """Most runs take a few milliseconds: a picture without theirs would only delay it."""

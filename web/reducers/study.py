@@ -1,4 +1,4 @@
-"""The desk of studies: plans them, starts them, follows one, and opens its runs."""
+"""The reducer of studies: plans them, starts them, follows one, and opens its runs."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from slipgrasp.web.model.intents.study import (
 from slipgrasp.web.model.study import Followed, Member, Price, StudyView
 from slipgrasp.web.model.study_plan import Plan, comparisons_for, fitted, offers_of
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.study_worker import StudyClerk
 
-LOOK_EVERY = 0.5
+POLL_INTERVAL = 0.5
 REST_BEFORE_PRICE = 1.0
 """How long plan and draft rest before the study is priced, which simulates the base once [s].
 
@@ -48,7 +48,7 @@ Whoever does not look at the plan need not know its price.
 PlanIntent = ChooseVaried | SetRange | ChooseComparison
 
 
-class StudyDesk(Desk):
+class StudyReducer(Reducer):
     """Keeps the plan of the next study, and the study that is on the screen.
 
     A study belongs to the server: it goes on when its session ends.
@@ -90,14 +90,14 @@ class StudyDesk(Desk):
         self._numbers = count(1)
         self._pricing = self._starting = self._following = 0
         self._followed_id: str | None = None
-        self._look_at = 0.0
+        self._poll_at = 0.0
 
     def start(self, view: ViewState) -> ViewState:
         """Asks for the list of studies."""
         self._clerk.list()
         return view
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Changes the plan, asks the clerk, or shows what it answers."""
         match intent:
             case ChooseVaried() | SetRange() | ChooseComparison():
@@ -114,9 +114,9 @@ class StudyDesk(Desk):
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Keeps the plan in step with the draft, prices it, and looks after the study."""
-        if self._followed_id is not None and now >= self._look_at:
-            self._look_at = now + LOOK_EVERY
-            self._clerk.look(self._following, self._followed_id)
+        if self._followed_id is not None and now >= self._poll_at:
+            self._poll_at = now + POLL_INTERVAL
+            self._clerk.poll(self._following, self._followed_id)
         view = self._in_step(view)
         planned = (view.study.plan, view.draft)
         if planned != self._planned:
@@ -130,7 +130,7 @@ class StudyDesk(Desk):
 
     def wait(self, now: float, view: ViewState) -> float | None:
         """Comes back while a study is followed, or is to be priced."""
-        waits = [self._look_at - now] if self._followed_id is not None else []
+        waits = [self._poll_at - now] if self._followed_id is not None else []
         if view.study.is_plan_seen and math.isfinite(self._planned_at):
             waits.append(self._planned_at + REST_BEFORE_PRICE - now)
         return max(min(waits), 0.0) if waits else None
@@ -170,7 +170,7 @@ class StudyDesk(Desk):
     def _follow(self, study: StudyView, study_id: str) -> StudyView:
         """Turns to a study; what is on the screen stays until it is there."""
         self._following = next(self._numbers)
-        self._followed_id, self._look_at = study_id, 0.0
+        self._followed_id, self._poll_at = study_id, 0.0
         return replace(study, message="")
 
     def _ask_for_member(self, study: StudyView, index: int) -> StudyView:

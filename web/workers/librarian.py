@@ -20,7 +20,7 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingUnreadable,
 )
 from slipgrasp.web.model.replay import Source, open_replay
-from slipgrasp.web.model.shelf import ROWS_PER_PAGE, ShelfFilter
+from slipgrasp.web.model.run_list import ROWS_PER_PAGE, RunFilter
 from slipgrasp.web.workers.errands import Errands
 
 NUM_RECENT = 30
@@ -47,7 +47,7 @@ class Librarian:
         """
         self._errands.ask(partial(self._open, number, source), "open")
 
-    def list(self, page: int, wanted: ShelfFilter, chosen_id: str = "") -> None:
+    def list(self, page: int, wanted: RunFilter, chosen_id: str = "") -> None:
         """Asks for a page of the list.
 
         Args:
@@ -79,7 +79,7 @@ class Librarian:
         except RecordingError as error:
             self._send(RecordingUnreadable(number, str(error)))
 
-    def _list(self, page: int, wanted: ShelfFilter, chosen_id: str) -> None:
+    def _list(self, page: int, wanted: RunFilter, chosen_id: str) -> None:
         """Answers with the last page where there are fewer."""
         started = time.monotonic()
         found = self._store.find(wanted.query(page))

@@ -58,9 +58,9 @@ class StudyClerk:
         """Asks for a study to be run; ``number`` is what the answer is known by."""
         self.errands.ask(partial(self._start, number, plan, scenario, origin), "start", must=True)
 
-    def look(self, number: int, study_id: str) -> None:
+    def poll(self, number: int, study_id: str) -> None:
         """Asks how far a study is; ``number`` is that of the request to follow it."""
-        self.errands.ask(partial(self._look, number, study_id), "look")
+        self.errands.ask(partial(self._poll, number, study_id), "poll")
 
     def cancel(self, number: int, study_id: str) -> None:
         """Asks for a study to end."""
@@ -107,7 +107,7 @@ class StudyClerk:
         else:
             self._send(MemberRecorded(study_id, index, stored.id))
 
-    def _look(self, number: int, study_id: str) -> None:
+    def _poll(self, number: int, study_id: str) -> None:
         try:
             status = self._service.status(study_id)
             behind = self._num_before(status)

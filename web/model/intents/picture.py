@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
-from slipgrasp.web.model.look import Look
-from slipgrasp.web.model.room import Room
+from slipgrasp.web.model.page_layout import PageLayout
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,18 +22,18 @@ class CameraMoved(LatestIntent):
 
 
 @dataclass(frozen=True, slots=True)
-class PageMeasured(LatestIntent):
+class MeasurePage(LatestIntent):
     """The page tells how much room it has, and whether its user likes pages to be dark."""
 
-    room: Room
+    layout: PageLayout
     prefers_dark: bool
 
 
 @dataclass(frozen=True, slots=True)
-class SetLook(LatestIntent):
+class SetAppearance(LatestIntent):
     """The user chose what is drawn; its numbers are not validated yet."""
 
-    look: Look
+    appearance: Appearance
 
 
 @dataclass(frozen=True, slots=True)

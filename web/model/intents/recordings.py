@@ -18,7 +18,7 @@ class ListRecordings(LatestIntent):
 
 @dataclass(frozen=True, slots=True)
 class FilterRecordings(LatestIntent):
-    """The user wants to see some of the stored runs only, by `slipgrasp.web.model.shelf`."""
+    """The user wants to see some of the stored runs only, by `slipgrasp.web.model.run_list`."""
 
     text: str
     outcome: str

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Value
 from slipgrasp.web.model.editing import Reach
-from slipgrasp.web.model.incidents import Incidence
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 
@@ -44,7 +44,7 @@ class RemoveChanges(Intent):
 
 
 @dataclass(frozen=True, slots=True)
-class Happen(Intent):
+class AddDisturbance(Intent):
     """The user lets something happen to the object at the play head.
 
     Attributes:
@@ -52,12 +52,12 @@ class Happen(Intent):
         contact: Under which fingertip, where that matters; None is the one nearest to slip.
     """
 
-    kind: Incidence
+    kind: DisturbanceKind
     contact: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class RemoveIncident(Intent):
+class RemoveDisturbance(Intent):
     """The user takes back a push or a wet spot, by its place among them."""
 
     index: int

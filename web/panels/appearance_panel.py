@@ -6,46 +6,46 @@ from typing import Any
 
 import viser
 
+from slipgrasp.web.model.appearance import LARGEST_FORCE_SCALE, LEAST_FORCE_SCALE, Appearance
 from slipgrasp.web.model.intents.intent import Send
-from slipgrasp.web.model.intents.picture import SetLook, ToggleDark
-from slipgrasp.web.model.look import LARGEST_FORCE_SCALE, LEAST_FORCE_SCALE, Look
+from slipgrasp.web.model.intents.picture import SetAppearance, ToggleDark
 from slipgrasp.web.model.view import ViewState
 
 _FORCE_STEP = 0.5
 
 
-class LookPanel:
+class AppearancePanel:
     """Lets the user choose what is drawn.
 
     Args:
         gui: Where it goes.
-        look: What is chosen at first.
+        appearance: What is chosen at first.
         send: Takes the intents.
     """
 
-    def __init__(self, gui: viser.GuiApi, look: Look, send: Send) -> None:
+    def __init__(self, gui: viser.GuiApi, appearance: Appearance, send: Send) -> None:
         self._send = send
         self._folder = gui.add_folder("Picture", expand_by_default=False)
         with self._folder:
             self.dark = gui.add_checkbox(
-                "dark", look.dark, hint="Dark page and dark scene, for a dim room."
+                "dark", appearance.dark, hint="Dark page and dark scene, for a dim room."
             )
             self.force_scale = gui.add_slider(
                 "force scale",
                 LEAST_FORCE_SCALE,
                 LARGEST_FORCE_SCALE,
                 _FORCE_STEP,
-                look.force_scale,
+                appearance.force_scale,
                 hint="How many times longer than usual the arrows of the contact forces are.",
             )
             self.cones = gui.add_checkbox(
                 "friction cones",
-                look.cones,
+                appearance.cones,
                 hint="Draw the cone that a force may not leave while its fingertip sticks, and "
                 "dashed the one that the controller believes in.",
             )
             self.lenses = gui.add_checkbox(
-                "lenses", look.lenses, hint="Show every contact magnified above the hand."
+                "lenses", appearance.lenses, hint="Show every contact magnified above the hand."
             )
         self._command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
         self._command.on_trigger(lambda _: send(ToggleDark()))
@@ -54,10 +54,10 @@ class LookPanel:
 
     def update(self, view: ViewState) -> None:
         """Shows what is chosen."""
-        look = view.look
-        self.dark.value = look.dark
-        self.force_scale.value = look.force_scale
-        self.cones.value, self.lenses.value = look.cones, look.lenses
+        appearance = view.appearance
+        self.dark.value = appearance.dark
+        self.force_scale.value = appearance.force_scale
+        self.cones.value, self.lenses.value = appearance.cones, appearance.lenses
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -69,8 +69,8 @@ class LookPanel:
         """Asks for what the widgets say; values that the program sets must not come back."""
         if event.client_id is not None:
             self._send(
-                SetLook(
-                    Look(
+                SetAppearance(
+                    Appearance(
                         dark=bool(self.dark.value),
                         force_scale=float(self.force_scale.value),
                         cones=bool(self.cones.value),

@@ -11,19 +11,19 @@ import viser
 
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.server.viewer.viewer_server import ViewerServer
+from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.camera import FrontCamera
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import PageMeasured, SetLook, ToggleDark
-from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.intents.picture import MeasurePage, SetAppearance, ToggleDark
+from slipgrasp.web.model.page_layout import MARGIN, PageLayout, guess_layout, panel_sizes
 from slipgrasp.web.model.playback import WindowChoice
-from slipgrasp.web.model.room import MARGIN, Room, guess_room, panel_sizes
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures
-from slipgrasp.web.panels.look_panel import LookPanel
-from slipgrasp.web.reducers.picture import PictureDesk
+from slipgrasp.web.panels.appearance_panel import AppearancePanel
+from slipgrasp.web.reducers.picture import PictureReducer
 
-ROOM = Room(1440, 900, 740, 900, 220)
+LAYOUT = PageLayout(1440, 900, 740, 900, 220)
 
 
 @pytest.fixture
@@ -41,37 +41,40 @@ class Camera:
 
 
 @pytest.fixture
-def desk() -> PictureDesk:
-    return PictureDesk(FrontCamera(Camera()))  # pyright: ignore[reportArgumentType]
+def reducer() -> PictureReducer:
+    return PictureReducer(FrontCamera(Camera()))  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(
     ("asked", "drawn"), [(2.0, 2.0), (1e9, 4.0), (-3.0, 0.5), (math.nan, 1.0), (math.inf, 1.0)]
 )
 def test_a_force_scale_that_cannot_be_drawn_is_moved_into_bounds(
-    desk: PictureDesk, view: ViewState, asked: float, drawn: float
+    reducer: PictureReducer, view: ViewState, asked: float, drawn: float
 ) -> None:
-    assert desk.take(SetLook(Look(force_scale=asked)), view).look.force_scale == drawn
+    assert (
+        reducer.reduce(SetAppearance(Appearance(force_scale=asked)), view).appearance.force_scale
+        == drawn
+    )
 
 
 def test_the_page_is_as_dark_as_its_browser_prefers_until_its_user_chooses(
-    desk: PictureDesk, view: ViewState
+    reducer: PictureReducer, view: ViewState
 ) -> None:
-    dark = desk.take(PageMeasured(ROOM, prefers_dark=True), view)
-    assert dark.look.dark
-    bright = desk.take(ToggleDark(), dark)
-    resized = desk.take(PageMeasured(replace(ROOM, width=1024), prefers_dark=True), bright)
-    assert not resized.look.dark
-    assert resized.room is not None
-    assert resized.room.width == 1024
+    dark = reducer.reduce(MeasurePage(LAYOUT, prefers_dark=True), view)
+    assert dark.appearance.dark
+    bright = reducer.reduce(ToggleDark(), dark)
+    resized = reducer.reduce(MeasurePage(replace(LAYOUT, width=1024), prefers_dark=True), bright)
+    assert not resized.appearance.dark
+    assert resized.page_layout is not None
+    assert resized.page_layout.width == 1024
 
 
 def test_the_panel_shows_what_is_chosen_and_sends_nothing_by_itself(
     viewer_server: ViewerServer, view: ViewState
 ) -> None:
     sent: list[Intent] = []
-    panel = LookPanel(viewer_server.gui, view.look, sent.append)
-    panel.update(replace(view, look=Look(dark=True, force_scale=2.5, lenses=False)))
+    panel = AppearancePanel(viewer_server.gui, view.appearance, sent.append)
+    panel.update(replace(view, appearance=Appearance(dark=True, force_scale=2.5, lenses=False)))
     assert (panel.dark.value, panel.force_scale.value, panel.lenses.value) == (True, 2.5, False)
     assert sent == []
     panel.remove()
@@ -79,10 +82,10 @@ def test_the_panel_shows_what_is_chosen_and_sends_nothing_by_itself(
 
 def test_one_switch_asks_for_the_whole_look(viewer_server: ViewerServer, view: ViewState) -> None:
     sent: list[Intent] = []
-    panel = LookPanel(viewer_server.gui, view.look, sent.append)
-    panel.update(replace(view, look=Look(force_scale=1.5, cones=False)))
+    panel = AppearancePanel(viewer_server.gui, view.appearance, sent.append)
+    panel.update(replace(view, appearance=Appearance(force_scale=1.5, cones=False)))
     press(panel.dark)
-    assert sent == [SetLook(Look(dark=False, force_scale=1.5, cones=False))]
+    assert sent == [SetAppearance(Appearance(dark=False, force_scale=1.5, cones=False))]
 
 
 def press(widget: viser.GuiCheckboxHandle) -> None:
@@ -104,7 +107,7 @@ def test_what_the_page_measures_becomes_an_intent() -> None:
         "covered": 220,
         "prefers_dark": True,
     }
-    assert PageGestures.model_validate([posted]).intents() == [PageMeasured(ROOM, True)]
+    assert PageGestures.model_validate([posted]).intents() == [MeasurePage(LAYOUT, True)]
     for hostile in ({"width": -1}, {"covered": 1e9}, {"scene_width": 7.5}, {"prefers_dark": 1}):
         with pytest.raises(ValueError, match="measure-page"):
             PageGestures.model_validate([posted | hostile])
@@ -118,10 +121,10 @@ def test_the_scene_keeps_its_share_of_every_page(width: int, height: int) -> Non
 
 
 def test_the_playback_panel_spans_the_scene_with_a_margin() -> None:
-    assert ROOM.playback == ROOM.scene_width - 2 * MARGIN
-    assert replace(ROOM, scene_width=10).playback > 200
+    assert LAYOUT.playback == LAYOUT.scene_width - 2 * MARGIN
+    assert replace(LAYOUT, scene_width=10).playback > 200
 
 
 def test_a_fine_screen_is_not_taken_for_a_large_page() -> None:
-    assert guess_room(2880, 1800) == guess_room(1440, 900)
-    assert guess_room(1024, 700).width == 1024
+    assert guess_layout(2880, 1800) == guess_layout(1440, 900)
+    assert guess_layout(1024, 700).width == 1024

@@ -12,7 +12,7 @@ from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
 
 
-class Incidence(StrEnum):
+class DisturbanceKind(StrEnum):
     """What a user may let happen."""
 
     PUSH = "push"
@@ -20,13 +20,13 @@ class Incidence(StrEnum):
     POUR = "pour"
 
 
-IncidentList = Literal["pulses", "patches"]
+DisturbanceList = Literal["pulses", "patches"]
 
-_LISTS: tuple[IncidentList, ...] = ("pulses", "patches")
+_LISTS: tuple[DisturbanceList, ...] = ("pulses", "patches")
 
 
 @dataclass(frozen=True, slots=True)
-class Incident:
+class Disturbance:
     """A push or a wet spot; its values may be out of bounds.
 
     Attributes:
@@ -34,7 +34,7 @@ class Incident:
         values: Its values by key, relative to the entry; None is left out.
     """
 
-    place: IncidentList
+    place: DisturbanceList
     values: Mapping[str, Any]
 
     @property
@@ -42,17 +42,17 @@ class Incident:
         """When it begins [s]."""
         return float(self.values["time" if self.place == "pulses" else "start_time"])
 
-    def edited(self, key: str, value: object) -> Incident:
+    def edited(self, key: str, value: object) -> Disturbance:
         """The same with another value."""
         return replace(self, values={**self.values, key: value})
 
 
-def push_at(time: float) -> Incident:
+def push_at(time: float) -> Disturbance:
     """A push as long and strong as is usual, from some time on [s]."""
-    return Incident("pulses", _plain_values(Pulse(time=time)))
+    return Disturbance("pulses", _plain_values(Pulse(time=time)))
 
 
-def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Incident:
+def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Disturbance:
     """A wet spot below a fingertip.
 
     Args:
@@ -63,24 +63,24 @@ def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Inci
     """
     finger = scenario.fingers[contact]
     centre = round(finger.contact_offset + slip, 6)
-    return Incident(
+    return Disturbance(
         "patches", _plain_values(Patch(face=finger.face, centre=centre, start_time=time))
     )
 
 
-def incidents_of(scenario: Scenario) -> tuple[Incident, ...]:
+def disturbances_of(scenario: Scenario) -> tuple[Disturbance, ...]:
     """What happens in a scenario: first the pushes, then the wet spots."""
     return tuple(
-        Incident(place, _plain_values(entry))
+        Disturbance(place, _plain_values(entry))
         for place in _LISTS
         for entry in getattr(scenario, place)
     )
 
 
-def incident_words(incident: Incident) -> str:
+def disturbance_words(disturbance: Disturbance) -> str:
     """What happens, such as ``push (0, -5) N for 0.05 s``."""
-    values = incident.values
-    if incident.place == "pulses":
+    values = disturbance.values
+    if disturbance.place == "pulses":
         force = f"({values['force.0']:g}, {values['force.1']:g}) N"
         turning = f" and {values['moment']:g} N m" if values["moment"] else ""
         return f"push {force}{turning} for {values['duration']:g} s"
@@ -89,24 +89,24 @@ def incident_words(incident: Incident) -> str:
     return f"wet spot on {face}, friction × {values['friction_factor']:g}{until}"
 
 
-def is_of_incident(key: str) -> bool:
+def is_of_disturbance(key: str) -> bool:
     """Whether a dotted key belongs to a push or a wet spot."""
     return key.partition(".")[0] in _LISTS
 
 
-def incident_values(incidents: Sequence[Incident]) -> Iterator[tuple[str, Any]]:
-    """The values of all incidents by dotted key of the scenario."""
+def disturbance_values(disturbances: Sequence[Disturbance]) -> Iterator[tuple[str, Any]]:
+    """The values of all disturbances by dotted key of the scenario."""
     counts = dict.fromkeys(_LISTS, 0)
-    for incident in incidents:
-        index = counts[incident.place]
-        counts[incident.place] += 1
-        for key, value in incident.values.items():
-            yield f"{incident.place}.{index}.{key}", value
+    for disturbance in disturbances:
+        index = counts[disturbance.place]
+        counts[disturbance.place] += 1
+        for key, value in disturbance.values.items():
+            yield f"{disturbance.place}.{index}.{key}", value
 
 
-def incident_parameters(incidents: Sequence[Incident]) -> Iterator[Parameter]:
-    """The parameters of all incidents, in the order of their fields."""
-    for key, value in incident_values(incidents):
+def disturbance_parameters(disturbances: Sequence[Disturbance]) -> Iterator[Parameter]:
+    """The parameters of all disturbances, in the order of their fields."""
+    for key, value in disturbance_values(disturbances):
         is_whole = isinstance(value, int) and not isinstance(value, bool)
         number = float(value) if is_whole else value
         yield replace(template_keys()[template_key(key)], key=key, value=number)

@@ -1,4 +1,4 @@
-"""The beacon: what the page's own script has to know of the session, in a hidden element."""
+"""What the page's own script has to know of the session, in a hidden element."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _INTERVAL = 0.5
 _AT_START = Playback(time=0.0, window=TimeWindow(0.0, 1.0), speed=1.0, playing=False)
 
 
-class BeaconPanel:
+class SessionStatePanel:
     """Tells the page's script about the session; while time runs on, the script counts itself.
 
     Args:
@@ -25,7 +25,7 @@ class BeaconPanel:
 
     def __init__(self, gui: viser.GuiApi, key: str) -> None:
         self._key = key
-        self.beacon = gui.add_html("")
+        self.session_state = gui.add_html("")
         self._told: tuple[object, ...] = ()
         self._told_at = 0.0
 
@@ -37,14 +37,14 @@ class BeaconPanel:
         if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
             return
         self._told, self._told_at = telling, now
-        self.beacon.content = beacon_html(self._key, view)
+        self.session_state.content = session_state_html(self._key, view)
 
     def remove(self) -> None:
         """Takes it off the page."""
-        self.beacon.remove()
+        self.session_state.remove()
 
 
-def beacon_html(key: str, view: ViewState) -> str:
+def session_state_html(key: str, view: ViewState) -> str:
     """The hidden element.
 
     Args:
@@ -62,7 +62,7 @@ def beacon_html(key: str, view: ViewState) -> str:
         "speed": playback.speed,
         "playing": playback.playing,
     }
-    return f'<i id="sg-beacon" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
+    return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
 
 
 def linked_run(view: ViewState) -> str:

@@ -1,5 +1,5 @@
-// The beacon is a hidden element that the session writes into the page:
-//   <i id="sg-beacon" data-sg-state='{"session": KEY, "run": ID, "time": 0.08, …}'>
+// The state of the session, in a hidden element that the session writes into the page:
+//   <i id="sg-session-state" data-sg-state='{"session": KEY, "run": ID, "time": 0.08, …}'>
 // It is written when something changes, and now and then while time runs on; in between the
 // page moves the play head itself, so that no message is needed for it.
 
@@ -52,18 +52,18 @@ export function hold(time) {
   held = { time, until: performance.now() + HOLD_MS };
 }
 
-/** Begins to look at the beacon, once for every picture of the browser. */
-export function watchBeacon() {
+/** Begins to look at it, once for every picture of the browser. */
+export function watchSessionState() {
   read();
   if (held !== null && performance.now() > held.until) held = null;
   const time = timeNow();
   for (const listener of frameListeners) listener(time);
-  requestAnimationFrame(watchBeacon);
+  requestAnimationFrame(watchSessionState);
 }
 
 function read() {
-  const text = document.getElementById("sg-beacon")?.dataset.sgState;
-  // A panel that is folded takes the beacon away; what it told last holds.
+  const text = document.getElementById("sg-session-state")?.dataset.sgState;
+  // A panel that is folded takes the element away; what it told last holds.
   if (text === undefined || text === written) return;
   written = text;
   const previous = state;

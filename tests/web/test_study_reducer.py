@@ -38,7 +38,7 @@ from slipgrasp.web.model.study import Followed, StudyView
 from slipgrasp.web.model.study_plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
 from slipgrasp.web.model.study_words import progress_words
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.reducers.study import StudyDesk
+from slipgrasp.web.reducers.study import StudyReducer
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 from tests.web.studying import PLAN, quick_scenario
@@ -47,10 +47,10 @@ WEIGHT = "controller.lyapunov_weight"
 
 
 @dataclass
-class Room:
-    """A desk of studies, and what is on the screen of its session."""
+class Bench:
+    """A reducer of studies, and what is on the screen of its session."""
 
-    desk: StudyDesk
+    reducer: StudyReducer
     service: StudyService
     answers: queue.SimpleQueue[Intent]
     view: ViewState
@@ -66,8 +66,8 @@ class Room:
 
     def do(self, *intents: Intent) -> StudyView:
         for intent in intents:
-            self.view = self.desk.take(intent, self.view)
-        self.view = self.desk.pass_time(time.monotonic(), self.view)
+            self.view = self.reducer.reduce(intent, self.view)
+        self.view = self.reducer.pass_time(time.monotonic(), self.view)
         return self.study
 
     def until(self, holds: Callable[[StudyView], object]) -> StudyView:
@@ -76,7 +76,7 @@ class Room:
         while not holds(self.study):
             now = time.monotonic()
             assert now < patience, self.study
-            wait = self.desk.wait(now, self.view)
+            wait = self.reducer.wait(now, self.view)
             try:
                 self.do(self.answers.get(timeout=0.2 if wait is None else wait))
             except queue.Empty:
@@ -106,136 +106,136 @@ def service(tmp_path: Path) -> Iterator[StudyService]:
     store.close()
 
 
-def new_room(service: StudyService) -> Room:
+def new_bench(service: StudyService) -> Bench:
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-    desk = StudyDesk(service, answers.put)
+    reducer = StudyReducer(service, answers.put)
     view = ViewState(
         draft=Draft.starting_from("quick", quick_scenario()),
         status=RunStatus(RunStage.PREVIEW),
         choice=WindowChoice.SLIP,
     )
-    room = Room(desk, service, answers, desk.start(view))
-    room.do()
-    room.plan(view.draft)
-    return room
+    bench = Bench(reducer, service, answers, reducer.start(view))
+    bench.do()
+    bench.plan(view.draft)
+    return bench
 
 
-def leave(room: Room) -> None:
-    for worker in room.desk.workers:
+def leave(bench: Bench) -> None:
+    for worker in bench.reducer.workers:
         worker.close()
         worker.join(30.0)
 
 
 @pytest.fixture
-def room(service: StudyService) -> Iterator[Room]:
-    room = new_room(service)
-    yield room
-    leave(room)
+def bench(service: StudyService) -> Iterator[Bench]:
+    bench = new_bench(service)
+    yield bench
+    leave(bench)
     assert "study-clerk" not in {thread.name for thread in threading.enumerate()}
 
 
-def test_the_draft_decides_what_is_offered_and_where_a_plan_begins(room: Room) -> None:
-    first = room.study.plan
+def test_the_draft_decides_what_is_offered_and_where_a_plan_begins(bench: Bench) -> None:
+    first = bench.study.plan
     assert first is not None
     assert [axis.key for axis in first.axes] == ["object.mass", "fingers.*.friction"]
-    room.do(ChooseVaried(1, WEIGHT))
-    plan = room.study.plan
+    bench.do(ChooseVaried(1, WEIGHT))
+    plan = bench.study.plan
     assert plan is not None
     assert plan.axes[1] == AxisPlan(WEIGHT, 1.0, 100.0, first.axes[1].count)
     second = load_scenario("paper-case-2")
-    room.view = replace(room.view, draft=Draft.starting_from("paper-case-2", second))
-    room.do()
-    assert "estimates.3.initial" in {offer.key for offer in room.study.offers}
-    assert room.study.plan == plan
+    bench.view = replace(bench.view, draft=Draft.starting_from("paper-case-2", second))
+    bench.do()
+    assert "estimates.3.initial" in {offer.key for offer in bench.study.offers}
+    assert bench.study.plan == plan
 
 
-def test_what_a_browser_makes_up_changes_nothing(room: Room) -> None:
-    before = room.study.plan
-    room.do(ChooseVaried(0, "no.such"), SetRange(0, AxisPlan("no.such", 0.0, 1.0)))
-    room.do(ChooseComparison("no such"), OpenMember(3))
-    assert room.study.plan == before
-    assert room.study.member is None
+def test_what_a_browser_makes_up_changes_nothing(bench: Bench) -> None:
+    before = bench.study.plan
+    bench.do(ChooseVaried(0, "no.such"), SetRange(0, AxisPlan("no.such", 0.0, 1.0)))
+    bench.do(ChooseComparison("no such"), OpenMember(3))
+    assert bench.study.plan == before
+    assert bench.study.member is None
 
 
-def test_a_plan_that_nobody_sees_is_not_priced(room: Room) -> None:
+def test_a_plan_that_nobody_sees_is_not_priced(bench: Bench) -> None:
     for is_visible in (None, True, False):
         if is_visible is not None:
-            room.do(SeePlan(is_visible))
+            bench.do(SeePlan(is_visible))
         later = time.monotonic() + 60.0
-        is_wanted = room.desk.wait(later, room.view) is not None
+        is_wanted = bench.reducer.wait(later, bench.view) is not None
         assert is_wanted == bool(is_visible)
-    room.view = room.desk.pass_time(later, room.view)
+    bench.view = bench.reducer.pass_time(later, bench.view)
     done = threading.Event()
-    room.desk.workers[0].ask(done.set)
+    bench.reducer.workers[0].ask(done.set)
     assert done.wait(PATIENCE)
-    asked = [room.answers.get() for _ in range(room.answers.qsize())]
+    asked = [bench.answers.get() for _ in range(bench.answers.qsize())]
     assert [type(intent) for intent in asked] == [StudiesListed]
 
 
 def test_a_plan_that_is_seen_and_rests_is_priced_and_one_that_changes_no_longer(
-    room: Room,
+    bench: Bench,
 ) -> None:
-    room.do(SeePlan(True))
-    study = room.until(lambda study: study.price)
+    bench.do(SeePlan(True))
+    study = bench.until(lambda study: study.price)
     assert study.price is not None
     assert study.price.seconds > 0.0
-    assert room.do(ChooseComparison(next(iter(COMPARISONS)))).price is None
+    assert bench.do(ChooseComparison(next(iter(COMPARISONS)))).price is None
 
 
-def test_an_axis_takes_away_the_comparison_of_what_it_varies(room: Room) -> None:
+def test_an_axis_takes_away_the_comparison_of_what_it_varies(bench: Bench) -> None:
     name = next(name for name, (key, _) in COMPARISONS.items() if key == WEIGHT)
-    study = room.do(ChooseComparison(name), ChooseVaried(0, WEIGHT))
+    study = bench.do(ChooseComparison(name), ChooseVaried(0, WEIGHT))
     assert study.plan is not None
     assert study.plan.comparison == NO_COMPARISON
 
 
-def test_a_range_that_is_not_allowed_is_told_and_nothing_runs(room: Room) -> None:
-    room.do(SetRange(0, AxisPlan("object.mass", 0.0, 2.0, 3)), StartStudy())
-    study = room.until(lambda study: study.problems)
+def test_a_range_that_is_not_allowed_is_told_and_nothing_runs(bench: Bench) -> None:
+    bench.do(SetRange(0, AxisPlan("object.mass", 0.0, 2.0, 3)), StartStudy())
+    study = bench.until(lambda study: study.problems)
     assert "object mass, from is 0" in study.problems[0]
     assert study.followed is None
     assert not study.is_starting
-    assert room.service.list(0, 10)[1] == 0
+    assert bench.service.list(0, 10)[1] == 0
 
 
-def test_a_study_runs_to_its_map_and_stays_in_the_store(room: Room) -> None:
-    room.finish()
-    picture = room.followed.picture
+def test_a_study_runs_to_its_map_and_stays_in_the_store(bench: Bench) -> None:
+    bench.finish()
+    picture = bench.followed.picture
     assert picture is not None
-    assert room.followed.status.state is StudyState.COMPLETED
-    assert not room.study.is_planning
-    room.until(lambda _: room.followed.picture and room.followed.picture.finished == 9)
-    study = room.until(lambda study: study.listed)
-    assert study.listed[0].stored.id == room.followed.study_id
-    assert progress_words(room.followed.status, 0) == "Completed: 9 runs."
-    assert room.service.results(room.followed.study_id).num_rows == 9
+    assert bench.followed.status.state is StudyState.COMPLETED
+    assert not bench.study.is_planning
+    bench.until(lambda _: bench.followed.picture and bench.followed.picture.finished == 9)
+    study = bench.until(lambda study: study.listed)
+    assert study.listed[0].stored.id == bench.followed.study_id
+    assert progress_words(bench.followed.status, 0) == "Completed: 9 runs."
+    assert bench.service.results(bench.followed.study_id).num_rows == 9
 
 
-def test_a_run_of_it_is_simulated_again_and_opened(room: Room) -> None:
-    room.finish()
-    room.do(OpenMember(7))
-    assert room.study.member is not None
-    assert room.study.member.is_awaited
-    room.until(lambda study: study.member and study.member.run_id)
-    opened = room.study.member
+def test_a_run_of_it_is_simulated_again_and_opened(bench: Bench) -> None:
+    bench.finish()
+    bench.do(OpenMember(7))
+    assert bench.study.member is not None
+    assert bench.study.member.is_awaited
+    bench.until(lambda study: study.member and study.member.run_id)
+    opened = bench.study.member
     assert opened is not None
-    assert room.answers.get(timeout=PATIENCE) == OpenRecording(opened.run_id)
-    stored, is_new = room.service.record_run(room.followed.study_id, 7)
+    assert bench.answers.get(timeout=PATIENCE) == OpenRecording(opened.run_id)
+    stored, is_new = bench.service.record_run(bench.followed.study_id, 7)
     assert (stored.id, is_new) == (opened.run_id, False)
-    assert room.do(OpenMember(9)).member == opened
+    assert bench.do(OpenMember(9)).member == opened
 
 
 def test_a_run_that_does_not_come_out_again_is_told_so(
-    room: Room, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room.finish()
+    bench.finish()
     heavier = replace(
-        room.service.results(room.followed.study_id).study, base=load_scenario("paper-case-1")
+        bench.service.results(bench.followed.study_id).study, base=load_scenario("paper-case-1")
     )
-    results = room.service.results(room.followed.study_id)
+    results = bench.service.results(bench.followed.study_id)
     monkeypatch.setattr(results, "study", heavier)
-    room.do(OpenMember(2))
-    study = room.until(lambda study: study.member and study.member.message)
+    bench.do(OpenMember(2))
+    study = bench.until(lambda study: study.member and study.member.message)
     assert study.member is not None
     assert "does not come out" in study.member.message
     assert not study.member.run_id
@@ -245,40 +245,40 @@ def long_study() -> Study:
     return study_of(PLAN, quick_scenario(200.0), "long")
 
 
-def test_a_study_waits_behind_another_and_is_cancelled(room: Room) -> None:
-    before = room.service.create(long_study)
-    room.do(StartStudy())
-    room.until(lambda study: study.followed and study.followed.behind)
-    assert progress_words(room.followed.status, room.followed.behind) == "Waiting behind 1 study."
-    room.do(CancelStudy())
-    room.until(lambda _: room.followed.status.state is StudyState.CANCELLED)
-    room.service.cancel(before.stored.id)
+def test_a_study_waits_behind_another_and_is_cancelled(bench: Bench) -> None:
+    before = bench.service.create(long_study)
+    bench.do(StartStudy())
+    bench.until(lambda study: study.followed and study.followed.behind)
+    assert progress_words(bench.followed.status, bench.followed.behind) == "Waiting behind 1 study."
+    bench.do(CancelStudy())
+    bench.until(lambda _: bench.followed.status.state is StudyState.CANCELLED)
+    bench.service.cancel(before.stored.id)
 
 
 def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> None:
-    room = new_room(service)
-    room.do(StartStudy())
-    room.until(lambda study: study.followed)
-    leave(room)
-    study_id = room.followed.study_id
+    bench = new_bench(service)
+    bench.do(StartStudy())
+    bench.until(lambda study: study.followed)
+    leave(bench)
+    study_id = bench.followed.study_id
     wait_until(lambda: service.status(study_id).state.has_ended)
     assert service.status(study_id).state is StudyState.COMPLETED
 
 
-def test_studies_of_others_are_listed_and_opened(room: Room) -> None:
-    other = room.service.create(lambda: study_of(PLAN, quick_scenario(), "another"))
-    room.do(ListStudies())
-    room.until(lambda study: [s.stored.id for s in study.listed] == [other.stored.id])
-    room.do(OpenStudy(other.stored.id))
-    room.until(lambda study: study.followed and study.followed.picture)
-    assert room.followed.status.stored.title.startswith("another")
-    assert not room.study.is_planning
-    assert room.do(ShowPlan(True)).is_planning
+def test_studies_of_others_are_listed_and_opened(bench: Bench) -> None:
+    other = bench.service.create(lambda: study_of(PLAN, quick_scenario(), "another"))
+    bench.do(ListStudies())
+    bench.until(lambda study: [s.stored.id for s in study.listed] == [other.stored.id])
+    bench.do(OpenStudy(other.stored.id))
+    bench.until(lambda study: study.followed and study.followed.picture)
+    assert bench.followed.status.stored.title.startswith("another")
+    assert not bench.study.is_planning
+    assert bench.do(ShowPlan(True)).is_planning
 
 
 @pytest.mark.parametrize("hostile", ["abcdefghijkl", "../../etc/passwd", "", "x" * 500])
-def test_a_study_that_is_not_there_is_told_in_a_sentence(room: Room, hostile: str) -> None:
-    room.do(OpenStudy(hostile))
-    study = room.until(lambda study: study.message)
+def test_a_study_that_is_not_there_is_told_in_a_sentence(bench: Bench, hostile: str) -> None:
+    bench.do(OpenStudy(hostile))
+    study = bench.until(lambda study: study.message)
     assert "there is no study" in study.message
     assert study.is_planning

@@ -1,7 +1,7 @@
 // How much room the page has: told to the session whenever it has changed and come to rest, so
 // that the columns, the playback panel and the camera fit. Only the page knows its own pixels:
 // those of the canvas depend on the screen, and on how fast it draws.
-import { onFrame, state } from "./beacon.js";
+import { onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 
 const INTERVAL_MS = 120;
@@ -10,18 +10,18 @@ let seen = "";
 let told = "";
 
 /** Begins to measure. */
-export function startRoom() {
+export function startPageLayout() {
   onFrame(() => {
     const now = performance.now();
     if (now - lookedAt < INTERVAL_MS || state.session === "") return;
     lookedAt = now;
-    const room = measure();
-    if (room === null) return;
+    const measured = measure();
+    if (measured === null) return;
     const before = seen;
-    seen = `${state.session} ${JSON.stringify(room)}`;
+    seen = `${state.session} ${JSON.stringify(measured)}`;
     if (seen !== before || seen === told) return;
     told = seen;
-    post(room);
+    post(measured);
   });
 }
 

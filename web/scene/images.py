@@ -27,7 +27,7 @@ _LETTER_HEIGHT = 44
 _UPRIGHT = (2.0**-0.5, -(2.0**-0.5), 0.0, 0.0)
 
 
-class Pane(NamedTuple):
+class SceneImage(NamedTuple):
     """A picture that stands in the model's plane: its pixels and its height [m]."""
 
     pixels: Pixels
@@ -40,8 +40,8 @@ class Pane(NamedTuple):
         return self.height * columns / rows
 
 
-def add_pane(
-    scene: viser.SceneApi, name: str, pane: Pane, centre: NDArray[np.float64], depth: float
+def add_image_in_plane(
+    scene: viser.SceneApi, name: str, pane: SceneImage, centre: NDArray[np.float64], depth: float
 ) -> viser.ImageHandle:
     """Puts a picture into the model's plane, ``depth`` nearer to the eye [m]."""
     return scene.add_image(
@@ -58,7 +58,7 @@ def add_pane(
 
 
 @functools.lru_cache(maxsize=32)
-def glass(normal: tuple[float, float], ground: Rgb, solid: Rgb) -> Pixels:
+def lens_background(normal: tuple[float, float], ground: Rgb, solid: Rgb) -> Pixels:
     """A disc, one half of which is hatched as a solid, shape ``(size, size, 4)``.
 
     Args:

@@ -25,11 +25,11 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.pairing import can_swap, pair_of, with_pale_run
 from slipgrasp.web.model.playback import WindowChoice, slip_window
 from slipgrasp.web.model.replay import open_replay
-from slipgrasp.web.model.shelf import Shelf
+from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.showing import show, show_replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.compare_panel import compare_html
-from slipgrasp.web.reducers.compare import CompareDesk
+from slipgrasp.web.reducers.compare import CompareReducer
 from tests.waiting import PATIENCE
 
 REST = 1.0
@@ -44,15 +44,15 @@ def first_view() -> ViewState:
 
 
 class Comparison:
-    """A desk of comparisons, its view, and what its comparer answered."""
+    """A reducer of comparisons, its view, and what its comparer answered."""
 
     def __init__(self, store: RecordingStore, view: ViewState) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-        self.desk = CompareDesk(store, self.answers.put)
+        self.reducer = CompareReducer(store, self.answers.put)
         self.view = view
 
     def ask(self, intent: Intent) -> None:
-        self.view = self.desk.take(intent, self.view)
+        self.view = self.reducer.reduce(intent, self.view)
 
     def hear(self, kind: type[Intent]) -> None:
         answer = self.answers.get(timeout=PATIENCE)
@@ -62,7 +62,7 @@ class Comparison:
     def rest(self) -> None:
         """Lets so much time pass that the pair on the screen is compared."""
         for now in (0.0, REST):
-            self.view = self.desk.pass_time(now, self.view)
+            self.view = self.reducer.pass_time(now, self.view)
         self.hear(RunsCompared)
 
     @property
@@ -79,7 +79,7 @@ def comparison(store: RecordingStore, stored: tuple[StoredRun, StoredRun]) -> It
     view = show_replay(first_view(), open_replay(store, stored[0].id))
     comparison = Comparison(store, view)
     yield comparison
-    for worker in comparison.desk.workers:
+    for worker in comparison.reducer.workers:
         worker.close()
         worker.join(30.0)
 
@@ -98,7 +98,7 @@ def test_a_second_run_is_drawn_pale_and_compared(
     assert comparing.pair == pair_of(comparison.view)
     assert comparing.findings is not None
     assert [d.key for d in comparing.findings.scenario] == ["controller.lyapunov_weight"]
-    assert comparison.desk.wait(REST, comparison.view) is None
+    assert comparison.reducer.wait(REST, comparison.view) is None
     comparison.ask(EndComparison())
     assert (comparison.view.ghost, comparison.view.comparing.findings) == (None, None)
 
@@ -137,7 +137,7 @@ def test_a_live_run_is_swapped_only_once_it_is_saved(
     comparison.view = replace(
         comparison.view,
         status=RunStatus(RunStage.SAVED, run_id=stored[0].id),
-        shelf=Shelf(recent=stored),
+        run_list=RunList(recent=stored),
     )
     comparison.ask(SwapRuns())
     assert comparison.names == ("Q = 1", "Q = 20")
@@ -153,10 +153,10 @@ def test_the_run_before_a_change_is_compared_too_but_not_while_a_knob_moves(
             comparison.view, Shown(ticket, sluggish, 0.1), RunStage.PREVIEW, afresh=False
         )
         comparison.view = replace(comparison.view, ghost=Ghost(before, "the run before"))
-        comparison.view = comparison.desk.pass_time(now, comparison.view)
-        assert 0.0 < (comparison.desk.wait(now, comparison.view) or 0.0) < REST
+        comparison.view = comparison.reducer.pass_time(now, comparison.view)
+        assert 0.0 < (comparison.reducer.wait(now, comparison.view) or 0.0) < REST
     assert comparison.answers.empty()
-    comparison.view = comparison.desk.pass_time(REST, comparison.view)
+    comparison.view = comparison.reducer.pass_time(REST, comparison.view)
     comparison.hear(RunsCompared)
     assert comparison.view.comparing.pair == (12, before.ticket)
     html = compare_html(comparison.view)

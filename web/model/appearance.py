@@ -9,7 +9,7 @@ LEAST_FORCE_SCALE, LARGEST_FORCE_SCALE = 0.5, 4.0
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Appearance:
     """What one user wants to see.
 
     Attributes:
@@ -24,7 +24,7 @@ class Look:
     cones: bool = True
     lenses: bool = True
 
-    def within_bounds(self) -> Look:
+    def within_bounds(self) -> Appearance:
         """The same with a force scale that can be drawn; it comes from a browser."""
         if not math.isfinite(self.force_scale):
             return replace(self, force_scale=1.0)

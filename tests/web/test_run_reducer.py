@@ -30,8 +30,8 @@ from slipgrasp.web.model.replay import open_replay
 from slipgrasp.web.model.showing import show_replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.page.session_directory import SessionDirectory
-from slipgrasp.web.reducers.runs import RunDesk
-from slipgrasp.web.reducers.scenario import ScenarioDesk
+from slipgrasp.web.reducers.runs import RunReducer
+from slipgrasp.web.reducers.scenario import ScenarioReducer
 from slipgrasp.web.services import Services
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
@@ -41,11 +41,11 @@ MASS, INERTIA = "object.mass", "object.inertia"
 
 
 @dataclass
-class Room:
-    """The two desks that make runs, their answers, and what is on the screen."""
+class Bench:
+    """The two reducers that make runs, their answers, and what is on the screen."""
 
-    scenario: ScenarioDesk
-    runs: RunDesk
+    scenario: ScenarioReducer
+    runs: RunReducer
     answers: queue.SimpleQueue[Intent]
     store: RecordingStore
     view: ViewState
@@ -54,7 +54,7 @@ class Room:
     def do(self, *intents: Intent) -> ViewState:
         """Takes intents one by one and waits for the run that each of them asks for."""
         for intent in intents:
-            self.view = self.scenario.take(intent, self.view)
+            self.view = self.scenario.reduce(intent, self.view)
             self.settle()
         return self.view
 
@@ -68,7 +68,7 @@ class Room:
 
     def hear(self) -> None:
         answer = self.answers.get(timeout=PATIENCE)
-        self.view = self.runs.take(answer, self.view)
+        self.view = self.runs.reduce(answer, self.view)
 
     def wait(self, seconds: float) -> ViewState:
         self.now += seconds
@@ -93,136 +93,136 @@ def is_allowed(draft: Draft) -> bool:
 
 
 @pytest.fixture
-def room(tmp_path: Path) -> Iterator[Room]:
+def bench(tmp_path: Path) -> Iterator[Bench]:
     settings = patient_settings(tmp_path / "data")
     store = RecordingStore(settings.data_directory)
     service = RunService(store, settings)
     studies = StudyService(StudyStore(settings.data_directory, store), settings)
     services = Services(service, SavedRuns(service), studies, SessionDirectory(), FramePacer())
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-    runs = RunDesk(services, answers.put, simulates_first=True)
+    runs = RunReducer(services, answers.put, simulates_first=True)
     first = ViewState(
         draft=Draft.from_preset("paper-case-1"),
         status=RunStatus(RunStage.SIMULATING),
         choice=WindowChoice.WHOLE,
     )
-    room = Room(ScenarioDesk(), runs, answers, store, runs.start(first))
-    room.settle()
-    room.pause_at(0.05)
-    yield room
+    bench = Bench(ScenarioReducer(), runs, answers, store, runs.start(first))
+    bench.settle()
+    bench.pause_at(0.05)
+    yield bench
     for worker in runs.workers:
         worker.close()
         worker.join(10.0)
     service.close()
 
 
-def test_the_run_before_a_gesture_stays_as_a_ghost_until_it_is_dismissed(room: Room) -> None:
-    first = room.view.shown
+def test_the_run_before_a_gesture_stays_as_a_ghost_until_it_is_dismissed(bench: Bench) -> None:
+    first = bench.view.shown
     for mass in (1.2, 1.3, 1.4):
-        view = room.do(SetParameter(MASS, mass))
+        view = bench.do(SetParameter(MASS, mass))
     assert view.ghost is not None
     assert view.ghost.shown is first
     assert view.ghost.label == f"the run before: {first.name}"
     last = view.shown
-    view = room.do(SetParameter(INERTIA, 0.02))
+    view = bench.do(SetParameter(INERTIA, 0.02))
     assert view.ghost is not None
     assert view.ghost.shown is last
-    room.view = replace(room.view, ghost=None)
-    assert room.do(EndComparison(), SetParameter(INERTIA, 0.03)).ghost is None
+    bench.view = replace(bench.view, ghost=None)
+    assert bench.do(EndComparison(), SetParameter(INERTIA, 0.03)).ghost is None
 
 
-def test_a_chosen_ghost_stays_and_another_scenario_has_none(room: Room) -> None:
-    assert room.view.shown is not None
-    chosen = Ghost(room.view.shown, "chosen", is_chosen=True)
-    room.view = replace(room.view, ghost=chosen)
-    assert room.do(SetParameter(MASS, 1.4)).ghost is chosen
-    room.view = replace(room.view, ghost=None)
-    assert room.do(SetParameter(INERTIA, 0.02)).ghost is not None
-    assert room.do(ChoosePreset("paper-case-2")).ghost is None
+def test_a_chosen_ghost_stays_and_another_scenario_has_none(bench: Bench) -> None:
+    assert bench.view.shown is not None
+    chosen = Ghost(bench.view.shown, "chosen", is_chosen=True)
+    bench.view = replace(bench.view, ghost=chosen)
+    assert bench.do(SetParameter(MASS, 1.4)).ghost is chosen
+    bench.view = replace(bench.view, ghost=None)
+    assert bench.do(SetParameter(INERTIA, 0.02)).ghost is not None
+    assert bench.do(ChoosePreset("paper-case-2")).ghost is None
 
 
-def test_undo_and_redo_show_the_same_runs_again(room: Room) -> None:
-    first = room.slip
-    room.do(SetParameter(MASS, 1.4))
-    second = room.slip
+def test_undo_and_redo_show_the_same_runs_again(bench: Bench) -> None:
+    first = bench.slip
+    bench.do(SetParameter(MASS, 1.4))
+    second = bench.slip
     assert second != first
-    room.do(Undo())
-    assert room.slip == first
-    room.do(Redo())
-    assert room.slip == second
-    room.do(ResetScenario())
-    assert room.slip == first
-    room.do(Undo())
-    assert room.slip == second
+    bench.do(Undo())
+    assert bench.slip == first
+    bench.do(Redo())
+    assert bench.slip == second
+    bench.do(ResetScenario())
+    assert bench.slip == first
+    bench.do(Undo())
+    assert bench.slip == second
 
 
-def test_drawing_waits_for_a_short_run_but_not_for_long(room: Room) -> None:
-    assert not room.runs.expects_answer(0.0)
-    room.view = room.scenario.take(SetParameter(MASS, 1.3), room.view)
-    room.view = room.runs.pass_time(5.0, room.view)
-    assert room.runs.expects_answer(5.0)
-    assert room.runs.wait(5.01, room.view) == pytest.approx(0.02)
+def test_drawing_waits_for_a_short_run_but_not_for_long(bench: Bench) -> None:
+    assert not bench.runs.expects_answer(0.0)
+    bench.view = bench.scenario.reduce(SetParameter(MASS, 1.3), bench.view)
+    bench.view = bench.runs.pass_time(5.0, bench.view)
+    assert bench.runs.expects_answer(5.0)
+    assert bench.runs.wait(5.01, bench.view) == pytest.approx(0.02)
     # Another knob does not put it off any further.
-    room.view = room.scenario.take(SetParameter(MASS, 1.4), room.view)
-    room.view = room.runs.pass_time(5.02, room.view)
-    assert not room.runs.expects_answer(5.031)
+    bench.view = bench.scenario.reduce(SetParameter(MASS, 1.4), bench.view)
+    bench.view = bench.runs.pass_time(5.02, bench.view)
+    assert not bench.runs.expects_answer(5.031)
 
-    room.hear()
-    while room.view.shown is None or room.view.shown.ticket != room.view.ticket:
-        room.hear()
-    assert not room.runs.expects_answer(5.0)
+    bench.hear()
+    while bench.view.shown is None or bench.view.shown.ticket != bench.view.ticket:
+        bench.hear()
+    assert not bench.runs.expects_answer(5.0)
 
 
-def test_a_refused_draft_names_the_field_and_keeps_run_and_ghost(room: Room) -> None:
-    first = room.view.shown
-    view = room.do(SetParameter(MASS, -1.0))
+def test_a_refused_draft_names_the_field_and_keeps_run_and_ghost(bench: Bench) -> None:
+    first = bench.view.shown
+    view = bench.do(SetParameter(MASS, -1.0))
     assert view.status.stage is RunStage.REFUSED
     assert view.status.messages[0].startswith("object.mass is -1.0")
     assert [view.draft.key_of(error) for error in view.status.errors] == [MASS]
     assert (view.shown, view.ghost) == (first, None)
-    view = room.do(SetParameter(MASS, 1.2))
+    view = bench.do(SetParameter(MASS, 1.2))
     assert view.status.stage is RunStage.PREVIEW
     assert view.ghost is not None
     assert view.ghost.shown is first
 
 
-def test_a_resting_play_head_stays_where_the_knob_acts(room: Room) -> None:
-    assert room.view.playback is not None
-    wide = replace(room.view.playback, window=TimeWindow(0.0, 7.0)).seek(3.0)
-    room.view = replace(room.view, choice=WindowChoice.SLIP, playback=wide)
-    view = room.do(SetParameter(MASS, 1.05))
+def test_a_resting_play_head_stays_where_the_knob_acts(bench: Bench) -> None:
+    assert bench.view.playback is not None
+    wide = replace(bench.view.playback, window=TimeWindow(0.0, 7.0)).seek(3.0)
+    bench.view = replace(bench.view, choice=WindowChoice.SLIP, playback=wide)
+    view = bench.do(SetParameter(MASS, 1.05))
     assert view.playback is not None
     assert view.playback.time == 3.0
     assert view.draft.changes[0].time == 3.0
 
 
-def test_a_run_is_saved_once_its_knobs_rest(room: Room) -> None:
+def test_a_run_is_saved_once_its_knobs_rest(bench: Bench) -> None:
     for i in range(10):
-        room.now += 0.1
-        room.do(SetParameter(MASS, 1.0 + 0.1 * i))
-    room.wait(0.3)
-    assert room.store.count() == 0
-    assert room.wait(0.3).status.stage is RunStage.SAVING
-    room.hear()
-    assert room.view.status.stage is RunStage.SAVED
-    saved = room.store.open(room.view.status.run_id)
-    assert saved.scenario == room.view.draft.scenario()
-    assert room.store.count() == 1
+        bench.now += 0.1
+        bench.do(SetParameter(MASS, 1.0 + 0.1 * i))
+    bench.wait(0.3)
+    assert bench.store.count() == 0
+    assert bench.wait(0.3).status.stage is RunStage.SAVING
+    bench.hear()
+    assert bench.view.status.stage is RunStage.SAVED
+    saved = bench.store.open(bench.view.status.run_id)
+    assert saved.scenario == bench.view.draft.scenario()
+    assert bench.store.count() == 1
 
 
-def test_undo_leads_back_to_a_recording_as_it_was_recorded(room: Room) -> None:
-    assert room.view.shown is not None
-    recording = open_replay(room.store, room.store.save(room.view.shown.result).id)
-    before = room.view.draft
-    room.view = show_replay(room.view, recording)
-    room.settle()
-    assert room.view.status.stage is RunStage.REPLAY
-    view = room.do(SetParameter(MASS, 1.4))
+def test_undo_leads_back_to_a_recording_as_it_was_recorded(bench: Bench) -> None:
+    assert bench.view.shown is not None
+    recording = open_replay(bench.store, bench.store.save(bench.view.shown.result).id)
+    before = bench.view.draft
+    bench.view = show_replay(bench.view, recording)
+    bench.settle()
+    assert bench.view.status.stage is RunStage.REPLAY
+    view = bench.do(SetParameter(MASS, 1.4))
     assert view.shown is not None
     assert view.shown.replay is None
-    view = room.do(Undo())
+    view = bench.do(Undo())
     assert isinstance(view.shown, Shown)
     assert view.shown.replay is recording
     assert view.status.stage is RunStage.REPLAY
-    assert room.do(Undo()).draft == before
-    assert room.view.status.stage is RunStage.PREVIEW
+    assert bench.do(Undo()).draft == before
+    assert bench.view.status.stage is RunStage.PREVIEW

@@ -16,7 +16,7 @@ _USUAL_SIZE = (1440, 900)
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class PageLayout:
     """What a page measures of itself, in pixels of its layout.
 
     Attributes:
@@ -62,7 +62,7 @@ def panel_sizes(width: int, height: int) -> PanelSizes:
     return PanelSizes(results, study, scenario, chart)
 
 
-def guess_room(width: int, height: int) -> Room:
+def guess_layout(width: int, height: int) -> PageLayout:
     """What a page will measure, as far as its first picture tells.
 
     Args:
@@ -71,4 +71,4 @@ def guess_room(width: int, height: int) -> Room:
     """
     width, height = min(width, _USUAL_SIZE[0]), min(height, _USUAL_SIZE[1])
     sizes = panel_sizes(width, height)
-    return Room(width, height, width - sizes.results - sizes.scenario, height, _USUAL_COVER)
+    return PageLayout(width, height, width - sizes.results - sizes.scenario, height, _USUAL_COVER)

@@ -22,7 +22,7 @@ OUTCOME_CHOICES = (_ANY, *_HELD, *_ENDED)
 
 
 @dataclass(frozen=True, slots=True)
-class ShelfFilter:
+class RunFilter:
     """Which stored runs are listed.
 
     Attributes:
@@ -60,7 +60,7 @@ class Notice:
 
 
 @dataclass(frozen=True, slots=True)
-class Shelf:
+class RunList:
     """The page of the stored runs that the user looks at.
 
     Attributes:
@@ -77,7 +77,7 @@ class Shelf:
     page: int = 0
     count: int = 0
     runs: tuple[StoredRun, ...] = ()
-    wanted: ShelfFilter = ShelfFilter()
+    wanted: RunFilter = RunFilter()
     chosen_id: str = ""
     chosen: StoredRun | None = None
     recent: tuple[StoredRun, ...] = ()

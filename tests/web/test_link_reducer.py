@@ -19,29 +19,29 @@ from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.showing import show_replay
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.reducers.link import LinkDesk, linked_time
+from slipgrasp.web.reducers.link import LinkReducer, linked_time
 
 RUN = "abcdefghijkl"
 NUMBER = 1
 
 
 class Followed:
-    """A desk that was given a link, and the recording that answers it."""
+    """A reducer that was given a link, and the recording that answers it."""
 
     def __init__(self, result: RunResult, link: OpenLink) -> None:
         self.sent: list[Intent] = []
-        self.desk = LinkDesk(self.sent.append)
+        self.reducer = LinkReducer(self.sent.append)
         self.replay = Replay("name", "long ago", result, RUN)
         first = ViewState(
             draft=Draft.from_preset("paper-case-2"),
             status=RunStatus(RunStage.SIMULATING),
             choice=WindowChoice.SLIP,
         )
-        self.view = replace(self.desk.take(link, first), opening=NUMBER)
+        self.view = replace(self.reducer.reduce(link, first), opening=NUMBER)
 
     def arrive(self, number: int = NUMBER) -> ViewState:
         shown = show_replay(self.view, self.replay)
-        return self.desk.take(RecordingOpened(number, self.replay), shown)
+        return self.reducer.reduce(RecordingOpened(number, self.replay), shown)
 
 
 def test_the_run_is_asked_for_and_the_play_head_rests_at_the_time(case_2: RunResult) -> None:
@@ -75,7 +75,7 @@ def test_a_time_that_is_none_is_told_and_the_run_is_shown_anyway(
 def test_a_run_that_is_not_there_is_told(case_2: RunResult) -> None:
     followed = Followed(case_2, OpenLink("nope", "1"))
     answer = RecordingUnreadable(NUMBER, "there is no recording 'nope'")
-    assert followed.desk.take(answer, followed.view).notice == (
+    assert followed.reducer.reduce(answer, followed.view).notice == (
         "The link could not be opened: there is no recording 'nope'."
     )
 
@@ -88,7 +88,7 @@ def test_a_link_without_a_time_shows_the_run_as_it_begins(case_2: RunResult) -> 
 
 def test_a_link_is_forgotten_once_the_user_wants_something_else(case_2: RunResult) -> None:
     followed = Followed(case_2, OpenLink(RUN, "2.5"))
-    followed.desk.take(OpenRecording("another"), followed.view)
+    followed.reducer.reduce(OpenRecording("another"), followed.view)
     playback = followed.arrive().playback
     assert playback is not None and playback.time != 2.5
     late = Followed(case_2, OpenLink(RUN, "2.5"))
