@@ -28,12 +28,13 @@ from slipgrasp.web.reducers.link import LinkReducer
 from slipgrasp.web.reducers.picture import PictureReducer
 from slipgrasp.web.reducers.playback import PlaybackReducer
 from slipgrasp.web.reducers.recordings import RecordingsReducer
-from slipgrasp.web.reducers.reducer import Reducer, Worker
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from slipgrasp.web.screen import Screen
 from slipgrasp.web.services import Services
+from slipgrasp.web.workers.worker import Worker
 
 FIRST_PRESET = "paper-case-2"
 

@@ -44,7 +44,7 @@ def first_view() -> ViewState:
 
 
 class Comparison:
-    """A reducer of comparisons, its view, and what its comparer answered."""
+    """A reducer of comparisons, its view, and what its worker answered."""
 
     def __init__(self, store: RecordingStore, view: ViewState) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()

@@ -48,7 +48,7 @@ def test_the_list_is_looked_up_again_in_a_small_part_of_the_time() -> None:
 
 
 class Sitting:
-    """A reducer of the stored runs, its view, and what its librarian answered."""
+    """A reducer of the stored runs, its view, and what its worker answered."""
 
     def __init__(self, store: RecordingStore) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()

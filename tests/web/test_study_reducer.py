@@ -22,26 +22,26 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.recordings import OpenRecording
 from slipgrasp.web.model.intents.study import (
     CancelStudy,
+    ChooseAxis,
     ChooseComparison,
-    ChooseVaried,
     ListStudies,
-    OpenMember,
     OpenStudy,
-    SeePlan,
+    OpenStudyRun,
+    SeeStudyDraft,
     SetRange,
-    ShowPlan,
+    ShowStudyDraft,
     StartStudy,
     StudiesListed,
 )
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.study import Followed, StudyView
-from slipgrasp.web.model.study_plan import COMPARISONS, NO_COMPARISON, AxisPlan, study_of
+from slipgrasp.web.model.study_draft import COMPARISONS, NO_COMPARISON, AxisDraft, study_of
 from slipgrasp.web.model.study_words import progress_words
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.study import StudyReducer
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
-from tests.web.studying import PLAN, quick_scenario
+from tests.web.studying import STUDY_DRAFT, quick_scenario
 
 WEIGHT = "controller.lyapunov_weight"
 
@@ -86,7 +86,7 @@ class Bench:
     def plan(self, draft: Draft) -> None:
         """Plans the nine quick runs."""
         self.view = replace(self.view, draft=draft)
-        self.do(*(SetRange(place, axis) for place, axis in enumerate(PLAN.axes)))
+        self.do(*(SetRange(place, axis) for place, axis in enumerate(STUDY_DRAFT.axes)))
 
     def finish(self) -> None:
         """Runs them to their end."""
@@ -131,36 +131,36 @@ def bench(service: StudyService) -> Iterator[Bench]:
     bench = new_bench(service)
     yield bench
     leave(bench)
-    assert "study-clerk" not in {thread.name for thread in threading.enumerate()}
+    assert "study" not in {thread.name for thread in threading.enumerate()}
 
 
 def test_the_draft_decides_what_is_offered_and_where_a_plan_begins(bench: Bench) -> None:
-    first = bench.study.plan
+    first = bench.study.draft
     assert first is not None
     assert [axis.key for axis in first.axes] == ["object.mass", "fingers.*.friction"]
-    bench.do(ChooseVaried(1, WEIGHT))
-    plan = bench.study.plan
-    assert plan is not None
-    assert plan.axes[1] == AxisPlan(WEIGHT, 1.0, 100.0, first.axes[1].count)
+    bench.do(ChooseAxis(1, WEIGHT))
+    study_draft = bench.study.draft
+    assert study_draft is not None
+    assert study_draft.axes[1] == AxisDraft(WEIGHT, 1.0, 100.0, first.axes[1].count)
     second = load_scenario("paper-case-2")
     bench.view = replace(bench.view, draft=Draft.starting_from("paper-case-2", second))
     bench.do()
     assert "estimates.3.initial" in {offer.key for offer in bench.study.offers}
-    assert bench.study.plan == plan
+    assert bench.study.draft == study_draft
 
 
 def test_what_a_browser_makes_up_changes_nothing(bench: Bench) -> None:
-    before = bench.study.plan
-    bench.do(ChooseVaried(0, "no.such"), SetRange(0, AxisPlan("no.such", 0.0, 1.0)))
-    bench.do(ChooseComparison("no such"), OpenMember(3))
-    assert bench.study.plan == before
-    assert bench.study.member is None
+    before = bench.study.draft
+    bench.do(ChooseAxis(0, "no.such"), SetRange(0, AxisDraft("no.such", 0.0, 1.0)))
+    bench.do(ChooseComparison("no such"), OpenStudyRun(3))
+    assert bench.study.draft == before
+    assert bench.study.study_run is None
 
 
 def test_a_plan_that_nobody_sees_is_not_priced(bench: Bench) -> None:
     for is_visible in (None, True, False):
         if is_visible is not None:
-            bench.do(SeePlan(is_visible))
+            bench.do(SeeStudyDraft(is_visible))
         later = time.monotonic() + 60.0
         is_wanted = bench.reducer.wait(later, bench.view) is not None
         assert is_wanted == bool(is_visible)
@@ -175,7 +175,7 @@ def test_a_plan_that_nobody_sees_is_not_priced(bench: Bench) -> None:
 def test_a_plan_that_is_seen_and_rests_is_priced_and_one_that_changes_no_longer(
     bench: Bench,
 ) -> None:
-    bench.do(SeePlan(True))
+    bench.do(SeeStudyDraft(True))
     study = bench.until(lambda study: study.price)
     assert study.price is not None
     assert study.price.seconds > 0.0
@@ -184,13 +184,13 @@ def test_a_plan_that_is_seen_and_rests_is_priced_and_one_that_changes_no_longer(
 
 def test_an_axis_takes_away_the_comparison_of_what_it_varies(bench: Bench) -> None:
     name = next(name for name, (key, _) in COMPARISONS.items() if key == WEIGHT)
-    study = bench.do(ChooseComparison(name), ChooseVaried(0, WEIGHT))
-    assert study.plan is not None
-    assert study.plan.comparison == NO_COMPARISON
+    study = bench.do(ChooseComparison(name), ChooseAxis(0, WEIGHT))
+    assert study.draft is not None
+    assert study.draft.comparison == NO_COMPARISON
 
 
 def test_a_range_that_is_not_allowed_is_told_and_nothing_runs(bench: Bench) -> None:
-    bench.do(SetRange(0, AxisPlan("object.mass", 0.0, 2.0, 3)), StartStudy())
+    bench.do(SetRange(0, AxisDraft("object.mass", 0.0, 2.0, 3)), StartStudy())
     study = bench.until(lambda study: study.problems)
     assert "object mass, from is 0" in study.problems[0]
     assert study.followed is None
@@ -203,7 +203,7 @@ def test_a_study_runs_to_its_map_and_stays_in_the_store(bench: Bench) -> None:
     picture = bench.followed.picture
     assert picture is not None
     assert bench.followed.status.state is StudyState.COMPLETED
-    assert not bench.study.is_planning
+    assert not bench.study.is_draft_shown
     bench.until(lambda _: bench.followed.picture and bench.followed.picture.finished == 9)
     study = bench.until(lambda study: study.listed)
     assert study.listed[0].stored.id == bench.followed.study_id
@@ -213,16 +213,16 @@ def test_a_study_runs_to_its_map_and_stays_in_the_store(bench: Bench) -> None:
 
 def test_a_run_of_it_is_simulated_again_and_opened(bench: Bench) -> None:
     bench.finish()
-    bench.do(OpenMember(7))
-    assert bench.study.member is not None
-    assert bench.study.member.is_awaited
-    bench.until(lambda study: study.member and study.member.run_id)
-    opened = bench.study.member
+    bench.do(OpenStudyRun(7))
+    assert bench.study.study_run is not None
+    assert bench.study.study_run.is_awaited
+    bench.until(lambda study: study.study_run and study.study_run.run_id)
+    opened = bench.study.study_run
     assert opened is not None
     assert bench.answers.get(timeout=PATIENCE) == OpenRecording(opened.run_id)
     stored, is_new = bench.service.record_run(bench.followed.study_id, 7)
     assert (stored.id, is_new) == (opened.run_id, False)
-    assert bench.do(OpenMember(9)).member == opened
+    assert bench.do(OpenStudyRun(9)).study_run == opened
 
 
 def test_a_run_that_does_not_come_out_again_is_told_so(
@@ -234,15 +234,15 @@ def test_a_run_that_does_not_come_out_again_is_told_so(
     )
     results = bench.service.results(bench.followed.study_id)
     monkeypatch.setattr(results, "study", heavier)
-    bench.do(OpenMember(2))
-    study = bench.until(lambda study: study.member and study.member.message)
-    assert study.member is not None
-    assert "does not come out" in study.member.message
-    assert not study.member.run_id
+    bench.do(OpenStudyRun(2))
+    study = bench.until(lambda study: study.study_run and study.study_run.message)
+    assert study.study_run is not None
+    assert "does not come out" in study.study_run.message
+    assert not study.study_run.run_id
 
 
 def long_study() -> Study:
-    return study_of(PLAN, quick_scenario(200.0), "long")
+    return study_of(STUDY_DRAFT, quick_scenario(200.0), "long")
 
 
 def test_a_study_waits_behind_another_and_is_cancelled(bench: Bench) -> None:
@@ -266,14 +266,14 @@ def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> Non
 
 
 def test_studies_of_others_are_listed_and_opened(bench: Bench) -> None:
-    other = bench.service.create(lambda: study_of(PLAN, quick_scenario(), "another"))
+    other = bench.service.create(lambda: study_of(STUDY_DRAFT, quick_scenario(), "another"))
     bench.do(ListStudies())
     bench.until(lambda study: [s.stored.id for s in study.listed] == [other.stored.id])
     bench.do(OpenStudy(other.stored.id))
     bench.until(lambda study: study.followed and study.followed.picture)
     assert bench.followed.status.stored.title.startswith("another")
-    assert not bench.study.is_planning
-    assert bench.do(ShowPlan(True)).is_planning
+    assert not bench.study.is_draft_shown
+    assert bench.do(ShowStudyDraft(True)).is_draft_shown
 
 
 @pytest.mark.parametrize("hostile", ["abcdefghijkl", "../../etc/passwd", "", "x" * 500])
@@ -281,4 +281,4 @@ def test_a_study_that_is_not_there_is_told_in_a_sentence(bench: Bench, hostile: 
     bench.do(OpenStudy(hostile))
     study = bench.until(lambda study: study.message)
     assert "there is no study" in study.message
-    assert study.is_planning
+    assert study.is_draft_shown

@@ -220,7 +220,7 @@ def _point_marks(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> Ite
 
 
 def _mark(shape: str, place: str, told: _Telling, run: int, way: int) -> str:
-    attribute = click_attribute("open-member", index=run)
+    attribute = click_attribute("open-study-run", index=run)
     line = escape(told.line(run, way))
     return f"<{shape} {place} {attribute}><title>{line}</title></{shape}>"
 

@@ -32,7 +32,7 @@ from slipgrasp.web.model.intents.scenario import (
     RemoveDisturbance,
     Undo,
 )
-from slipgrasp.web.model.intents.study import OpenMember, SeePlan
+from slipgrasp.web.model.intents.study import OpenStudyRun, SeeStudyDraft
 from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import WindowChoice
 
@@ -198,20 +198,20 @@ class _OpenRecording(Gesture):
         return OpenRecording(self.run_id)
 
 
-class _OpenMember(Gesture):
-    kind: Literal["open-member"]
+class _OpenStudyRun(Gesture):
+    kind: Literal["open-study-run"]
     index: int = Field(ge=0, le=10**9)
 
     def intent(self) -> Intent:
-        return OpenMember(self.index)
+        return OpenStudyRun(self.index)
 
 
-class _SeePlan(Gesture):
-    kind: Literal["see-plan"]
+class _SeeStudyDraft(Gesture):
+    kind: Literal["see-study-draft"]
     is_visible: bool
 
     def intent(self) -> Intent:
-        return SeePlan(self.is_visible)
+        return SeeStudyDraft(self.is_visible)
 
 
 class _Undo(Gesture):
@@ -291,8 +291,8 @@ _AnyGesture = Annotated[
     | _RemoveDisturbance
     | _SwapRuns
     | _EndComparison
-    | _OpenMember
-    | _SeePlan,
+    | _OpenStudyRun
+    | _SeeStudyDraft,
     Field(discriminator="kind"),
 ]
 

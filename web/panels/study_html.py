@@ -17,11 +17,11 @@ _MOST_REASONS = 3
 _SMALL = "font-size:0.8em;opacity:0.8"
 
 
-def plan_html(study: StudyView) -> str:
+def draft_html(study: StudyView) -> str:
     """What the planned study costs, or why it cannot run."""
-    if study.plan is None:
+    if study.draft is None:
         return ""
-    runs = number_words(study.plan.num_runs, "run")
+    runs = number_words(study.draft.num_runs, "run")
     if study.is_starting:
         text = f"<b>{runs}</b>: being checked …"
     elif study.price is not None:

@@ -22,7 +22,7 @@ from slipgrasp.web.model.pairing import pair_of, swapped, with_pale_run, without
 from slipgrasp.web.model.showing import show_replay
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Reducer
-from slipgrasp.web.workers.comparer import Comparer
+from slipgrasp.web.workers.comparison_worker import ComparisonWorker
 
 _REST = 0.3
 
@@ -32,7 +32,7 @@ class CompareReducer(Reducer):
 
     Args:
         store: The stored runs.
-        send: Takes the comparer's answers.
+        send: Takes the worker's answers.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -46,8 +46,8 @@ class CompareReducer(Reducer):
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
         self._send = send
-        self._comparer = Comparer(store, send)
-        self.workers = (self._comparer,)
+        self._worker = ComparisonWorker(store, send)
+        self.workers = (self._worker,)
         # Requests for runs count up from zero; these tickets never meet theirs.
         self._tickets = itertools.count(-1, -1)
         self._seen: Pair | None = None
@@ -96,7 +96,7 @@ class CompareReducer(Reducer):
     def _ask(self, pair: Pair | None, view: ViewState) -> None:
         assert pair is not None and view.shown is not None and view.ghost is not None
         self._asked = pair
-        self._comparer.compare(pair, view.shown.result, view.ghost.shown.result)
+        self._worker.compare(pair, view.shown.result, view.ghost.shown.result)
 
     def _open_alone(self, view: ViewState, a: str) -> ViewState:
         """Shows one run with none below it."""
@@ -106,7 +106,7 @@ class CompareReducer(Reducer):
 
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
         number = view.opening + 1
-        self._comparer.open(number, "" if _is_shown(a, view) else a, b)
+        self._worker.open(number, "" if _is_shown(a, view) else a, b)
         return replace(view, opening=number)
 
 

@@ -27,7 +27,7 @@ from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
 from slipgrasp.web.model.showing import show_replay, with_status
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.reducer import Reducer
-from slipgrasp.web.workers.librarian import Librarian
+from slipgrasp.web.workers.library_worker import LibraryWorker
 
 _LEAST_INTERVAL = 4.0
 _SHARE = 0.005
@@ -49,7 +49,7 @@ class RecordingsReducer(Reducer):
 
     Args:
         store: The stored runs.
-        send: Takes the librarian's answers.
+        send: Takes the worker's answers.
         first: The recording to open first, if any.
     """
 
@@ -69,8 +69,8 @@ class RecordingsReducer(Reducer):
     )
 
     def __init__(self, store: RecordingStore, send: Send, first: Source | None) -> None:
-        self._librarian = Librarian(store, send)
-        self.workers = (self._librarian,)
+        self._worker = LibraryWorker(store, send)
+        self.workers = (self._worker,)
         self._first = first
         self._listed_at: float | None = None
         self._interval = _LEAST_INTERVAL
@@ -81,7 +81,7 @@ class RecordingsReducer(Reducer):
         return view if self._first is None else self._open(view, self._first)
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks the librarian, or shows what it answers."""
+        """Asks the worker, or shows what it answers."""
         match intent:
             case OpenRecording(run_id):
                 return self._open(view, run_id)
@@ -122,10 +122,10 @@ class RecordingsReducer(Reducer):
                 listed = {run.id: run for run in run_list.runs}
                 run_list = _chosen(run_list, run_id, listed.get(run_id))
             case AnnotateRecording():
-                self._librarian.annotate(intent)
+                self._worker.annotate(intent)
                 return run_list
             case DeleteRecording():
-                self._librarian.delete(intent)
+                self._worker.delete(intent)
                 return run_list
             case RecordingsListed():
                 self._interval = relist_interval(intent.elapsed)
@@ -137,11 +137,11 @@ class RecordingsReducer(Reducer):
         return run_list
 
     def _list(self, run_list: RunList) -> None:
-        self._librarian.list(run_list.page, run_list.wanted, run_list.chosen_id)
+        self._worker.list(run_list.page, run_list.wanted, run_list.chosen_id)
 
     def _open(self, view: ViewState, source: Source) -> ViewState:
         number = view.opening + 1
-        self._librarian.open(number, source)
+        self._worker.open(number, source)
         return replace(view, opening=number)
 
 

@@ -4,22 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
-
-
-class Worker(Protocol):
-    """A thread that works for a reducer."""
-
-    def close(self) -> None:
-        """Asks it to end; what is to be kept is still kept."""
-        ...
-
-    def join(self, timeout: float) -> None:
-        """Waits until it has ended [s]."""
-        ...
+from slipgrasp.web.workers.worker import Worker
 
 
 class Reducer(ABC):

@@ -1,4 +1,4 @@
-"""Intents about the comparison of two runs, and what the comparer answers."""
+"""Intents about the comparison of two runs, and what their worker answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Intents about stored runs, and what the librarian answers."""
+"""Intents about stored runs, and what their worker answers."""
 
 from __future__ import annotations
 

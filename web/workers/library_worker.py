@@ -21,12 +21,12 @@ from slipgrasp.web.model.intents.recordings import (
 )
 from slipgrasp.web.model.replay import Source, open_replay
 from slipgrasp.web.model.run_list import ROWS_PER_PAGE, RunFilter
-from slipgrasp.web.workers.errands import Errands
+from slipgrasp.web.workers.worker import QueueWorker
 
 NUM_RECENT = 30
 
 
-class Librarian:
+class LibraryWorker(QueueWorker):
     """Answers the latest request for a recording, and for a page of the list; changes all.
 
     Args:
@@ -35,8 +35,8 @@ class Librarian:
     """
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
+        super().__init__("library")
         self._store, self._send = store, send
-        self._errands = Errands("librarian")
 
     def open(self, number: int, source: Source) -> None:
         """Asks for a recording; one that still waits is forgotten.
@@ -45,7 +45,7 @@ class Librarian:
             number: What the answer is to be recognised by.
             source: The recording.
         """
-        self._errands.ask(partial(self._open, number, source), "open")
+        self.ask(partial(self._open, number, source), "open")
 
     def list(self, page: int, wanted: RunFilter, chosen_id: str = "") -> None:
         """Asks for a page of the list.
@@ -55,23 +55,15 @@ class Librarian:
             wanted: Which runs to list.
             chosen_id: A run of which all is to be told, wherever it is in the list.
         """
-        self._errands.ask(partial(self._list, page, wanted, chosen_id), "list")
+        self.ask(partial(self._list, page, wanted, chosen_id), "list")
 
     def annotate(self, request: AnnotateRecording) -> None:
         """Asks to have written about a run what a user wrote."""
-        self._errands.ask(partial(self._annotate, request), must=True)
+        self.ask(partial(self._annotate, request), must=True)
 
     def delete(self, request: DeleteRecording) -> None:
         """Asks to have a run deleted."""
-        self._errands.ask(partial(self._delete, request), must=True)
-
-    def close(self) -> None:
-        """Ends the thread once it has answered what it is at."""
-        self._errands.close()
-
-    def join(self, timeout: float) -> None:
-        """Waits until the thread has ended [s]."""
-        self._errands.join(timeout)
+        self.ask(partial(self._delete, request), must=True)
 
     def _open(self, number: int, source: Source) -> None:
         try:

@@ -10,18 +10,18 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, preset_names
 from slipgrasp.core.study.loading import check_members
 from slipgrasp.web.model.parameter_names import names_of
-from slipgrasp.web.model.study_plan import (
+from slipgrasp.web.model.study_draft import (
     COMPARISONS,
     MAX_STEPS,
     MIN_STEPS,
     NO_COMPARISON,
-    AxisPlan,
+    AxisDraft,
     comparisons_for,
     fitted,
     offers_of,
     study_of,
 )
-from tests.web.studying import PLAN, quick_scenario
+from tests.web.studying import STUDY_DRAFT, quick_scenario
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -35,15 +35,15 @@ def test_every_preset_offers_object_mass_and_common_friction_first(name: str) ->
 def test_every_offer_makes_a_study_whose_runs_are_valid_over_its_own_range(name: str) -> None:
     scenario = load_scenario(name)
     for offer in offers_of(scenario)[1:]:
-        study = study_of(PLAN.with_axis(1, offer.axis(2)), scenario, name)
+        study = study_of(STUDY_DRAFT.with_axis(1, offer.axis(2)), scenario, name)
         check_members(study)
         assert [study.values_of(index)[offer.key] for index in (0, 1)] == [offer.low, offer.high]
         assert study.scenario_of(0) != study.scenario_of(1)
 
 
 def test_a_plan_makes_a_grid_of_every_pair_of_values() -> None:
-    study = study_of(PLAN, quick_scenario(), "paper-case-1")
-    assert study.num_runs == PLAN.num_runs == 9
+    study = study_of(STUDY_DRAFT, quick_scenario(), "paper-case-1")
+    assert study.num_runs == STUDY_DRAFT.num_runs == 9
     assert study.recordings == "none"
     assert study.title == "paper-case-1: object mass and friction of all fingers"
     assert study.values_of(5) == {"object.mass": 1.5, "fingers.*.friction": 0.5}
@@ -51,8 +51,8 @@ def test_a_plan_makes_a_grid_of_every_pair_of_values() -> None:
 
 def test_only_an_unchanged_preset_is_called_by_its_name() -> None:
     unchanged = load_scenario("paper-case-1")
-    assert study_of(PLAN, unchanged, "paper-case-1").base_name == "paper-case-1"
-    assert study_of(PLAN, quick_scenario(), "paper-case-1").base_name == ""
+    assert study_of(STUDY_DRAFT, unchanged, "paper-case-1").base_name == "paper-case-1"
+    assert study_of(STUDY_DRAFT, quick_scenario(), "paper-case-1").base_name == ""
 
 
 def test_timed_changes_of_the_draft_are_part_of_what_varies() -> None:
@@ -61,12 +61,12 @@ def test_timed_changes_of_the_draft_are_part_of_what_varies() -> None:
     from slipgrasp.core.scenario.loading import scenario_from_mapping
 
     base = scenario_from_mapping(scenario)
-    assert study_of(PLAN, base, "paper-case-1").base.changes == base.changes
+    assert study_of(STUDY_DRAFT, base, "paper-case-1").base.changes == base.changes
 
 
 def test_a_comparison_crosses_a_setting_with_every_pair() -> None:
     name = next(iter(COMPARISONS))
-    compared = replace(PLAN, comparison=name)
+    compared = replace(STUDY_DRAFT, comparison=name)
     study = study_of(compared, quick_scenario(), "")
     assert study.num_runs == compared.num_runs == 18
     key, values = COMPARISONS[name]
@@ -74,40 +74,42 @@ def test_a_comparison_crosses_a_setting_with_every_pair() -> None:
 
 
 def test_what_an_axis_varies_is_not_offered_for_comparison() -> None:
-    weight = AxisPlan("controller.lyapunov_weight", 1.0, 20.0)
-    left = comparisons_for(PLAN.with_axis(0, weight))
+    weight = AxisDraft("controller.lyapunov_weight", 1.0, 20.0)
+    left = comparisons_for(STUDY_DRAFT.with_axis(0, weight))
     assert left[0] == NO_COMPARISON
     assert len(left) == len(COMPARISONS)
 
 
 def test_numbers_of_values_stay_within_bounds_whatever_a_browser_sends() -> None:
     for count, expected in ((-5, MIN_STEPS), (10**9, MAX_STEPS)):
-        plan = PLAN.with_axis(0, replace(PLAN.axes[0], count=count))
-        assert plan.axes[0].count == expected
+        study_draft = STUDY_DRAFT.with_axis(0, replace(STUDY_DRAFT.axes[0], count=count))
+        assert study_draft.axes[0].count == expected
 
 
 @pytest.mark.parametrize(
     ("axis", "sentence"),
     [
-        (AxisPlan("object.mass", 0.0, 2.0), "object mass, from is 0; allowed: 0.001"),
-        (AxisPlan("object.mass", 2.0, 1.0), "object mass has min 2 above max 1"),
-        (AxisPlan("object.mass", float("nan"), 1.0), "object mass"),
-        (AxisPlan("fingers.*.friction", 0.1, 1.0), "friction of all fingers is chosen twice"),
-        (AxisPlan("fingers.0.friction", 0.1, 1.0), "leave one of them out"),
-        (AxisPlan("no.such", 0.1, 1.0), "no.such"),
+        (AxisDraft("object.mass", 0.0, 2.0), "object mass, from is 0; allowed: 0.001"),
+        (AxisDraft("object.mass", 2.0, 1.0), "object mass has min 2 above max 1"),
+        (AxisDraft("object.mass", float("nan"), 1.0), "object mass"),
+        (AxisDraft("fingers.*.friction", 0.1, 1.0), "friction of all fingers is chosen twice"),
+        (AxisDraft("fingers.0.friction", 0.1, 1.0), "leave one of them out"),
+        (AxisDraft("no.such", 0.1, 1.0), "no.such"),
     ],
 )
-def test_what_cannot_run_is_refused_in_the_words_of_the_page(axis: AxisPlan, sentence: str) -> None:
+def test_what_cannot_run_is_refused_in_the_words_of_the_page(
+    axis: AxisDraft, sentence: str
+) -> None:
     with pytest.raises(ScenarioError) as refused:
-        study_of(PLAN.with_axis(0, axis), quick_scenario(), "")
+        study_of(STUDY_DRAFT.with_axis(0, axis), quick_scenario(), "")
     assert sentence in refused.value.errors[0].message
 
 
 def test_a_plan_keeps_what_another_scenario_has_too() -> None:
     offers = offers_of(load_scenario("paper-case-1"))
-    belief = AxisPlan("estimates.3.initial", 0.0, 1.0)
-    kept, replaced = fitted(PLAN.with_axis(1, belief), offers).axes
-    assert kept == PLAN.axes[0]
+    belief = AxisDraft("estimates.3.initial", 0.0, 1.0)
+    kept, replaced = fitted(STUDY_DRAFT.with_axis(1, belief), offers).axes
+    assert kept == STUDY_DRAFT.axes[0]
     assert replaced.key in {offer.key for offer in offers} - {kept.key}
 
 

@@ -1,26 +1,39 @@
-"""A thread that runs the errands of one concern, so that its session never waits for a disk."""
+"""The threads of a session, so that its loop never waits for a disk or a simulation."""
 
 from __future__ import annotations
 
 import logging
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NamedTuple
 
-Errand = Callable[[], None]
+Task = Callable[[], None]
 
 _logger = logging.getLogger(__name__)
 
 
-class _Waiting(NamedTuple):
-    """An errand in the queue, and whether it is run in any case."""
+class Worker(ABC):
+    """A thread that works for a session, and answers with intents."""
 
-    errand: Errand
+    @abstractmethod
+    def close(self) -> None:
+        """Asks it to end; what is to be kept is still kept."""
+
+    @abstractmethod
+    def join(self, timeout: float) -> None:
+        """Waits until it has ended [s]."""
+
+
+class _Waiting(NamedTuple):
+    """A task in the queue, and whether it is run in any case."""
+
+    task: Task
     must: bool
 
 
-class Errands:
-    """Runs errands one after the other; of each subject only the latest that still waits.
+class QueueWorker(Worker):
+    """Runs tasks one after the other; of each subject only the latest that still waits.
 
     Args:
         name: Name of the thread.
@@ -33,19 +46,19 @@ class Errands:
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
         self._thread.start()
 
-    def ask(self, errand: Errand, subject: object = None, *, must: bool = False) -> None:
-        """Puts an errand in the queue, and returns at once.
+    def ask(self, task: Task, subject: object = None, *, must: bool = False) -> None:
+        """Puts a task in the queue, and returns at once.
 
         Args:
-            errand: What to do; it tells its findings itself.
-            subject: An errand of the same subject that still waits is forgotten; None if
+            task: What to do; it tells its findings itself.
+            subject: A task of the same subject that still waits is forgotten; None if
                 every one counts.
             must: Whether it is run even if the thread is to end first.
         """
         with self._wake:
             key = object() if subject is None else subject
             self._waiting.pop(key, None)
-            self._waiting[key] = _Waiting(errand, must)
+            self._waiting[key] = _Waiting(task, must)
             self._wake.notify()
 
     def close(self) -> None:
@@ -67,7 +80,7 @@ class Errands:
                     return
                 waiting = self._waiting.pop(next(iter(self._waiting)))
             try:
-                waiting.errand()
+                waiting.task()
             except Exception:
-                # The edge of the thread: one failed errand must not end all that follow.
-                _logger.exception("an errand of the thread %s failed", self._thread.name)
+                # The edge of the thread: one failed task must not end all that follow.
+                _logger.exception("a task of the thread %s failed", self._thread.name)

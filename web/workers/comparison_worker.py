@@ -12,10 +12,10 @@ from slipgrasp.web.model.compare import Pair
 from slipgrasp.web.model.intents.compare import CompareUnreadable, RunsCompared, RunsOpened
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.replay import open_replay
-from slipgrasp.web.workers.errands import Errands
+from slipgrasp.web.workers.worker import QueueWorker
 
 
-class Comparer:
+class ComparisonWorker(QueueWorker):
     """Answers the latest request for two recordings, and the latest to compare two runs.
 
     Args:
@@ -24,8 +24,8 @@ class Comparer:
     """
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
+        super().__init__("comparison")
         self._store, self._send = store, send
-        self._errands = Errands("comparer")
 
     def open(self, number: int, a: str, b: str) -> None:
         """Asks for recordings.
@@ -35,19 +35,11 @@ class Comparer:
             a: Id of the first; empty if only the second is needed.
             b: Id of the second.
         """
-        self._errands.ask(partial(self._open, number, a, b), "open")
+        self.ask(partial(self._open, number, a, b), "open")
 
     def compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
         """Asks what tells two runs apart."""
-        self._errands.ask(partial(self._compare, pair, a, b), "compare")
-
-    def close(self) -> None:
-        """Ends the thread once it has answered what it is at."""
-        self._errands.close()
-
-    def join(self, timeout: float) -> None:
-        """Waits until the thread has ended [s]."""
-        self._errands.join(timeout)
+        self.ask(partial(self._compare, pair, a, b), "compare")
 
     def _open(self, number: int, a: str, b: str) -> None:
         try:

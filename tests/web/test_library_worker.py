@@ -22,8 +22,8 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingUnreadable,
 )
 from slipgrasp.web.model.run_list import OUTCOME_CHOICES, ROWS_PER_PAGE, RunFilter
-from slipgrasp.web.workers.errands import Errands
-from slipgrasp.web.workers.librarian import Librarian
+from slipgrasp.web.workers.library_worker import LibraryWorker
+from slipgrasp.web.workers.worker import QueueWorker
 from tests.waiting import PATIENCE
 
 ALL = RunFilter()
@@ -35,17 +35,17 @@ def ids_of(runs: Sequence[StoredRun]) -> list[str]:
 
 
 class Library:
-    """A librarian and its answers."""
+    """A worker and its answers."""
 
     def __init__(self, store: RecordingStore) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-        self.librarian = Librarian(store, self.answers.put)
+        self.worker = LibraryWorker(store, self.answers.put)
 
     def answer(self) -> Intent:
         return self.answers.get(timeout=PATIENCE)
 
     def listed(self, page: int = 0, wanted: RunFilter = ALL, chosen: str = "") -> RecordingsListed:
-        self.librarian.list(page, wanted, chosen)
+        self.worker.list(page, wanted, chosen)
         answer = self.answer()
         assert isinstance(answer, RecordingsListed)
         return answer
@@ -55,30 +55,30 @@ class Library:
 def library(store: RecordingStore) -> Iterator[Library]:
     library = Library(store)
     yield library
-    library.librarian.close()
-    library.librarian.join(10.0)
-    assert "librarian" not in {thread.name for thread in threading.enumerate()}
+    library.worker.close()
+    library.worker.join(10.0)
+    assert "library" not in {thread.name for thread in threading.enumerate()}
 
 
-def test_of_errands_that_wait_only_the_latest_of_a_subject_is_run() -> None:
-    errands, done = Errands("errands"), []
+def test_of_tasks_that_wait_only_the_latest_of_a_subject_is_run() -> None:
+    worker, done = QueueWorker("tasks"), []
     begun, go_on = threading.Event(), threading.Event()
 
     def wait() -> None:
         begun.set()
         go_on.wait(PATIENCE)
 
-    errands.ask(wait)
+    worker.ask(wait)
     assert begun.wait(PATIENCE)
     for number in range(3):
-        errands.ask(lambda number=number: done.append(("list", number)), "list")
-        errands.ask(lambda number=number: done.append(("delete", number)))
+        worker.ask(lambda number=number: done.append(("list", number)), "list")
+        worker.ask(lambda number=number: done.append(("delete", number)))
     finished = threading.Event()
-    errands.ask(finished.set)
+    worker.ask(finished.set)
     go_on.set()
     assert finished.wait(PATIENCE)
-    errands.close()
-    errands.join(30.0)
+    worker.close()
+    worker.join(30.0)
     assert done == [("delete", 0), ("delete", 1), ("list", 2), ("delete", 2)]
 
 
@@ -115,7 +115,7 @@ def test_a_stored_run_is_opened_as_it_was_saved(
     library: Library, store: RecordingStore, case_1: RunResult
 ) -> None:
     stored = store.save(case_1)
-    library.librarian.open(7, stored.id)
+    library.worker.open(7, stored.id)
     answer = library.answer()
     assert isinstance(answer, RecordingOpened)
     assert (answer.number, answer.replay.run_id) == (7, stored.id)
@@ -126,11 +126,11 @@ def test_a_stored_run_is_opened_as_it_was_saved(
 def test_what_is_not_in_the_store_is_answered_with_a_sentence(
     library: Library, hostile: str
 ) -> None:
-    library.librarian.open(1, hostile)
+    library.worker.open(1, hostile)
     answer = library.answer()
     assert isinstance(answer, RecordingUnreadable)
     assert "no recording" in answer.message
-    library.librarian.delete(DeleteRecording(hostile, "revision"))
+    library.worker.delete(DeleteRecording(hostile, "revision"))
     answer = library.answer()
     assert isinstance(answer, RecordingRefused)
     assert answer.what == "Not deleted"
@@ -142,16 +142,16 @@ def test_a_run_is_named_tagged_and_deleted_as_it_was_seen_and_not_otherwise(
 ) -> None:
     stored = store.save(case_1)
     request = AnnotateRecording(stored.id, stored.revision, " mine ", "a, b , ,a", "two\nlines")
-    library.librarian.annotate(request)
+    library.worker.annotate(request)
     answer = library.answer()
     assert isinstance(answer, RecordingChanged)
     assert answer.stored == store.get(stored.id)
     told = store.get(stored.id)
     assert (told.name, told.tags, told.notes) == ("mine", ("a", "b"), "two\nlines")
     for refused, what in (
-        (library.librarian.annotate, "Not changed"),
+        (library.worker.annotate, "Not changed"),
         (
-            lambda _: library.librarian.delete(DeleteRecording(stored.id, stored.revision)),
+            lambda _: library.worker.delete(DeleteRecording(stored.id, stored.revision)),
             "Not del",
         ),
     ):
@@ -160,10 +160,10 @@ def test_a_run_is_named_tagged_and_deleted_as_it_was_seen_and_not_otherwise(
         assert isinstance(answer, RecordingRefused)
         assert answer.what.startswith(what)
         assert "changed meanwhile" in answer.message
-    library.librarian.annotate(AnnotateRecording(stored.id, told.revision, "n" * 201, "", ""))
+    library.worker.annotate(AnnotateRecording(stored.id, told.revision, "n" * 201, "", ""))
     answer = library.answer()
     assert isinstance(answer, RecordingRefused)
     assert answer.message.startswith("name: ")
-    library.librarian.delete(DeleteRecording(stored.id, told.revision))
+    library.worker.delete(DeleteRecording(stored.id, told.revision))
     assert library.answer() == RecordingChanged(stored.id, None)
     assert store.count() == 0

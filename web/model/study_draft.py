@@ -1,4 +1,4 @@
-"""The study that a user plans: two parameters, their ranges, and what is compared."""
+"""The study that a user drafts: two parameters, their ranges, and what is compared."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _ALSO_OFFERED = (
 
 
 @dataclass(frozen=True, slots=True)
-class AxisPlan:
+class AxisDraft:
     """One of the two parameters that vary, in its unit; nothing of it is validated yet.
 
     Attributes:
@@ -84,13 +84,13 @@ class Offer:
     low: float
     high: float
 
-    def axis(self, count: int = _STEPS) -> AxisPlan:
+    def axis(self, count: int = _STEPS) -> AxisDraft:
         """The parameter over its own range."""
-        return AxisPlan(self.key, self.low, self.high, count)
+        return AxisDraft(self.key, self.low, self.high, count)
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class StudyDraft:
     """What a study is to vary.
 
     Attributes:
@@ -98,7 +98,7 @@ class Plan:
         comparison: Name of what is compared (`COMPARISONS`), or `NO_COMPARISON`.
     """
 
-    axes: tuple[AxisPlan, AxisPlan]
+    axes: tuple[AxisDraft, AxisDraft]
     comparison: str = NO_COMPARISON
 
     @property
@@ -112,8 +112,8 @@ class Plan:
         """Whether a setting is compared."""
         return self.comparison in COMPARISONS
 
-    def with_axis(self, place: int, axis: AxisPlan) -> Plan:
-        """The plan with another axis, the number of its values within bounds."""
+    def with_axis(self, place: int, axis: AxisDraft) -> StudyDraft:
+        """The draft with another axis, the number of its values within bounds."""
         bounded = replace(axis, count=min(max(axis.count, MIN_STEPS), MAX_STEPS))
         first, second = self.axes
         return replace(self, axes=(bounded, second) if place == 0 else (first, bounded))
@@ -180,33 +180,33 @@ def _range_of(parameter: Parameter, names: ParameterNames) -> tuple[float, float
     return max(low, least), max(high, 2.0 * least)
 
 
-def fitted(plan: Plan | None, offers: tuple[Offer, ...]) -> Plan:
-    """The plan as far as a scenario has its parameters; the first that are offered elsewhere.
+def fitted(draft: StudyDraft | None, offers: tuple[Offer, ...]) -> StudyDraft:
+    """The draft as far as a scenario has its parameters; the first that are offered elsewhere.
 
     Args:
-        plan: What the user has chosen; None if nothing yet.
+        draft: What the user has chosen; None if nothing yet.
         offers: What the scenario offers, at least two parameters.
     """
-    if plan is None:
-        return Plan((offers[0].axis(), offers[1].axis()))
+    if draft is None:
+        return StudyDraft((offers[0].axis(), offers[1].axis()))
     known = {offer.key for offer in offers}
-    taken = [axis.key for axis in plan.axes]
+    taken = [axis.key for axis in draft.axes]
     free = (offer for offer in offers if offer.key not in taken)
-    first, second = (axis if axis.key in known else next(free).axis() for axis in plan.axes)
-    return replace(plan, axes=(first, second))
+    first, second = (axis if axis.key in known else next(free).axis() for axis in draft.axes)
+    return replace(draft, axes=(first, second))
 
 
-def comparisons_for(plan: Plan) -> tuple[str, ...]:
+def comparisons_for(draft: StudyDraft) -> tuple[str, ...]:
     """What may be compared: settings that no axis varies."""
-    taken = {axis.key for axis in plan.axes}
+    taken = {axis.key for axis in draft.axes}
     return (NO_COMPARISON, *(name for name, (key, _) in COMPARISONS.items() if key not in taken))
 
 
-def study_of(plan: Plan, scenario: Scenario, origin: str) -> Study:
-    """The study that a plan makes of a scenario.
+def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
+    """The study that a draft makes of a scenario.
 
     Args:
-        plan: What varies.
+        draft: What varies.
         scenario: The base.
         origin: Name of what the base was made from.
 
@@ -214,17 +214,17 @@ def study_of(plan: Plan, scenario: Scenario, origin: str) -> Study:
         ScenarioError: With one entry per wrong field, in the words of the page.
     """
     names = names_of(scenario)
-    first, second = plan.axes
+    first, second = draft.axes
     if first.key == second.key:
         raise _twice(names.words(first.key))
     is_preset = origin in preset_names() and load_scenario(origin) == scenario
-    vary: dict[str, Any] = {axis.key: _range(axis) for axis in plan.axes}
-    if plan.compares:
-        key, values = COMPARISONS[plan.comparison]
+    vary: dict[str, Any] = {axis.key: _range(axis) for axis in draft.axes}
+    if draft.compares:
+        key, values = COMPARISONS[draft.comparison]
         if key in vary:
             raise _twice(names.words(key))
         vary[key] = {"values": list(values)}
-    words = " and ".join(names.words(axis.key) for axis in plan.axes)
+    words = " and ".join(names.words(axis.key) for axis in draft.axes)
     document = {
         "title": f"{origin[:80]}: {words}",
         "base": origin if is_preset else "",
@@ -235,11 +235,11 @@ def study_of(plan: Plan, scenario: Scenario, origin: str) -> Study:
         return study_from_mapping(document, lambda _: scenario)
     except ScenarioError as error:
         raise ScenarioError(
-            [_in_words(finding, names, plan) for finding in error.errors]
+            [_in_words(finding, names, draft) for finding in error.errors]
         ) from error
 
 
-def _range(axis: AxisPlan) -> dict[str, Any]:
+def _range(axis: AxisDraft) -> dict[str, Any]:
     scale = "log" if axis.is_log else "linear"
     return {"min": axis.low, "max": axis.high, "count": axis.count, "scale": scale}
 
@@ -249,9 +249,9 @@ def _twice(words: str) -> ScenarioError:
     return ScenarioError([FieldError(field="vary", value=None, limit=None, message=message)])
 
 
-def _in_words(finding: FieldError, names: ParameterNames, plan: Plan) -> FieldError:
+def _in_words(finding: FieldError, names: ParameterNames, draft: StudyDraft) -> FieldError:
     message = finding.message
-    for axis in plan.axes:
+    for axis in draft.axes:
         words = names.words(axis.key)
         for field, end in ((".min", ", from"), (".max", ", to"), ("", "")):
             message = message.replace(f"vary.{axis.key}{field}", f"{words}{end}")
