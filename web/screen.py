@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import viser
 
-from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import PHASES, Rgb
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.picture import CameraMoved
 from slipgrasp.web.model.page_layout import MARGIN, guess_layout, panel_sizes
 from slipgrasp.web.model.view import Shown, ViewState
-from slipgrasp.web.page.theme import apply_theme
 from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
@@ -22,7 +22,11 @@ from slipgrasp.web.panels.scenario_file_panel import ScenarioFilePanel
 from slipgrasp.web.panels.scenario_panel import ScenarioPanel
 from slipgrasp.web.panels.session_state_panel import SessionStatePanel
 from slipgrasp.web.panels.study_panel import StudyPanel
+from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.scene.scene import Scene
+
+_BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
+_DARK_BRAND: Rgb = (92, 168, 236)
 
 
 class Screen:
@@ -147,3 +151,13 @@ class Screen:
 def _report(camera: viser.CameraHandle) -> CameraMoved:
     x, y, z = camera.position.tolist()
     return CameraMoved((x, y, z))
+
+
+def apply_theme(gui: viser.GuiApi, *, dark: bool) -> None:
+    """Makes a page bright or dark; what one may click has a colour that is legible there."""
+    gui.configure_theme(
+        show_logo=False,
+        show_share_button=False,
+        dark_mode=dark,
+        brand_color=_DARK_BRAND if dark else _BRIGHT_BRAND,
+    )

@@ -9,11 +9,13 @@ import logging
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import chain
 
 import viser
 
-from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.server.runs.run_service import RunService
+from slipgrasp.server.studies.study_service import StudyService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.intent import Close, Intent
@@ -21,9 +23,11 @@ from slipgrasp.web.model.intents.mailbox import Mailbox
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.page.session_directory import SessionDirectory
 from slipgrasp.web.reducers.charts import ChartsReducer
 from slipgrasp.web.reducers.compare import CompareReducer
 from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.reducers.link import LinkReducer
 from slipgrasp.web.reducers.picture import PictureReducer
 from slipgrasp.web.reducers.playback import PlaybackReducer
@@ -32,15 +36,33 @@ from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from slipgrasp.web.reducers.study import StudyReducer
+from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
-from slipgrasp.web.services import Services
+from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
 FIRST_PRESET = "paper-case-2"
-
 _TIME_TO_LEAVE = 1.0
-
 _logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Services:
+    """What every session of a dashboard shares.
+
+    Attributes:
+        runs: Simulates and saves.
+        saved: Knows which runs are kept already.
+        studies: Runs studies, one at a time.
+        directory: Knows every session by its key.
+        pacer: Lets the sessions that play share the processor.
+    """
+
+    runs: RunService
+    saved: SavedRuns
+    studies: StudyService
+    directory: SessionDirectory
+    pacer: FramePacer
 
 
 class Session:
@@ -64,7 +86,12 @@ class Session:
         self._view = _first_view(first)
         self._reducers: Sequence[Reducer] = (
             ScenarioReducer(),
-            RunReducer(services, self._mailbox.send, simulates_first=first is None),
+            RunReducer(
+                services.runs,
+                services.saved,
+                self._mailbox.send,
+                simulates_first=first is None,
+            ),
             RecordingsReducer(services.runs.store, self._mailbox.send, first),
             CompareReducer(services.runs.store, self._mailbox.send),
             PictureReducer(self._camera),

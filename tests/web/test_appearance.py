@@ -12,7 +12,6 @@ import viser
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.server.viewer.viewer_server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
-from slipgrasp.web.model.camera import FrontCamera
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.picture import MeasurePage, SetAppearance, ToggleDark
@@ -22,6 +21,7 @@ from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.reducers.picture import PictureReducer
+from slipgrasp.web.scene.camera import FrontCamera
 
 LAYOUT = PageLayout(1440, 900, 740, 900, 220)
 

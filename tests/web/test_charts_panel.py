@@ -19,7 +19,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.server.viewer.viewer_server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.model.draft import Draft
-from slipgrasp.web.model.intents.charts import ToggleLine
+from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.model.playback import (
     Playback,
     TimeWindow,

@@ -22,12 +22,11 @@ from slipgrasp.web.model.intents.compare import (
     SwapRuns,
 )
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.pairing import can_swap, pair_of, with_pale_run
+from slipgrasp.web.model.pairing import can_swap, pair_of, with_ghost
 from slipgrasp.web.model.playback import WindowChoice, slip_window
 from slipgrasp.web.model.replay import open_replay
 from slipgrasp.web.model.run_list import RunList
-from slipgrasp.web.model.showing import show, show_replay
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState, show, show_replay
 from slipgrasp.web.panels.compare_panel import compare_html
 from slipgrasp.web.reducers.compare import CompareReducer
 from tests.waiting import PATIENCE
@@ -130,7 +129,7 @@ def test_a_live_run_is_swapped_only_once_it_is_saved(
     assert comparison.view.shown is not None
     result = comparison.view.shown.result
     live = show(first_view(), Shown(5, result, 0.1), RunStage.PREVIEW, afresh=True)
-    comparison.view = with_pale_run(live, open_replay(store, stored[1].id), -9)
+    comparison.view = with_ghost(live, open_replay(store, stored[1].id), -9)
     assert not can_swap(comparison.view)
     comparison.ask(SwapRuns())
     assert comparison.names == ("live", "Q = 1")

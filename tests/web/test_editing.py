@@ -12,8 +12,7 @@ from slipgrasp.core.scenario import Change, Pulse
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, scenario_to_toml
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Draft, TimedEdit
-from slipgrasp.web.model.editing import Editing, Reach
-from slipgrasp.web.model.history import History
+from slipgrasp.web.model.editing import Editing, History, Reach
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (

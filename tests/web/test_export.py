@@ -16,7 +16,6 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.server.viewer.viewer_server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
 from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
-from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
     CancelExport,
@@ -29,7 +28,7 @@ from slipgrasp.web.model.intents.export import (
 )
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import slip_window
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import ChartsView, Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.export_panel import ExportPanel
 from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.workers.export_worker import ExportWorker

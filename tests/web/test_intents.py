@@ -10,10 +10,11 @@ from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.mailbox import Mailbox, coalesce
 from slipgrasp.web.model.intents.playback import Seek, Step, TogglePlay
 from slipgrasp.web.model.intents.scenario import ChoosePreset, ResetScenario, SetParameter, Undo
-from slipgrasp.web.model.pacing import FRAME_INTERVAL, FramePacer, is_save_due
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.reducers.frame_pacing import FRAME_INTERVAL, FramePacer
 from slipgrasp.web.reducers.playback import PlaybackReducer
+from slipgrasp.web.reducers.runs import is_save_due
 from slipgrasp.web.workers.preview_worker import is_outdated
 
 

@@ -57,7 +57,7 @@ def library(store: RecordingStore) -> Iterator[Library]:
     yield library
     library.worker.close()
     library.worker.join(10.0)
-    assert "library" not in {thread.name for thread in threading.enumerate()}
+    assert "library-worker" not in {thread.name for thread in threading.enumerate()}
 
 
 def test_of_tasks_that_wait_only_the_latest_of_a_subject_is_run() -> None:

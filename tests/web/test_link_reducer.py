@@ -9,16 +9,15 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.link import OpenLink
 from slipgrasp.web.model.intents.recordings import (
+    OpenLink,
     OpenRecording,
     RecordingOpened,
     RecordingUnreadable,
 )
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.showing import show_replay
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState, show_replay
 from slipgrasp.web.reducers.link import LinkReducer, linked_time
 
 RUN = "abcdefghijkl"

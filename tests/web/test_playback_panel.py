@@ -18,9 +18,8 @@ from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.keys import KEYS, keys_html, keys_of
-from slipgrasp.web.panels.playback_panel import PlaybackPanel
+from slipgrasp.web.panels.playback_panel import PlaybackPanel, transport_html
 from slipgrasp.web.panels.session_state_panel import SessionStatePanel, linked_run
-from slipgrasp.web.panels.transport import transport_html
 
 
 @pytest.fixture

@@ -16,8 +16,13 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.panels.recordings_html import chosen_html, distinct_names, row_words, rows_html
-from slipgrasp.web.panels.recordings_panel import RecordingsPanel
+from slipgrasp.web.panels.recordings_panel import (
+    RecordingsPanel,
+    chosen_html,
+    distinct_names,
+    row_words,
+    rows_html,
+)
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 

@@ -11,9 +11,7 @@ import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.server.runs.run_service import RunService
-from slipgrasp.server.studies.study_service import StudyService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
@@ -24,15 +22,11 @@ from slipgrasp.web.model.intents.scenario import (
     SetParameter,
     Undo,
 )
-from slipgrasp.web.model.pacing import FramePacer
 from slipgrasp.web.model.playback import TimeWindow, WindowChoice
 from slipgrasp.web.model.replay import open_replay
-from slipgrasp.web.model.showing import show_replay
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.page.session_directory import SessionDirectory
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState, show_replay
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
-from slipgrasp.web.services import Services
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE
@@ -97,10 +91,8 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     settings = patient_settings(tmp_path / "data")
     store = RecordingStore(settings.data_directory)
     service = RunService(store, settings)
-    studies = StudyService(StudyStore(settings.data_directory, store), settings)
-    services = Services(service, SavedRuns(service), studies, SessionDirectory(), FramePacer())
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-    runs = RunReducer(services, answers.put, simulates_first=True)
+    runs = RunReducer(service, SavedRuns(service), answers.put, simulates_first=True)
     first = ViewState(
         draft=Draft.from_preset("paper-case-1"),
         status=RunStatus(RunStage.SIMULATING),

@@ -10,9 +10,10 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, joint_points
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.web.model.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, stands_at
 from slipgrasp.web.model.colours import glow
+from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sample, Sampler
+from slipgrasp.web.scene.camera import FIELD_OF_VIEW, Framing, frame_box, stands_at
 from slipgrasp.web.scene.images import lens_background, lettering
 from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
 from slipgrasp.web.scene.marks import (

@@ -28,9 +28,8 @@ from slipgrasp.web.model.study_words import (
     time_words,
 )
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.panels.study_html import draft_html, summary_html
 from slipgrasp.web.panels.study_inputs import run_of_places
-from slipgrasp.web.panels.study_panel import StudyPanel
+from slipgrasp.web.panels.study_panel import StudyPanel, draft_html, summary_html
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import STUDY_DRAFT, quick_scenario
 

@@ -131,7 +131,7 @@ def bench(service: StudyService) -> Iterator[Bench]:
     bench = new_bench(service)
     yield bench
     leave(bench)
-    assert "study" not in {thread.name for thread in threading.enumerate()}
+    assert "study-worker" not in {thread.name for thread in threading.enumerate()}
 
 
 def test_the_draft_decides_what_is_offered_and_where_a_plan_begins(bench: Bench) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -23,11 +24,12 @@ from slipgrasp.web.model.disturbances import (
     is_of_disturbance,
 )
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.rows import row_parameters, rows_of
+from slipgrasp.web.model.row_text import row_parameters, rows_of
 
 Value = float | int | str | list[Any] | None
 
 _DECIMALS_OF_TIME = 6
+_PLACE_OF_CHANGE = re.compile(r"changes\.\d+\.(?P<what>value: |time)")
 
 
 def change_time(play_head: float) -> float:
@@ -221,6 +223,15 @@ class Draft:
             yield f"changes.{i}.time", change.time
             yield f"changes.{i}.parameter", change.key
             yield f"changes.{i}.value", change.value
+
+
+def error_words(error: FieldError) -> str:
+    """What is wrong with a value that the user set, wherever in the scenario it ended up."""
+    place = _PLACE_OF_CHANGE.match(error.message)
+    if place is None:
+        return error.message
+    rest = error.message[place.end() :]
+    return rest if place["what"] == "value: " else f"the time of the change{rest}"
 
 
 @lru_cache(maxsize=32)

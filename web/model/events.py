@@ -18,6 +18,17 @@ from slipgrasp.web.model.disturbances import disturbance_words, disturbances_of
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.laws import law_change_words, main_changes
 
+PHASE_WORDS = {
+    ContactPhase.STICK: "sticks",
+    ContactPhase.SLIP_FORWARD: "slips forward",
+    ContactPhase.SLIP_BACKWARD: "slips backward",
+}
+PHASE_HINTS = {
+    ContactPhase.STICK: "The fingertip moves with the face",
+    ContactPhase.SLIP_FORWARD: "The fingertip slips forward: clockwise around the object",
+    ContactPhase.SLIP_BACKWARD: "The fingertip slips backward: counterclockwise around the object",
+}
+
 
 class EventKind(StrEnum):
     """What kind of thing happens."""

@@ -5,14 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from slipgrasp.web.model.camera import Picture
-
 MARGIN = 12
 """Between the playback panel and the edges of the scene [px]."""
 
 _LEAST_PLAYBACK = 240
 _USUAL_COVER = 240
 _USUAL_SIZE = (1440, 900)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Size of a viewer's picture, and the strip at its bottom that a panel covers [px]."""
+
+    width: int
+    height: int
+    covered: int = 0
 
 
 @dataclass(frozen=True, slots=True)

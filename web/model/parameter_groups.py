@@ -10,7 +10,7 @@ from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
 from slipgrasp.web.model.disturbances import Disturbance, disturbance_parameters
-from slipgrasp.web.model.rows import is_of_rows, row_parameters
+from slipgrasp.web.model.row_text import is_of_rows, row_parameters
 
 _BELIEFS = "What the controller believes at first"
 _MAIN = ("object", "fingers", "estimates", "controller")

@@ -7,11 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
-from slipgrasp.web.model.intents.charts import ToggleLine
 from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.link import OpenLink
-from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage
+from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage, ToggleLine
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -24,7 +22,12 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
+from slipgrasp.web.model.intents.recordings import (
+    ChooseRecording,
+    ListRecordings,
+    OpenLink,
+    OpenRecording,
+)
 from slipgrasp.web.model.intents.scenario import (
     Redo,
     RemoveChange,

@@ -12,10 +12,9 @@ from slipgrasp.web.charts.charts import CHART_TABS
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
 from slipgrasp.web.charts.html import note_html, readings_html
 from slipgrasp.web.charts.plot import Plot
-from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.sampling import locate
-from slipgrasp.web.model.view import Ghost, Shown, ViewState
+from slipgrasp.web.model.view import ChartsView, Ghost, Shown, ViewState
 
 _READING_INTERVAL = 0.1
 _READINGS_PER_WINDOW = 300

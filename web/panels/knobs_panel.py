@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import is_of_disturbance
-from slipgrasp.web.model.draft import Draft, change_time
+from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing, LawNote
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.parameter_groups import (
@@ -26,7 +26,6 @@ from slipgrasp.web.model.parameter_groups import (
     group_parameters,
 )
 from slipgrasp.web.model.view import RunStage, ViewState
-from slipgrasp.web.model.words import error_words
 from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.panels.parameter_inputs import Knob, add_knob
 

@@ -16,7 +16,7 @@ from slipgrasp.web.model.draft import Value
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import SetParameter
 from slipgrasp.web.model.parameter_groups import Entry
-from slipgrasp.web.model.rows import numbers_of, parse_rows, row_parameters
+from slipgrasp.web.model.row_text import numbers_of, parse_rows, row_parameters
 from slipgrasp.web.model.slider_range import round_step, slider_range
 
 Input = (

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.web.charts.charts import charts_of
-from slipgrasp.web.model.intents.charts import ToggleLine
 from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Reducer
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.web.model.compare import Comparing, Pair
 from slipgrasp.web.model.intents.compare import (
     CompareRuns,
     CompareUnreadable,
@@ -18,9 +17,8 @@ from slipgrasp.web.model.intents.compare import (
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.recordings import OpenRecording
-from slipgrasp.web.model.pairing import pair_of, swapped, with_pale_run, without_pale_run
-from slipgrasp.web.model.showing import show_replay
-from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.model.pairing import pair_of, swapped, with_ghost, without_ghost
+from slipgrasp.web.model.view import Comparing, Pair, ViewState, show_replay
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.comparison_worker import ComparisonWorker
 
@@ -60,12 +58,12 @@ class CompareReducer(Reducer):
             case CompareRuns(a, b):
                 return self._open(view, a, b) if b else self._open_alone(view, a)
             case EndComparison():
-                return without_pale_run(view)
+                return without_ghost(view)
             case SwapRuns():
                 return swapped(view, next(self._tickets))
             case RunsOpened(number, a, b) if number == view.opening:
                 view = view if a is None else show_replay(view, a)
-                return with_pale_run(view, b, next(self._tickets))
+                return with_ghost(view, b, next(self._tickets))
             case CompareUnreadable(number, message) if number == view.opening:
                 return replace(view, comparing=replace(view.comparing, message=message))
             case RunsCompared(pair, findings, message) if pair == pair_of(view):
@@ -102,7 +100,7 @@ class CompareReducer(Reducer):
         """Shows one run with none below it."""
         if a and not _is_shown(a, view):
             self._send(OpenRecording(a))
-        return without_pale_run(view)
+        return without_ghost(view)
 
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
         number = view.opening + 1

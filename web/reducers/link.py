@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent, Send
-from slipgrasp.web.model.intents.link import OpenLink
 from slipgrasp.web.model.intents.recordings import (
+    OpenLink,
     OpenRecording,
     RecordingOpened,
     RecordingUnreadable,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar
 
-from slipgrasp.web.model.camera import FrontCamera
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.picture import (
     CameraMoved,
@@ -16,6 +15,7 @@ from slipgrasp.web.model.intents.picture import (
 )
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.scene.camera import FrontCamera
 
 
 class PictureReducer(Reducer):

@@ -24,8 +24,7 @@ from slipgrasp.web.model.intents.recordings import (
 from slipgrasp.web.model.intents.runs import RunSaved
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
-from slipgrasp.web.model.showing import show_replay, with_status
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState, show_replay, with_status
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.library_worker import LibraryWorker
 

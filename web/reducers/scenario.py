@@ -15,8 +15,7 @@ from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
 from slipgrasp.web.model.draft import Draft, Value, change_time
-from slipgrasp.web.model.editing import LawNote, Reach
-from slipgrasp.web.model.history import Turn
+from slipgrasp.web.model.editing import LawNote, Reach, Turn
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
@@ -34,8 +33,7 @@ from slipgrasp.web.model.intents.scenario import (
 )
 from slipgrasp.web.model.laws import set_words, with_law, without_law_change
 from slipgrasp.web.model.sampling import locate
-from slipgrasp.web.model.showing import with_status
-from slipgrasp.web.model.view import RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import RunStatus, Shown, ViewState, with_status
 from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5

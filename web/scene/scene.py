@@ -21,9 +21,8 @@ from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.hand_view import HandView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
-from slipgrasp.web.scene.marks import sizes_on_hand
+from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand
 from slipgrasp.web.scene.object_view import ObjectView
-from slipgrasp.web.scene.run_facts import RunFacts, run_facts
 from slipgrasp.web.scene.shapes import position
 from slipgrasp.web.scene.surfaces import surfaces_for
 

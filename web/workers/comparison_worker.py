@@ -8,10 +8,10 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.compare.comparison import IncomparableError, compare
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.web.model.compare import Pair
 from slipgrasp.web.model.intents.compare import CompareUnreadable, RunsCompared, RunsOpened
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.replay import open_replay
+from slipgrasp.web.model.view import Pair
 from slipgrasp.web.workers.worker import QueueWorker
 
 
@@ -24,7 +24,7 @@ class ComparisonWorker(QueueWorker):
     """
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
-        super().__init__("comparison")
+        super().__init__("comparison-worker")
         self._store, self._send = store, send
 
     def open(self, number: int, a: str, b: str) -> None:

@@ -35,7 +35,7 @@ class LibraryWorker(QueueWorker):
     """
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
-        super().__init__("library")
+        super().__init__("library-worker")
         self._store, self._send = store, send
 
     def open(self, number: int, source: Source) -> None:

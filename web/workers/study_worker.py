@@ -40,7 +40,7 @@ class StudyWorker(QueueWorker):
     """
 
     def __init__(self, service: StudyService, send: Send) -> None:
-        super().__init__("study")
+        super().__init__("study-worker")
         self._service, self._send = service, send
         self._told: tuple[int, StudyStatus, int] | None = None
         self._drawn: tuple[int, int] | None = None

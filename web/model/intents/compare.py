@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slipgrasp.recordings.compare.comparison import Comparison
-from slipgrasp.web.model.compare import Pair
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.view import Pair
 
 
 @dataclass(frozen=True, slots=True)

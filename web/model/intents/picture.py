@@ -1,4 +1,4 @@
-"""Intents about the picture: where it is seen from, and how it looks."""
+"""Intents about what is drawn: the picture of the hand, the page around it, and the charts."""
 
 from __future__ import annotations
 
@@ -39,3 +39,11 @@ class SetAppearance(LatestIntent):
 @dataclass(frozen=True, slots=True)
 class ToggleDark(Intent):
     """The user wants the page dark if it is bright, and bright if it is dark."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleLine(Intent):
+    """The user wants a line hidden, or back; the keys are not validated yet."""
+
+    chart: str
+    line: str

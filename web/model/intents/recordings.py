@@ -128,3 +128,16 @@ class RecordingUnreadable(Intent):
 
     number: int
     message: str
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLink(LatestIntent):
+    """The page was opened with a link; nothing of it is validated yet.
+
+    Attributes:
+        run_id: Which stored run.
+        time: Which time [s], as it is written in the link; empty if it names none.
+    """
+
+    run_id: str
+    time: str

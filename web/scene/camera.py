@@ -9,18 +9,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from slipgrasp.web.model.page_layout import Picture
+
 FIELD_OF_VIEW = math.radians(22.0)
 _FREE_SHARE = 0.3
 _TOLERANCE = 0.03
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """Size of a viewer's picture, and the strip at its bottom that a panel covers [px]."""
-
-    width: int
-    height: int
-    covered: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,29 +1,16 @@
-"""How often a session draws, and when it keeps a run."""
+"""How often a session draws while its run plays."""
 
 from __future__ import annotations
 
 import threading
 from typing import NamedTuple
 
-from slipgrasp.web.model.view import RunStage
-
 FRAME_INTERVAL = 1.0 / 30.0
 """Least time from one frame to the next while the play head moves [s]."""
 
-_REST_BEFORE_SAVING = 0.5
 _DRAWING_SHARE = 0.62
 _FORGOTTEN_AFTER = 2.0
 _WEIGHT = 0.1
-
-
-def is_save_due(stage: RunStage, rested: float) -> bool:
-    """Whether the run on the screen is to be kept now.
-
-    Args:
-        stage: How far the latest request has come.
-        rested: How long ago a knob was moved last [s].
-    """
-    return stage is RunStage.PREVIEW and rested >= _REST_BEFORE_SAVING
 
 
 class _Drawing(NamedTuple):
