@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import pytest
 import viser
@@ -100,17 +100,15 @@ def press(widget: viser.GuiCheckboxHandle) -> None:
 def test_what_the_page_measures_becomes_an_intent() -> None:
     posted = {
         "kind": "measure-page",
-        "width": 1440,
-        "height": 900,
-        "scene_width": 740,
-        "scene_height": 900,
-        "covered": 220,
+        "layout": asdict(LAYOUT),
         "prefers_dark": True,
     }
     assert PageGestures.model_validate([posted]).intents() == [MeasurePage(LAYOUT, True)]
-    for hostile in ({"width": -1}, {"covered": 1e9}, {"scene_width": 7.5}, {"prefers_dark": 1}):
+    for hostile in ({"width": -1}, {"covered": 1e9}, {"scene_width": 7.5}, {"depth": 1}):
         with pytest.raises(ValueError, match="measure-page"):
-            PageGestures.model_validate([posted | hostile])
+            PageGestures.model_validate([posted | {"layout": asdict(LAYOUT) | hostile}])
+    with pytest.raises(ValueError, match="measure-page"):
+        PageGestures.model_validate([posted | {"prefers_dark": 1}])
 
 
 @pytest.mark.parametrize(("width", "height"), [(1024, 700), (1440, 900), (2560, 1440)])

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from annotated_types import Interval
+
+Pixels = Annotated[int, Interval(ge=0, le=20_000)]
 
 MARGIN = 12
 """Between the playback panel and the edges of the scene [px]."""
@@ -34,11 +38,11 @@ class PageLayout:
         covered: Height of the strip at the bottom of the scene that the playback panel covers.
     """
 
-    width: int
-    height: int
-    scene_width: int
-    scene_height: int
-    covered: int
+    width: Pixels
+    height: Pixels
+    scene_width: Pixels
+    scene_height: Pixels
+    covered: Pixels
 
     @property
     def picture(self) -> Picture:

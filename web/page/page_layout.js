@@ -30,11 +30,13 @@ function measure() {
   if (!scene || scene.width < 1 || scene.height < 1) return null;
   return {
     kind: "measure-page",
-    width: window.innerWidth,
-    height: window.innerHeight,
-    scene_width: Math.round(scene.width),
-    scene_height: Math.round(scene.height),
-    covered: covered(scene),
+    layout: {
+      width: window.innerWidth,
+      height: window.innerHeight,
+      scene_width: Math.round(scene.width),
+      scene_height: Math.round(scene.height),
+      covered: covered(scene),
+    },
     prefers_dark: window.matchMedia("(prefers-color-scheme: dark)").matches,
   };
 }

@@ -30,8 +30,9 @@ from slipgrasp.web.model.compare_words import (
     value_words,
 )
 from slipgrasp.web.model.events import PHASE_HINTS
-from slipgrasp.web.model.intents.compare import CompareRuns
-from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.compare import CompareRuns, EndComparison, SwapRuns
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.intents.playback import Seek
 from slipgrasp.web.model.pairing import can_swap, pair_of
 from slipgrasp.web.model.replay import moment_words
 from slipgrasp.web.model.view import Shown, ViewState
@@ -49,10 +50,10 @@ _INVITATION = (
     "differs. After a knob was moved, the run before the change is compared in the same way.</p>"
 )
 
-_HINTS = {
-    "seek": "Puts the play head where the first signal of the two runs differs.",
-    "swap-runs": "Puts the pale run on the screen and the other below it; both must be saved.",
-    "end-comparison": "Shows the run on the screen alone.",
+_HINTS: dict[type[Intent], str] = {
+    Seek: "Puts the play head where the first signal of the two runs differs.",
+    SwapRuns: "Puts the pale run on the screen and the other below it; both must be saved.",
+    EndComparison: "Shows the run on the screen alone.",
 }
 MOST_PHASE_CHANGES = 12
 _LONGEST_VALUE = 40
@@ -150,17 +151,17 @@ def _actions_html(view: ViewState) -> str:
     first = None if findings is None else first_divergence(findings)
     return (
         "<div class='sg-actions'>"
-        + _button("⇥ First difference", first is not None, "seek", time=first or 0.0)
-        + _button("⇄ Swap", can_swap(view), "swap-runs")
-        + _button("✕ End", True, "end-comparison")
+        + _button("⇥ First difference", first is not None, Seek(first or 0.0))
+        + _button("⇄ Swap", can_swap(view), SwapRuns())
+        + _button("✕ End", True, EndComparison())
         + "</div>"
     )
 
 
-def _button(words: str, is_offered: bool, kind: str, **fields: float) -> str:
+def _button(words: str, is_offered: bool, intent: Intent) -> str:
     off = "" if is_offered else "disabled"
     return (
-        f"<button {click_attribute(kind, **fields)} title='{_HINTS[kind]}' {off}>{words}</button>"
+        f"<button {click_attribute(intent)} title='{_HINTS[type(intent)]}' {off}>{words}</button>"
     )
 
 
@@ -254,7 +255,7 @@ def _begin(change: PhaseDifference) -> float:
 def _moment(time: float) -> str:
     """A time that puts the play head there when it is clicked."""
     words = time_words(time)
-    seeking = clickable(f"Put the play head at {words}", "seek", time=time)
+    seeking = clickable(f"Put the play head at {words}", Seek(time))
     return f"<span class='sg-time' {seeking}>{words}</span>"
 
 

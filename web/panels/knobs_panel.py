@@ -18,6 +18,7 @@ from slipgrasp.web.model.disturbances import is_of_disturbance
 from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing, LawNote
 from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.scenario import Undo
 from slipgrasp.web.model.parameter_groups import (
     Entry,
     Group,
@@ -223,5 +224,5 @@ def law_note_html(note: LawNote) -> str:
     settings = escape(_BEFORE_UNIT.sub("\u00a0", note.settings or "no other setting changed"))
     return (
         f"<div role='status' class='sg-editor-note'><b>{escape(note.kind)}</b> {reach}: "
-        f"{settings}; undo with {escape(keys_of('undo'))}.</div>"
+        f"{settings}; undo with {escape(keys_of(Undo()))}.</div>"
     )

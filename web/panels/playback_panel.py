@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from html import escape
-from typing import Any
 
 import viser
 
@@ -12,12 +11,22 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
 from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
 from slipgrasp.web.model.events import PHASE_HINTS, PHASE_WORDS
-from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.intents.playback import (
+    ChangeSpeed,
+    ChooseWindow,
+    GoToEdge,
+    JumpToEvent,
+    Seek,
+    SetSpeed,
+    Step,
+    TogglePlay,
+    Zoom,
+)
 from slipgrasp.web.model.playback import SPEEDS, Playback, WindowChoice
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
-from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.keys import KEYS, keys_of
-from slipgrasp.web.page.markup import CHOSEN, change_attribute, click_attribute
+from slipgrasp.web.page.markup import change_attribute, click_attribute
 from slipgrasp.web.panels.strip import clock_words, strip_html
 
 _ICONS = {
@@ -76,10 +85,9 @@ class PlaybackPanel:
 def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHandle:
     """An entry in the list of commands; its key is listened for by the page's own script."""
     row = KEYS[number]
-    (intent,) = PageGestures.model_validate([row.gesture]).intents()
-    keys = keys_of(**row.gesture)
-    command = gui.add_command(row.text, description=f"Key: {keys}", icon=row.icon)
-    command.on_trigger(lambda _: send(intent))
+    description = f"Key: {keys_of(row.intent)}"
+    command = gui.add_command(row.text, description=description, icon=row.icon)
+    command.on_trigger(lambda _: send(row.intent))
     return command
 
 
@@ -147,13 +155,13 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
     play = "pause" if playback.playing else "play"
     moves = "".join(
         (
-            _icon_button("start", "Start", "go-to-edge", direction=-1),
-            _icon_button("previous event", "Previous event", "jump-to-event", direction=-1),
-            _icon_button("step back", "Step back", "step", direction=-1),
-            _icon_button(play, play.capitalize(), "toggle-play"),
-            _icon_button("step forward", "Step forward", "step", direction=1),
-            _icon_button("next event", "Next event", "jump-to-event", direction=1),
-            _icon_button("end", "End", "go-to-edge", direction=1),
+            _icon_button("start", "Start", GoToEdge(-1)),
+            _icon_button("previous event", "Previous event", JumpToEvent(-1)),
+            _icon_button("step back", "Step back", Step(-1)),
+            _icon_button(play, play.capitalize(), TogglePlay()),
+            _icon_button("step forward", "Step forward", Step(1)),
+            _icon_button("next event", "Next event", JumpToEvent(1)),
+            _icon_button("end", "End", GoToEdge(1)),
         )
     )
     return (
@@ -169,12 +177,12 @@ def transport_html(playback: Playback, choice: WindowChoice) -> str:
     )
 
 
-def _icon_button(icon: str, label: str, kind: str, **fields: Any) -> str:
-    hint = f"{label} ({keys_of(kind, **fields)})"
-    wide = " class='sg-play'" if kind == "toggle-play" else ""
+def _icon_button(icon: str, label: str, intent: Intent) -> str:
+    hint = f"{label} ({keys_of(intent)})"
+    wide = " class='sg-play'" if isinstance(intent, TogglePlay) else ""
     return (
         f'<button type="button"{wide} aria-label="{label}" title="{escape(hint)}" '
-        f'{click_attribute(kind, **fields)}><svg viewBox="0 0 24 24" aria-hidden="true">'
+        f'{click_attribute(intent)}><svg viewBox="0 0 24 24" aria-hidden="true">'
         f'<path d="{_ICONS[icon]}"/></svg></button>'
     )
 
@@ -183,7 +191,7 @@ def _time_html(playback: Playback) -> str:
     return (
         '<label class="sg-field" title="Where the play head is; type an exact time [s]">'
         '<span>t</span><input type="number" step="any" aria-label="time [s]" data-sg-time '
-        f'value="{playback.time:.6g}" {change_attribute("seek", time=CHOSEN)}>'
+        f'value="{playback.time:.6g}" {change_attribute(Seek, "time")}>'
         "<span>s</span></label>"
     )
 
@@ -193,33 +201,30 @@ def _speed_html(playback: Playback) -> str:
         f'<option value="{name}"{" selected" if speed == playback.speed else ""}>{name}×</option>'
         for name, speed in SPEEDS.items()
     )
-    slower = keys_of("change-speed", direction=-1)
-    faster = keys_of("change-speed", direction=1)
+    slower = keys_of(ChangeSpeed(-1))
+    faster = keys_of(ChangeSpeed(1))
     hint = f"Simulated seconds per second; slower with {slower}, faster with {faster}"
     return (
         f'<label class="sg-field" title="{hint}"><span>speed</span><select aria-label="speed" '
-        f"{change_attribute('set-speed', name=CHOSEN)}>{options}</select></label>"
+        f"{change_attribute(SetSpeed, 'name')}>{options}</select></label>"
     )
 
 
 def _windows_html(choice: WindowChoice) -> str:
     return "".join(
         (
-            _window_button(
-                "slip", choice is WindowChoice.SLIP, "choose-window", choice=WindowChoice.SLIP.value
-            ),
+            _window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
             _window_button(
                 "whole run",
                 choice is WindowChoice.WHOLE,
-                "choose-window",
-                choice=WindowChoice.WHOLE.value,
+                ChooseWindow(WindowChoice.WHOLE),
             ),
-            _window_button("closer", choice is WindowChoice.CLOSER, "zoom"),
+            _window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
         )
     )
 
 
-def _window_button(label: str, is_chosen: bool, kind: str, **fields: Any) -> str:
+def _window_button(label: str, is_chosen: bool, intent: Intent) -> str:
     hints = {
         "slip": "Shows the stretch in which contacts slip",
         "whole run": "Shows the run from its start to its end",
@@ -227,6 +232,6 @@ def _window_button(label: str, is_chosen: bool, kind: str, **fields: Any) -> str
     }
     return (
         f'<button type="button" aria-pressed="{str(is_chosen).lower()}" '
-        f'title="{hints[label]} ({keys_of(kind, **fields)})" '
-        f"{click_attribute(kind, **fields)}>{label}</button>"
+        f'title="{hints[label]} ({keys_of(intent)})" '
+        f"{click_attribute(intent)}>{label}</button>"
     )

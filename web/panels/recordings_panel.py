@@ -18,8 +18,10 @@ from slipgrasp.web.model.intents.compare import CompareRuns
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
+    ChooseRecording,
     DeleteRecording,
     FilterRecordings,
+    ListRecordings,
     OpenRecording,
 )
 from slipgrasp.web.model.replay import moment_words
@@ -243,8 +245,8 @@ def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
     kinds = ["sg-row", *["sg-chosen"] * is_chosen, *["sg-open"] * is_open]
     badge = "<span class='sg-small'>on screen</span>" if is_open else ""
     tags = "".join(f" <span class='sg-tag'>{escape(tag)}</span>" for tag in run.tags)
-    choosing = clickable(f"Choose {name} ({run.id})", "choose-recording", run_id=run.id)
-    opening = clickable(f"Open {run.id} for replay", "open-recording", run_id=run.id)
+    choosing = clickable(f"Choose {name} ({run.id})", ChooseRecording(run.id))
+    opening = clickable(f"Open {run.id} for replay", OpenRecording(run.id))
     return (
         f"<div class='{' '.join(kinds)}'>"
         f"<div {choosing} aria-pressed='{str(is_chosen).lower()}'>"
@@ -280,7 +282,7 @@ def _pager_html(run_list: RunList) -> str:
 def _page_html(words: str, page: int, is_there: bool) -> str:
     if not is_there:
         return f"<span aria-disabled='true'>{words}</span>"
-    return f"<span {clickable('Turn the page', 'list-recordings', page=page)}>{words}</span>"
+    return f"<span {clickable('Turn the page', ListRecordings(page))}>{words}</span>"
 
 
 def chosen_html(run: StoredRun) -> str:

@@ -13,12 +13,16 @@ from slipgrasp.core.scenario.loading import preset_names
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
 from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
 from slipgrasp.web.model.editing import Reach
+from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.scenario import (
     AddDisturbance,
     ChoosePreset,
     ChooseReach,
     Redo,
+    RemoveChange,
+    RemoveChanges,
+    RemoveDisturbance,
     ResetScenario,
     Undo,
 )
@@ -54,8 +58,8 @@ class ScenarioPanel:
         self.steps = gui.add_button_group(
             "changes",
             tuple(_STEPS),
-            hint=f"Take back the last change ({keys_of('undo')}), make it again "
-            f"({keys_of('redo')}), or go back to the scenario as it came.",
+            hint=f"Take back the last change ({keys_of(Undo())}), make it again "
+            f"({keys_of(Redo())}), or go back to the scenario as it came.",
         )
         self.reach = gui.add_dropdown(
             "knobs act",
@@ -189,7 +193,7 @@ def changes_html(draft: Draft) -> str:
         return ""
     clear = ""
     if len(rows) > 1:
-        clear = _button("remove all", "Take all of these back", "remove-changes")
+        clear = _button("remove all", "Take all of these back", RemoveChanges())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
         f"<span>Changes during the run</span>{clear}</div>{''.join(rows)}</div>"
@@ -202,15 +206,14 @@ def _change_html(draft: Draft, change: TimedEdit) -> str:
         if change.key == LAW
         else value_words(draft.base, change.key, as_text(change.value))
     )
-    fields = {"time": change.time, "key": change.key}
-    button = _button("✕", "Take this change back", "remove-change", **fields)
+    button = _button("✕", "Take this change back", RemoveChange(change.time, change.key))
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
 
 
 def _disturbance_html(draft: Draft, index: int) -> str:
     disturbance = draft.disturbances[index]
     words = escape(disturbance_words(disturbance))
-    button = _button("✕", "Take this back", "remove-disturbance", index=index)
+    button = _button("✕", "Take this back", RemoveDisturbance(index))
     when = f"<b>{disturbance.time:g} s</b>"
     return f"<div class='sg-editor-row'><span>{when} {words}</span>{button}</div>"
 
@@ -219,18 +222,15 @@ def ghost_html(ghost: Ghost | None) -> str:
     """What the pale run is, and a button that takes it away; nothing if there is none."""
     if ghost is None:
         return ""
-    hint = f"Take the pale run away (key {keys_of('end-comparison')})"
-    button = _button("dismiss ghost", hint, "end-comparison")
+    hint = f"Take the pale run away (key {keys_of(EndComparison())})"
+    button = _button("dismiss ghost", hint, EndComparison())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
         f"<span>Pale: {escape(ghost.label)}</span>{button}</div></div>"
     )
 
 
-def _button(label: str, hint: str, kind: str, **fields: Any) -> str:
+def _button(label: str, hint: str, intent: Intent) -> str:
     """A small button that asks for something."""
     named = f" aria-label='{hint}'" if label == "✕" else ""
-    return (
-        f"<button type='button' title='{hint}'{named} {click_attribute(kind, **fields)}>"
-        f"{label}</button>"
-    )
+    return f"<button type='button' title='{hint}'{named} {click_attribute(intent)}>{label}</button>"

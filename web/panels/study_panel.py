@@ -16,6 +16,7 @@ from slipgrasp.web.model.intents.study import (
     CancelStudy,
     ListStudies,
     OpenStudy,
+    SeeStudyDraft,
     ShowStudyDraft,
     SizeMap,
     StartStudy,
@@ -39,7 +40,7 @@ _NEW, _WIDER, _NARROWER = "new study", "wider", "narrower"
 _NO_STUDY = "choose …"
 _NONE: tuple[str, ...] = (_NO_STUDY,)
 _INTRO = (
-    f"<div {visible_attribute('see-study-draft')} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
+    f"<div {visible_attribute(SeeStudyDraft)} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
     "Vary two parameters of the scenario in the editor, and see where the object is held: "
     "one run for every pair of values.</div>"
 )

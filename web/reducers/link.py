@@ -43,11 +43,11 @@ class LinkReducer(Reducer):
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Asks for the run of a link, and does the rest when there is an answer."""
         match intent:
-            case OpenLink(run_id):
+            case OpenLink(run):
                 self._wanted = intent
-                self._send(OpenRecording(run_id))
+                self._send(OpenRecording(run))
                 return replace(view, notice="")
-            case OpenRecording(run_id) if self._wanted and run_id != self._wanted.run_id:
+            case OpenRecording(run_id) if self._wanted and run_id != self._wanted.run:
                 self._wanted = None  # The user wants to see something else by now.
             case RecordingOpened(number, _) if self._wanted:
                 wanted, self._wanted = self._wanted, None

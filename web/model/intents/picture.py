@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import MaxLen
 
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
@@ -45,5 +48,5 @@ class ToggleDark(Intent):
 class ToggleLine(Intent):
     """The user wants a line hidden, or back; the keys are not validated yet."""
 
-    chart: str
-    line: str
+    chart: Annotated[str, MaxLen(40)]
+    line: Annotated[str, MaxLen(40)]

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Interval, MaxLen
 
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 from slipgrasp.web.model.replay import Replay
 
 
@@ -13,7 +16,7 @@ from slipgrasp.web.model.replay import Replay
 class ListRecordings(LatestIntent):
     """The user wants to see a page of the stored runs, 0 has the newest."""
 
-    page: int
+    page: Annotated[int, Interval(ge=0, le=1_000_000)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,14 +31,14 @@ class FilterRecordings(LatestIntent):
 class ChooseRecording(LatestIntent):
     """The user points at a stored run; its id is not validated yet, empty for none."""
 
-    run_id: str
+    run_id: Key
 
 
 @dataclass(frozen=True, slots=True)
 class OpenRecording(LatestIntent):
     """The user wants to see a stored run; its id is not validated yet."""
 
-    run_id: str
+    run_id: Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,9 +138,9 @@ class OpenLink(LatestIntent):
     """The page was opened with a link; nothing of it is validated yet.
 
     Attributes:
-        run_id: Which stored run.
+        run: Id of the stored run.
         time: Which time [s], as it is written in the link; empty if it names none.
     """
 
-    run_id: str
-    time: str
+    run: Annotated[str, MaxLen(200)]
+    time: Annotated[str, MaxLen(40)]

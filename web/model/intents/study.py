@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Interval
 
 from slipgrasp.server.studies.live_study import StudyStatus
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
@@ -59,7 +62,7 @@ class OpenStudy(LatestIntent):
 class OpenStudyRun(LatestIntent):
     """The user wants to see one run of the study on the screen; the index is not validated."""
 
-    index: int
+    index: Annotated[int, Interval(ge=0, le=10**9)]
 
 
 @dataclass(frozen=True, slots=True)
