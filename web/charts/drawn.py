@@ -43,7 +43,7 @@ class DrawnChart:
         chart: The chart with all its lines.
         hidden: Keys of the lines that are not drawn.
         own: The lines that are drawn.
-        ghost: The same lines of another run.
+        ghost: These lines of another run, if there is one.
     """
 
     chart: Chart

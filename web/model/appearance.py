@@ -25,7 +25,7 @@ class Appearance:
     lenses: bool = True
 
     def within_bounds(self) -> Appearance:
-        """The same with a force scale that can be drawn; it comes from a browser."""
+        """This appearance with a force scale that can be drawn; it comes from a browser."""
         if not math.isfinite(self.force_scale):
             return replace(self, force_scale=1.0)
         scale = min(max(self.force_scale, LEAST_FORCE_SCALE), LARGEST_FORCE_SCALE)

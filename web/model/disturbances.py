@@ -43,7 +43,7 @@ class Disturbance:
         return float(self.values["time" if self.place == "pulses" else "start_time"])
 
     def edited(self, key: str, value: object) -> Disturbance:
-        """The same with another value."""
+        """The disturbance with one of its values replaced."""
         return replace(self, values={**self.values, key: value})
 
 

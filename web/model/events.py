@@ -48,7 +48,7 @@ class RunEvent:
     Attributes:
         time: When [s].
         kind: What.
-        text: The same in words.
+        text: What happens, in words.
         phase: The phase that a contact has from then on; None if no contact is concerned.
     """
 

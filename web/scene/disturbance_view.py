@@ -170,7 +170,7 @@ def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, floa
 def spot_in_lens(
     scenario: Scenario, patch: Patch, contact: int, layout: SceneLayout
 ) -> tuple[Points, Points, float] | None:
-    """The same in the lens of a contact, seen from its middle; None where it is out of sight."""
+    """A wet spot in the lens of a contact, seen from its middle; None where it is out of sight."""
     finger = scenario.fingers[contact]
     if finger.face != patch.face:
         return None
