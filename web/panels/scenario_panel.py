@@ -36,7 +36,7 @@ from slipgrasp.web.panels.parameter_inputs import as_text
 
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
-_HAPPENINGS = {kind.value: kind for kind in DisturbanceKind}
+_DISTURBANCES = {kind.value: kind for kind in DisturbanceKind}
 _NEAREST = "the one nearest to slip"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
@@ -70,9 +70,9 @@ class ScenarioPanel:
             "is chosen while the run plays acts on the whole run.",
         )
         self.note = gui.add_html("")
-        self.happenings = gui.add_button_group(
+        self.disturbances = gui.add_button_group(
             "let happen",
-            tuple(_HAPPENINGS),
+            tuple(_DISTURBANCES),
             hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
             "first. Wet spot: less friction where a fingertip touches, from then on. Pour: mass "
             "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
@@ -108,7 +108,7 @@ class ScenarioPanel:
         """Takes everything off the page."""
         for element in (self.origin, self.steps, self.reach, self.note):
             element.remove()
-        for element in (self.happenings, self.wet, self.changes):
+        for element in (self.disturbances, self.wet, self.changes):
             element.remove()
 
     def _connect(self) -> None:
@@ -122,7 +122,7 @@ class ScenarioPanel:
         self.origin.on_update(pass_on)
         self.reach.on_update(pass_on)
         self.steps.on_click(pass_on)
-        self.happenings.on_click(pass_on)
+        self.disturbances.on_click(pass_on)
 
     def _intent(self, event: viser.GuiEvent[Any]) -> Intent | None:
         """What a widget asks for; its value comes from a browser."""
@@ -130,8 +130,8 @@ class ScenarioPanel:
             return ChoosePreset(self.origin.value)
         if event.target is self.steps:
             return _STEPS.get(self.steps.value)
-        if event.target is self.happenings:
-            kind = _HAPPENINGS.get(self.happenings.value)
+        if event.target is self.disturbances:
+            kind = _DISTURBANCES.get(self.disturbances.value)
             return AddDisturbance(kind, self._contact) if kind else None
         reach = _REACHES.get(self.reach.value)
         return ChooseReach(reach) if reach else None

@@ -81,7 +81,7 @@ class ScenarioReducer(Reducer):
             case EndComparison():
                 return replace(view, editing=replace(view.editing, ghost_due=False))
             case AddDisturbance():
-                return _with_draft(view, _happened(view, intent))
+                return _with_draft(view, _disturbed(view, intent))
             case _:
                 return _with_draft(view, _simplified(view.draft, intent))
 
@@ -103,7 +103,7 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
             return draft
 
 
-def _happened(view: ViewState, intent: AddDisturbance) -> Draft:
+def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     """The draft in which something happens where the play head stands."""
     if view.shown is None or view.playback is None:
         return view.draft
