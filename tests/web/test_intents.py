@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
+from pydantic import ValidationError
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.mailbox import Mailbox, coalesce
-from slipgrasp.web.model.intents.playback import Seek, Step, TogglePlay
-from slipgrasp.web.model.intents.scenario import ChoosePreset, ResetScenario, SetParameter, Undo
+from slipgrasp.web.model.intents.picture import MeasurePage
+from slipgrasp.web.model.intents.playback import ChooseWindow, Seek, Step, TogglePlay
+from slipgrasp.web.model.intents.scenario import (
+    ChoosePreset,
+    RemoveChange,
+    ResetScenario,
+    SetParameter,
+    Undo,
+)
+from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.page.intents_schema import PageGestures, posted
 from slipgrasp.web.reducers.frame_pacing import FRAME_INTERVAL, FramePacer
 from slipgrasp.web.reducers.playback import PlaybackReducer
 from slipgrasp.web.reducers.runs import is_save_due
@@ -157,3 +170,36 @@ def test_a_preset_is_chosen_by_name_never_by_path(tmp_path) -> None:
     path.write_text("title = 'not a preset'")
     with pytest.raises(ScenarioError, match="paper-case-1"):
         Draft.from_preset(str(path))
+
+
+@pytest.mark.parametrize(
+    "intent",
+    [
+        Seek(0.5),
+        Undo(),
+        ChooseWindow(WindowChoice.WHOLE),
+        RemoveChange(0.25, "object.mass"),
+        MeasurePage(PageLayout(1440, 900, 740, 900, 220), prefers_dark=True),
+    ],
+)
+def test_what_a_page_posts_comes_out_as_the_intent_it_was_made_of(intent: Intent) -> None:
+    wire = json.loads(json.dumps(posted(intent)))
+    assert PageGestures.model_validate([wire]).intents() == [intent]
+
+
+@pytest.mark.parametrize(
+    "gesture",
+    [
+        {"kind": "set-parameter", "key": "object.mass", "value": 1.0},
+        {"kind": "delete-recording", "run_id": "abcdefghijkl", "revision": ""},
+        {"kind": "choose-window", "choice": "closer"},
+        {"kind": "list-recordings", "page": -1},
+        {"kind": "list-recordings", "page": 1.0},
+        {"kind": "remove-change", "time": 0.1, "key": "k" * 101},
+        {"kind": "see-study-draft", "is_visible": 1},
+        {"kind": "undo", "more": 1},
+    ],
+)
+def test_a_page_can_post_nothing_else(gesture: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        PageGestures.model_validate([gesture])

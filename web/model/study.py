@@ -72,14 +72,14 @@ class StudyView:
 
     Attributes:
         offers: The parameters of the draft that may vary.
-        draft: What the next study varies; None until the draft is known.
+        draft: What the next study varies; None until the scenario is known.
         price: What it is going to take; None while that is not known.
         problems: Why it cannot run, a sentence each.
         is_starting: Whether it is being checked, and taken on.
         followed: The study on the screen.
         study_run: The run of it that was asked for last.
         listed: The newest studies of the store.
-        is_draft_shown: Whether the panel shows the plan, rather than the map.
+        is_draft_shown: Whether the panel shows the draft, rather than the map.
         is_draft_seen: Whether its tab is in front, so that the user sees the draft.
         is_wide: Whether the map has more room than other panels.
         message: Why a study could not be opened, if so.

@@ -101,7 +101,7 @@ class StudyReducer(Reducer):
         """Changes the study draft, asks the worker, or shows what it answers."""
         match intent:
             case ChooseAxis() | SetRange() | ChooseComparison():
-                study = _replanned(view.study, intent)
+                study = _redrafted(view.study, intent)
             case StartStudy():
                 study = self._start(view)
             case OpenStudy(study_id):
@@ -247,7 +247,7 @@ def _on_map(study: StudyView, followed: Followed) -> StudyView:
     return replace(study, followed=followed, study_run=None, is_draft_shown=False, is_wide=True)
 
 
-def _replanned(study: StudyView, intent: DraftIntent) -> StudyView:
+def _redrafted(study: StudyView, intent: DraftIntent) -> StudyView:
     """The study draft with what the user has changed; what is not offered changes nothing."""
     study_draft = study.draft
     if study_draft is None:
