@@ -42,6 +42,19 @@ class OpenRecording(LatestIntent):
 
 
 @dataclass(frozen=True, slots=True)
+class OpenLink(LatestIntent):
+    """The page was opened with a link; of it only the lengths are checked.
+
+    Attributes:
+        run: Id of the stored run.
+        time: Which time [s], as it is written in the link; empty if it names none.
+    """
+
+    run: Annotated[str, MaxLen(200)]
+    time: Annotated[str, MaxLen(40)]
+
+
+@dataclass(frozen=True, slots=True)
 class AnnotateRecording(Intent):
     """The user has written something about a stored run; not validated yet.
 
@@ -131,16 +144,3 @@ class RecordingUnreadable(Intent):
 
     number: int
     message: str
-
-
-@dataclass(frozen=True, slots=True)
-class OpenLink(LatestIntent):
-    """The page was opened with a link; nothing of it is validated yet.
-
-    Attributes:
-        run: Id of the stored run.
-        time: Which time [s], as it is written in the link; empty if it names none.
-    """
-
-    run: Annotated[str, MaxLen(200)]
-    time: Annotated[str, MaxLen(40)]
