@@ -14,7 +14,7 @@ from typing import Any
 
 import uvicorn
 
-import web.session
+import slipgrasp.web.session
 from slipgrasp.server.app import server_config
 from slipgrasp.server.settings import Settings
 from slipgrasp.web.app import create_dashboard_app
@@ -42,7 +42,7 @@ class StampedScreen(Screen):
 
 def main() -> None:
     """Serves until the standard input ends."""
-    web.session.Screen = StampedScreen
+    slipgrasp.web.session.Screen = StampedScreen
     settings = Settings(data_directory=Path(sys.argv[1]))
     server = uvicorn.Server(server_config(create_dashboard_app(settings), settings))
     thread = threading.Thread(target=server.run)

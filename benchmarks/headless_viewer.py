@@ -19,7 +19,7 @@ from websockets.typing import Subprotocol
 _WIDTH, _HEIGHT = 1440, 900
 _HEADER_BYTES = 16
 _PATIENCE = 60.0
-_BEACON = re.compile(r'data-sg-state="([^"]*)"')
+_SESSION_STATE = re.compile(r'data-sg-state="([^"]*)"')
 
 
 class HeadlessViewer:
@@ -91,9 +91,9 @@ class HeadlessViewer:
             yield message
 
     def _hear(self, message: dict[str, Any]) -> None:
-        """Takes the key of the session from its beacon."""
+        """Takes the key of the session from its state."""
         content = message.get("updates", {}).get("content", "")
-        state = beacon_state(content) if isinstance(content, str) else None
+        state = session_state(content) if isinstance(content, str) else None
         if state is not None:
             self._key = state["session"]
 
@@ -101,9 +101,9 @@ class HeadlessViewer:
         self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
 
 
-def beacon_state(content: str) -> dict[str, Any] | None:
+def session_state(content: str) -> dict[str, Any] | None:
     """What a session tells the page's script of itself; None if these are other words."""
-    found = _BEACON.search(content)
+    found = _SESSION_STATE.search(content)
     return None if found is None else json.loads(unescape(found[1]))
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import uvicorn
 
-from benchmarks.headless_viewer import HeadlessViewer, beacon_state
+from benchmarks.headless_viewer import HeadlessViewer, session_state
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.run.simulator import simulate
@@ -89,7 +89,7 @@ def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
     for target in np.random.default_rng(0).uniform(1.0, duration, seeks).round(2).tolist():
         start = time.perf_counter()
         viewer.post(kind="seek", time=target)
-        # The picture comes first, then the values of the charts, and the beacon last.
+        # The picture comes first, then the values of the charts, and the state of the session last.
         viewer.wait_for(lambda message, target=target: _time_told(message) == target)
         waits.append(time.perf_counter() - start)
         time.sleep(0.02)
@@ -97,8 +97,8 @@ def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
 
 
 def _time_told(message: dict[str, Any]) -> float | None:
-    """Where the beacon says that the play head rests [s]."""
-    state = beacon_state(_content(message))
+    """Where the session says that the play head rests [s]."""
+    state = session_state(_content(message))
     return None if state is None or state["playing"] else state["time"]
 
 

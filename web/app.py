@@ -13,8 +13,7 @@ from slipgrasp.server.settings import Settings
 from slipgrasp.server.viewer.relay import add_viewer_routes
 from slipgrasp.web.dashboard import Dashboard
 from slipgrasp.web.model.replay import Source
-from slipgrasp.web.page.head import head_html
-from slipgrasp.web.page.routes import add_page_routes
+from slipgrasp.web.page.routes import add_page_routes, head_html
 
 
 def create_dashboard_app(settings: Settings, first: Source | None = None) -> FastAPI:

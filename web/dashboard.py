@@ -11,13 +11,13 @@ import viser
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.camera import FIELD_OF_VIEW, Picture, frame_box
-from slipgrasp.web.model.pacing import FramePacer
+from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.page.session_directory import SessionDirectory
-from slipgrasp.web.page.theme import apply_theme
-from slipgrasp.web.services import Services
-from slipgrasp.web.session import Session
+from slipgrasp.web.reducers.frame_pacing import FramePacer
+from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
+from slipgrasp.web.screen import apply_theme
+from slipgrasp.web.session import Services, Session
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
 _CLOSING_TIME = 5.0

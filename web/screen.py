@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import viser
 
-from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import PHASES, Rgb
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.picture import CameraMoved
-from slipgrasp.web.model.room import MARGIN, guess_room, panel_sizes
+from slipgrasp.web.model.page_layout import MARGIN, guess_layout, panel_sizes
 from slipgrasp.web.model.view import Shown, ViewState
-from slipgrasp.web.page.theme import apply_theme
-from slipgrasp.web.panels.beacon_panel import BeaconPanel
+from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.panels.charts_panel import ChartsPanel
 from slipgrasp.web.panels.compare_panel import ComparePanel
 from slipgrasp.web.panels.export_panel import ExportPanel
 from slipgrasp.web.panels.knobs_panel import KnobsPanel
-from slipgrasp.web.panels.look_panel import LookPanel
 from slipgrasp.web.panels.outcome_panel import OutcomePanel
 from slipgrasp.web.panels.playback_panel import PlaybackPanel
 from slipgrasp.web.panels.recordings_panel import RecordingsPanel
 from slipgrasp.web.panels.scenario_file_panel import ScenarioFilePanel
 from slipgrasp.web.panels.scenario_panel import ScenarioPanel
+from slipgrasp.web.panels.session_state_panel import SessionStatePanel
 from slipgrasp.web.panels.study_panel import StudyPanel
+from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.scene.scene import Scene
+
+_BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
+_DARK_BRAND: Rgb = (92, 168, 236)
 
 
 class Screen:
@@ -46,15 +50,15 @@ class Screen:
     ) -> None:
         gui, self._gui = client.gui, client.gui
         self._scene, self._camera = Scene(client), camera
-        room = guess_room(client.camera.image_width, client.camera.image_height)
-        sizes = panel_sizes(room.width, room.height)
+        layout = guess_layout(client.camera.image_width, client.camera.image_height)
+        sizes = panel_sizes(layout.width, layout.height)
         gui.main_panel.dock_right()
         self._scenario = ScenarioPanel(gui, view.draft, send)
         self._file = ScenarioFilePanel(gui, send)
-        self._look = LookPanel(gui, view.look, send)
+        self._appearance = AppearancePanel(gui, view.appearance, send)
         self._export = ExportPanel(gui, send)
         self._knobs = KnobsPanel(gui, send)
-        # Ahead of the beacon, by which a page opens its link: it then has all knobs already.
+        # Ahead of the session state, by which a page opens its link: it then has all knobs already.
         self._knobs.update(view)
         self._results = gui.add_panel()
         with self._results.add_tab("Run", viser.Icon.CHART_LINE):
@@ -69,17 +73,17 @@ class Screen:
         self._results.dock_left()
         self._controls = gui.add_panel()
         with self._controls.add_tab("Playback", viser.Icon.PLAYER_PLAY):
-            self._beacon = BeaconPanel(gui, key)
+            self._session_state = SessionStatePanel(gui, key)
             self._playback = PlaybackPanel(gui, send)
         self._controls.float(x=MARGIN, y=-MARGIN)
         self._is_wide = False
         self._widths = (0, 0, 0)
-        self._room = room
+        self._page_layout = layout
         self._fit()
         self._panels = (
             self._scenario,
             self._file,
-            self._look,
+            self._appearance,
             self._knobs,
             self._outcome,
             self._recordings,
@@ -88,19 +92,19 @@ class Screen:
             self._playback,
             self._charts,
             self._export,
-            self._beacon,
+            self._session_state,
         )
         self._drawn: object = None
-        self._dark = view.look.dark
+        self._dark = view.appearance.dark
         client.camera.on_update(lambda camera: send(_report(camera)))
 
     def update(self, view: ViewState) -> None:
         """Draws a view; whatever did not change costs nothing."""
-        if view.room is not None and view.room != self._room:
-            self._room = view.room
+        if view.page_layout is not None and view.page_layout != self._page_layout:
+            self._page_layout = view.page_layout
             self._fit()
-        if view.look.dark != self._dark:
-            self._dark = view.look.dark
+        if view.appearance.dark != self._dark:
+            self._dark = view.appearance.dark
             apply_theme(self._gui, dark=self._dark)
         if view.shown is not None:
             self._draw(view.shown, view)
@@ -110,21 +114,21 @@ class Screen:
     def _draw(self, shown: Shown, view: ViewState) -> None:
         """Draws the run at the play head, and the pale one."""
         ghost = view.ghost.shown if view.ghost is not None else None
-        drawn = (shown.ticket, ghost, view.look)
+        drawn = (shown.ticket, ghost, view.appearance)
         if drawn != self._drawn:
             self._drawn = drawn
             pale = ghost.result if ghost is not None else None
-            layout = self._scene.show(shown.result, pale, view.look)
-            self._camera.show(*layout.corners(lenses=view.look.lenses))
+            layout = self._scene.show(shown.result, pale, view.appearance)
+            self._camera.show(*layout.corners(lenses=view.appearance.lenses))
         if view.sample is not None and view.playback is not None:
             self._scene.update(view.sample, view.ghost_sample, moving=view.playback.playing)
 
     def _fit(self) -> None:
         """Gives every column its share of the page; what the user resized stays until then."""
-        sizes = panel_sizes(self._room.width, self._room.height)
+        sizes = panel_sizes(self._page_layout.width, self._page_layout.height)
         results = sizes.study if self._is_wide else sizes.results
         panels = (self._results, self._gui.main_panel, self._controls)
-        widths = (results, sizes.scenario, self._room.playback)
+        widths = (results, sizes.scenario, self._page_layout.playback)
         for panel, width, before in zip(panels, widths, self._widths, strict=True):
             if width != before:
                 panel.set_width(width)
@@ -147,3 +151,13 @@ class Screen:
 def _report(camera: viser.CameraHandle) -> CameraMoved:
     x, y, z = camera.position.tolist()
     return CameraMoved((x, y, z))
+
+
+def apply_theme(gui: viser.GuiApi, *, dark: bool) -> None:
+    """Makes a page bright or dark; what one may click has a colour that is legible there."""
+    gui.configure_theme(
+        show_logo=False,
+        show_share_button=False,
+        dark_mode=dark,
+        brand_color=_DARK_BRAND if dark else _BRIGHT_BRAND,
+    )

@@ -1,4 +1,4 @@
-"""One user's session: a loop that passes intents to its desks and draws what they make of them.
+"""One user's session: a loop that passes intents to its reducers and draws what they make of them.
 
 Nothing else touches the session's state: callbacks and workers only send intents.
 """
@@ -9,11 +9,13 @@ import logging
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import chain
 
 import viser
 
-from slipgrasp.web.model.camera import FrontCamera
+from slipgrasp.server.runs.service import RunService
+from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.intent import Close, Intent
@@ -21,25 +23,46 @@ from slipgrasp.web.model.intents.mailbox import Mailbox
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.reducers.charts import ChartsDesk
-from slipgrasp.web.reducers.compare import CompareDesk
-from slipgrasp.web.reducers.export import ExportDesk
-from slipgrasp.web.reducers.link import LinkDesk
-from slipgrasp.web.reducers.picture import PictureDesk
-from slipgrasp.web.reducers.playback import PlaybackDesk
-from slipgrasp.web.reducers.recordings import RecordingsDesk
-from slipgrasp.web.reducers.reducer import Desk, Worker
-from slipgrasp.web.reducers.runs import RunDesk
-from slipgrasp.web.reducers.scenario import ScenarioDesk
-from slipgrasp.web.reducers.study import StudyDesk
+from slipgrasp.web.page.session_directory import SessionDirectory
+from slipgrasp.web.reducers.charts import ChartsReducer
+from slipgrasp.web.reducers.compare import CompareReducer
+from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.frame_pacing import FramePacer
+from slipgrasp.web.reducers.link import LinkReducer
+from slipgrasp.web.reducers.picture import PictureReducer
+from slipgrasp.web.reducers.playback import PlaybackReducer
+from slipgrasp.web.reducers.recordings import RecordingsReducer
+from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.reducers.runs import RunReducer
+from slipgrasp.web.reducers.scenario import ScenarioReducer
+from slipgrasp.web.reducers.study import StudyReducer
+from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
-from slipgrasp.web.services import Services
+from slipgrasp.web.workers.saved_runs import SavedRuns
+from slipgrasp.web.workers.worker import Worker
 
 FIRST_PRESET = "paper-case-2"
-
 _TIME_TO_LEAVE = 1.0
-
 _logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Services:
+    """What every session of a dashboard shares.
+
+    Attributes:
+        runs: Simulates and saves.
+        saved: Knows which runs are kept already.
+        studies: Runs studies, one at a time.
+        directory: Knows every session by its key.
+        pacer: Lets the sessions that play share the processor.
+    """
+
+    runs: RunService
+    saved: SavedRuns
+    studies: StudyService
+    directory: SessionDirectory
+    pacer: FramePacer
 
 
 class Session:
@@ -61,17 +84,22 @@ class Session:
         self._key = self._directory.enter(self._mailbox.send)
         self._camera = FrontCamera(client.camera)
         self._view = _first_view(first)
-        self._desks: Sequence[Desk] = (
-            ScenarioDesk(),
-            RunDesk(services, self._mailbox.send, simulates_first=first is None),
-            RecordingsDesk(services.runs.store, self._mailbox.send, first),
-            CompareDesk(services.runs.store, self._mailbox.send),
-            PictureDesk(self._camera),
-            PlaybackDesk(services.pacer),
-            LinkDesk(self._mailbox.send),
-            ChartsDesk(),
-            ExportDesk(self._mailbox.send, self._deliver),
-            StudyDesk(services.studies, self._mailbox.send),
+        self._reducers: Sequence[Reducer] = (
+            ScenarioReducer(),
+            RunReducer(
+                services.runs,
+                services.saved,
+                self._mailbox.send,
+                simulates_first=first is None,
+            ),
+            RecordingsReducer(services.runs.store, self._mailbox.send, first),
+            CompareReducer(services.runs.store, self._mailbox.send),
+            PictureReducer(self._camera),
+            PlaybackReducer(services.pacer),
+            LinkReducer(self._mailbox.send),
+            ChartsReducer(),
+            ExportReducer(self._mailbox.send, self._deliver),
+            StudyReducer(services.studies, self._mailbox.send),
         )
         self._gone = threading.Event()
         self._thread = threading.Thread(
@@ -115,8 +143,8 @@ class Session:
         return Screen(self._client, self._camera, self._view, self._mailbox.send, self._key)
 
     def _loop(self, screen: Screen) -> None:
-        for desk in self._desks:
-            self._view = desk.start(self._view)
+        for reducer in self._reducers:
+            self._view = reducer.start(self._view)
         while True:
             intents = self._mailbox.receive(self._wait())
             for intent in intents:
@@ -124,9 +152,9 @@ class Session:
             if any(isinstance(intent, Close) for intent in intents):
                 return
             now = time.monotonic()
-            for desk in self._desks:
-                self._view = desk.pass_time(now, self._view)
-            if not any(desk.expects_answer(now) for desk in self._desks):
+            for reducer in self._reducers:
+                self._view = reducer.pass_time(now, self._view)
+            if not any(reducer.expects_answer(now) for reducer in self._reducers):
                 self._draw(screen, now)
 
     def _draw(self, screen: Screen, now: float) -> None:
@@ -140,17 +168,17 @@ class Session:
             self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
 
     def _take(self, intent: Intent) -> None:
-        for desk in self._desks:
-            if isinstance(intent, desk.takes):
-                self._view = desk.take(intent, self._view)
+        for reducer in self._reducers:
+            if isinstance(intent, reducer.takes):
+                self._view = reducer.reduce(intent, self._view)
 
     def _workers(self) -> Iterator[Worker]:
-        return chain.from_iterable(desk.workers for desk in self._desks)
+        return chain.from_iterable(reducer.workers for reducer in self._reducers)
 
     def _wait(self) -> float | None:
-        """How soon the first desk wants time to pass; None is for as long as it likes."""
+        """How soon the first reducer wants time to pass; None is for as long as it likes."""
         now = time.monotonic()
-        waits = [desk.wait(now, self._view) for desk in self._desks]
+        waits = [reducer.wait(now, self._view) for reducer in self._reducers]
         return min((wait for wait in waits if wait is not None), default=None)
 
 

@@ -48,7 +48,7 @@ def test_every_picture_of_the_documentation_is_shown_somewhere():
 def test_the_keys_of_the_guide_are_those_of_the_page():
     guide = (ROOT / "docs" / "dashboard.md").read_text(encoding="utf-8")
     (table,) = re.findall(r"^\| key \|.*\n\|.*\n((?:\|.*\n)+)", guide, re.M)
-    expected = [f"| {keys_of(**command.gesture)} | {command.text} |" for command in KEYS]
+    expected = [f"| {keys_of(command.intent)} | {command.text} |" for command in KEYS]
     assert table.splitlines() == [*expected, "| ? | This list |"]
 
 

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.web.model.study_plan import AxisPlan, Plan
+from slipgrasp.web.model.study_draft import AxisDraft, StudyDraft
 
-PLAN = Plan((AxisPlan("object.mass", 0.5, 2.5, 3), AxisPlan("fingers.*.friction", 0.1, 0.5, 3)))
+STUDY_DRAFT = StudyDraft(
+    (AxisDraft("object.mass", 0.5, 2.5, 3), AxisDraft("fingers.*.friction", 0.1, 0.5, 3))
+)
 """Nine runs; the heavier objects of the quick scenario are lost, or not at rest."""
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from slipgrasp.web.model.camera import FrontCamera, Picture, frame_box
+from slipgrasp.web.model.page_layout import Picture
+from slipgrasp.web.scene.camera import FrontCamera, frame_box
 
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 WIDE, NARROW = Picture(1000, 800, 200), Picture(600, 800, 200)

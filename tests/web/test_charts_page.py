@@ -29,7 +29,7 @@ def shown_times(page: Page) -> tuple[float, float]:
 
 def window(page: Page) -> tuple[float, float]:
     """Which stretch of time the session says that it shows [s]."""
-    told = json.loads(page.locator("#sg-beacon").get_attribute("data-sg-state") or "{}")
+    told = json.loads(page.locator("#sg-session-state").get_attribute("data-sg-state") or "{}")
     return told["start"], told["end"]
 
 

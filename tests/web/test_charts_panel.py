@@ -19,7 +19,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.model.draft import Draft
-from slipgrasp.web.model.intents.charts import ToggleLine
+from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.model.playback import (
     Playback,
     TimeWindow,
@@ -29,7 +29,7 @@ from slipgrasp.web.model.playback import (
 )
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.charts_panel import ChartsPanel, is_reading_due
-from slipgrasp.web.reducers.charts import ChartsDesk
+from slipgrasp.web.reducers.charts import ChartsReducer
 from tests.web.listening_gui import ListeningClient
 
 
@@ -157,7 +157,7 @@ def test_a_line_is_hidden_and_said_to_be_hidden_and_comes_back(
     shown = view_of(case_2)
     page.panel.update(shown)
     before, notes = page.columns(2), page.notes()
-    hidden = ChartsDesk().take(ToggleLine("forces", "limit-0"), shown)
+    hidden = ChartsReducer().reduce(ToggleLine("forces", "limit-0"), shown)
     page.panel.update(hidden)
     forces = page.client.plots[2]
     assert "left μFₙ" not in page.labels(2)
@@ -166,7 +166,7 @@ def test_a_line_is_hidden_and_said_to_be_hidden_and_comes_back(
     assert len(forces.bands) == 1
     assert "left μFₙ hidden." in page.notes()
     assert page.head("forces").count("aria-pressed='false'") == 1
-    page.panel.update(ChartsDesk().take(ToggleLine("forces", "limit-0"), hidden))
+    page.panel.update(ChartsReducer().reduce(ToggleLine("forces", "limit-0"), hidden))
     assert page.columns(2) == before
     assert page.notes() == notes
 
@@ -174,7 +174,7 @@ def test_a_line_is_hidden_and_said_to_be_hidden_and_comes_back(
 @pytest.mark.parametrize("line", ["limit-7", "", "<script>"])
 def test_a_line_that_no_chart_has_cannot_be_hidden(case_2: RunResult, line: str) -> None:
     view = view_of(case_2)
-    assert ChartsDesk().take(ToggleLine("forces", line), view) is view
+    assert ChartsReducer().reduce(ToggleLine("forces", line), view) is view
 
 
 def test_a_ghost_is_pale_in_every_chart_and_named(page: Page, case_2: RunResult) -> None:
@@ -201,7 +201,7 @@ def test_no_part_of_an_update_leaves_a_line_without_its_column(
     three = simulate(with_third_finger(case_2.scenario))
     view = view_of(case_2)
     ghosted = replace(view, ghost=Ghost(Shown(2, case_2, 0.01), "the run before"))
-    hidden = ChartsDesk().take(ToggleLine("forces", "limit-1"), view)
+    hidden = ChartsReducer().reduce(ToggleLine("forces", "limit-1"), view)
     drawn: dict[str, dict[str, Any]] = {}
     for each in (view, ghosted, view, hidden, ghosted, view_of(three), view):
         for uuid, changed in gui_messages(viewer_server, lambda each=each: page.panel.update(each)):

@@ -29,7 +29,7 @@ from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.knobs_panel import KnobsPanel
 from slipgrasp.web.panels.scenario_panel import changes_html
-from slipgrasp.web.reducers.scenario import ScenarioDesk
+from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import Visitors
 from tests.web.driving import pause_at
 
@@ -52,9 +52,9 @@ def at(view: ViewState, time: float) -> ViewState:
 
 
 def after(view: ViewState, *intents: Intent) -> ViewState:
-    desk = ScenarioDesk()
+    reducer = ScenarioReducer()
     for intent in intents:
-        view = desk.take(intent, view)
+        view = reducer.reduce(intent, view)
     return view
 
 

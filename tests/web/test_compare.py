@@ -15,20 +15,34 @@ from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.compare import Comparing
 from slipgrasp.web.model.compare_words import amount, column_words, number, scale_of, value_words
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.compare import SwapRuns
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.pairing import with_pale_run
+from slipgrasp.web.model.pairing import with_ghost
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import open_replay
-from slipgrasp.web.model.shelf import Shelf
-from slipgrasp.web.model.showing import show, show_replay
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.run_list import RunList
+from slipgrasp.web.model.view import (
+    Comparing,
+    Ghost,
+    RunStage,
+    RunStatus,
+    Shown,
+    ViewState,
+    show,
+    show_replay,
+)
 from slipgrasp.web.page.intents_schema import PageGestures
-from slipgrasp.web.panels.compare_html import MOST_PHASE_CHANGES, findings_html, first_divergence
-from slipgrasp.web.panels.compare_panel import NONE, ON_SCREEN, ComparePanel, compare_html
+from slipgrasp.web.panels.compare_panel import (
+    MOST_PHASE_CHANGES,
+    NONE,
+    ON_SCREEN,
+    ComparePanel,
+    compare_html,
+    findings_html,
+    first_divergence,
+)
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 FINGERS = ("left", "right")
@@ -154,19 +168,19 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     viewer_server: ViewerServer, store: RecordingStore, stored: tuple[StoredRun, StoredRun]
 ) -> None:
     panel = ComparePanel(viewer_server.gui, lambda _: None)
-    view = replace(first_view(), shelf=Shelf(recent=stored))
+    view = replace(first_view(), run_list=RunList(recent=stored))
     panel.update(view)
     assert (panel.a.value, panel.b.value) == (ON_SCREEN, NONE)
     assert len(panel.b.options) == 1 + len(stored)
     assert "See two runs over each other" in panel.findings.content
     view = show_replay(view, open_replay(store, stored[0].id))
-    view = with_pale_run(view, open_replay(store, stored[1].id), -1)
+    view = with_ghost(view, open_replay(store, stored[1].id), -1)
     panel.update(view)
     assert panel.a.value.startswith("Q = 20 · held")
     assert panel.b.value.startswith("Q = 1 · held")
     assert "Comparing …" in panel.findings.content
     assert SwapRuns() in intents_of(panel.findings.content)
-    panel.update(replace(view, ghost=None, shelf=Shelf()))
+    panel.update(replace(view, ghost=None, run_list=RunList()))
     assert (panel.b.value, len(panel.a.options)) == (NONE, 2)
     panel.remove()
 

@@ -1,4 +1,4 @@
-"""Gestures, undo and redo, and what the desk of the scenario makes of intents."""
+"""Gestures, undo and redo, and what the reducer of the scenario makes of intents."""
 
 from __future__ import annotations
 
@@ -10,28 +10,27 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Change, Pulse
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, scenario_to_toml
+from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Draft, TimedEdit
-from slipgrasp.web.model.editing import Editing, Reach
-from slipgrasp.web.model.history import History
-from slipgrasp.web.model.incidents import Incidence
+from slipgrasp.web.model.editing import Editing, History, Reach
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
+    AddDisturbance,
     ChoosePreset,
     ChooseReach,
-    Happen,
     LoadScenario,
     Redo,
     RemoveChange,
     RemoveChanges,
-    RemoveIncident,
+    RemoveDisturbance,
     ResetScenario,
     SetParameter,
     Undo,
 )
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.scenario import ScenarioDesk
+from slipgrasp.web.reducers.scenario import ScenarioReducer
 
 MASS, INERTIA = "object.mass", "object.inertia"
 
@@ -48,10 +47,10 @@ def view(case_2: RunResult) -> ViewState:
 
 
 def after(view: ViewState, *intents: Intent) -> ViewState:
-    desk = ScenarioDesk()
+    reducer = ScenarioReducer()
     for intent in intents:
-        assert isinstance(intent, desk.takes)
-        view = desk.take(intent, view)
+        assert isinstance(intent, reducer.takes)
+        view = reducer.reduce(intent, view)
     return view
 
 
@@ -182,16 +181,16 @@ def test_editing_begins_at_the_play_head_with_an_empty_history() -> None:
 
 
 def test_a_push_begins_at_the_play_head_and_can_be_edited_and_taken_back(view: ViewState) -> None:
-    pushed = after(view, Happen(Incidence.PUSH))
+    pushed = after(view, AddDisturbance(DisturbanceKind.PUSH))
     (pulse,) = pushed.draft.scenario().pulses
     assert pulse == Pulse(time=0.5)
     harder = after(pushed, SetParameter("pulses.0.force.1", -20.0))
     assert harder.draft.scenario().pulses[0].force == (0.0, -20.0)
     assert harder.draft.value_at(0.0, "pulses.0.force.1") == -20.0
     assert after(harder, Undo()).draft == pushed.draft
-    assert after(harder, RemoveIncident(0)).draft == view.draft
+    assert after(harder, RemoveDisturbance(0)).draft == view.draft
     assert after(harder, RemoveChanges()).draft == view.draft
-    assert after(harder, RemoveIncident(7)) is harder
+    assert after(harder, RemoveDisturbance(7)) is harder
 
 
 def test_a_wet_spot_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen_one(
@@ -201,24 +200,24 @@ def test_a_wet_spot_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen
     row = int(np.searchsorted(trace.times, 0.05, side="right")) - 1
     nearest = int(trace.friction_margin[row].argmin())
     for contact, expected in ((None, nearest), (0, 0), (1, 1)):
-        wet = after(early, Happen(Incidence.WET_SPOT, contact))
+        wet = after(early, AddDisturbance(DisturbanceKind.WET_SPOT, contact))
         (patch,) = wet.draft.scenario().patches
         assert patch.face == ("left", "right")[expected]
         slip = np.interp(0.05, trace.times, trace.slip[:, expected])
         assert patch.centre == pytest.approx(slip, abs=1e-5)
         assert (patch.start_time, patch.end_time) == (0.05, None)
         assert after(wet, Undo()).draft == view.draft
-    assert after(early, Happen(Incidence.WET_SPOT, 5)) is early
+    assert after(early, AddDisturbance(DisturbanceKind.WET_SPOT, 5)) is early
 
 
 def test_a_pour_is_half_as_much_again_of_mass_and_inertia_in_one_step(view: ViewState) -> None:
-    poured = after(view, Happen(Incidence.POUR))
+    poured = after(view, AddDisturbance(DisturbanceKind.POUR))
     base = view.draft.base.object
     assert [(c.time, c.key, c.value) for c in poured.draft.changes] == [
         (0.5, MASS, 1.5 * base.mass),
         (0.5, INERTIA, pytest.approx(1.5 * base.inertia)),
     ]
-    twice = after(at(poured, 1.0), Happen(Incidence.POUR))
+    twice = after(at(poured, 1.0), AddDisturbance(DisturbanceKind.POUR))
     assert twice.draft.value_at(1.0, MASS) == pytest.approx(2.25 * base.mass)
     assert after(twice, Undo(), Undo()).draft == view.draft
 
@@ -233,17 +232,20 @@ def test_a_checkbox_changes_the_run_from_the_play_head_on(view: ViewState) -> No
 
 def test_nothing_can_happen_before_there_is_a_run(view: ViewState) -> None:
     empty = replace(view, shown=None, playback=None)
-    assert after(empty, Happen(Incidence.PUSH)).draft == empty.draft
+    assert after(empty, AddDisturbance(DisturbanceKind.PUSH)).draft == empty.draft
 
 
 def test_pushes_and_wet_spots_keep_their_own_numbers(view: ViewState) -> None:
     both = after(
-        view, Happen(Incidence.WET_SPOT, 0), Happen(Incidence.PUSH), Happen(Incidence.WET_SPOT, 1)
+        view,
+        AddDisturbance(DisturbanceKind.WET_SPOT, 0),
+        AddDisturbance(DisturbanceKind.PUSH),
+        AddDisturbance(DisturbanceKind.WET_SPOT, 1),
     )
     scenario = both.draft.scenario()
     assert [patch.face for patch in scenario.patches] == ["left", "right"]
     assert len(scenario.pulses) == 1
     dried = after(both, SetParameter("patches.1.end_time", 2.0))
     assert [patch.end_time for patch in dried.draft.scenario().patches] == [None, 2.0]
-    left = after(dried, RemoveIncident(1)).draft.scenario().patches
+    left = after(dried, RemoveDisturbance(1)).draft.scenario().patches
     assert [(patch.face, patch.end_time) for patch in left] == [("right", 2.0)]

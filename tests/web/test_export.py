@@ -16,7 +16,6 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
 from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
-from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
     CancelExport,
@@ -29,9 +28,9 @@ from slipgrasp.web.model.intents.export import (
 )
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import slip_window
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import ChartsView, Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.export_panel import ExportPanel
-from slipgrasp.web.reducers.export import ExportDesk
+from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.workers.export_worker import ExportWorker
 from tests.waiting import PATIENCE
 from tests.web.listening_gui import ListeningClient
@@ -51,16 +50,16 @@ def short() -> RunResult:
 
 
 class Office:
-    """A desk, the view that it has made, and the files that it has delivered."""
+    """A reducer, the view that it has made, and the files that it has delivered."""
 
     def __init__(self, view: ViewState) -> None:
         self.answers: SimpleQueue[Intent] = SimpleQueue()
         self.delivered: list[ExportFile] = []
-        self.desk = ExportDesk(self.answers.put, self.delivered.append)
+        self.reducer = ExportReducer(self.answers.put, self.delivered.append)
         self.view = view
 
     def take(self, intent: Intent) -> Exporting:
-        self.view = self.desk.take(intent, self.view)
+        self.view = self.reducer.reduce(intent, self.view)
         return self.view.exporting
 
     def finish(self) -> list[float]:
@@ -77,7 +76,7 @@ class Office:
 def office(short: RunResult) -> Iterator[Office]:
     office = Office(view_of(short))
     yield office
-    for worker in office.desk.workers:
+    for worker in office.reducer.workers:
         worker.close()
         worker.join(30.0)
     assert "export" not in {thread.name for thread in threading.enumerate()}

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
+from pydantic import ValidationError
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.mailbox import Mailbox, coalesce
-from slipgrasp.web.model.intents.playback import Seek, Step, TogglePlay
-from slipgrasp.web.model.intents.scenario import ChoosePreset, ResetScenario, SetParameter, Undo
-from slipgrasp.web.model.pacing import FRAME_INTERVAL, FramePacer, is_save_due
+from slipgrasp.web.model.intents.picture import MeasurePage
+from slipgrasp.web.model.intents.playback import ChooseWindow, Seek, Step, TogglePlay
+from slipgrasp.web.model.intents.scenario import (
+    ChoosePreset,
+    RemoveChange,
+    ResetScenario,
+    SetParameter,
+    Undo,
+)
+from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.playback import PlaybackDesk
+from slipgrasp.web.page.intents_schema import PageGestures, posted
+from slipgrasp.web.reducers.frame_pacing import FRAME_INTERVAL, FramePacer
+from slipgrasp.web.reducers.playback import PlaybackReducer
+from slipgrasp.web.reducers.runs import is_save_due
 from slipgrasp.web.workers.preview_worker import is_outdated
 
 
@@ -71,38 +85,38 @@ def test_a_run_is_saved_once_its_knobs_have_rested(
     assert is_save_due(stage, rested) is due
 
 
-def test_desks_with_nothing_to_do_let_the_session_sleep(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=False), PlaybackDesk(FramePacer())
-    assert desk.pass_time(1.0, view) is view
-    assert desk.wait(1.0, view) is None
+def test_reducers_with_nothing_to_do_let_the_session_sleep(case_1: RunResult) -> None:
+    view, reducer = _view(case_1, playing=False), PlaybackReducer(FramePacer())
+    assert reducer.pass_time(1.0, view) is view
+    assert reducer.wait(1.0, view) is None
 
 
 def test_a_playing_session_draws_thirty_frames_a_second(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
-    desk.pass_time(1.0, view)
-    assert desk.wait(1.0, view) == pytest.approx(1.0 / 30.0)
-    assert desk.wait(5.0, view) == 0.0
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    assert reducer.wait(1.0, view) == pytest.approx(1.0 / 30.0)
+    assert reducer.wait(5.0, view) == 0.0
 
 
 def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
-    desk.pass_time(1.0, view)
-    desk.pass_time(1.04, view)
-    assert desk.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    reducer.pass_time(1.04, view)
+    assert reducer.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
 
 
 def test_play_goes_on_from_where_the_play_head_rested(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=False), PlaybackDesk(FramePacer())
-    desk.pass_time(1.0, view)
-    resumed = desk.pass_time(4.0, desk.take(TogglePlay(), view))
+    view, reducer = _view(case_1, playing=False), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    resumed = reducer.pass_time(4.0, reducer.reduce(TogglePlay(), view))
     assert resumed.playback is not None
     assert (resumed.playback.time, resumed.playback.playing) == (0.2, True)
 
 
 def test_the_play_head_moves_with_the_clock_times_its_speed(case_1: RunResult) -> None:
-    view, desk = _view(case_1, playing=True), PlaybackDesk(FramePacer())
-    first = desk.pass_time(1.0, view)
-    later = desk.pass_time(1.5, first)
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    first = reducer.pass_time(1.0, view)
+    later = reducer.pass_time(1.5, first)
     assert first.playback == view.playback
     assert later.playback is not None
     assert later.playback.time == pytest.approx(0.2 + 0.5 * 0.25)
@@ -156,3 +170,36 @@ def test_a_preset_is_chosen_by_name_never_by_path(tmp_path) -> None:
     path.write_text("title = 'not a preset'")
     with pytest.raises(ScenarioError, match="paper-case-1"):
         Draft.from_preset(str(path))
+
+
+@pytest.mark.parametrize(
+    "intent",
+    [
+        Seek(0.5),
+        Undo(),
+        ChooseWindow(WindowChoice.WHOLE),
+        RemoveChange(0.25, "object.mass"),
+        MeasurePage(PageLayout(1440, 900, 740, 900, 220), prefers_dark=True),
+    ],
+)
+def test_what_a_page_posts_comes_out_as_the_intent_it_was_made_of(intent: Intent) -> None:
+    wire = json.loads(json.dumps(posted(intent)))
+    assert PageGestures.model_validate([wire]).intents() == [intent]
+
+
+@pytest.mark.parametrize(
+    "gesture",
+    [
+        {"kind": "set-parameter", "key": "object.mass", "value": 1.0},
+        {"kind": "delete-recording", "run_id": "abcdefghijkl", "revision": ""},
+        {"kind": "choose-window", "choice": "closer"},
+        {"kind": "list-recordings", "page": -1},
+        {"kind": "list-recordings", "page": 1.0},
+        {"kind": "remove-change", "time": 0.1, "key": "k" * 101},
+        {"kind": "see-study-draft", "is_visible": 1},
+        {"kind": "undo", "more": 1},
+    ],
+)
+def test_a_page_can_post_nothing_else(gesture: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        PageGestures.model_validate([gesture])

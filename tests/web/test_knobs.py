@@ -12,9 +12,9 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
 from slipgrasp.server.viewer.server import ViewerServer
+from slipgrasp.web.model.disturbances import push_at
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Gesture
-from slipgrasp.web.model.incidents import push_at
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.parameter_groups import Entry, group_parameters, knob_label, value_words
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
@@ -321,7 +321,7 @@ def test_a_push_has_knobs_and_what_is_wrong_with_it_stands_below_them(
 ) -> None:
     draft = Draft.from_preset("paper-case-1")
     panel, _ = panel_of(viewer_server, draft.base)
-    pushed = draft.with_incident(push_at(0.5))
+    pushed = draft.with_disturbance(push_at(0.5))
     panel.update(view_of(pushed))
     force = panel.knob("pulses.0.force.1")
     assert force.value == -5.0

@@ -12,7 +12,7 @@ import pytest
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.playback import Seek, TogglePlay
-from slipgrasp.web.page.head import head_html
+from slipgrasp.web.page.routes import head_html
 from tests.server.raw_http import get, post
 from tests.server.serving import RunningServer
 from tests.waiting import PATIENCE

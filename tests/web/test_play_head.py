@@ -21,8 +21,8 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.play_head import choice_after, moved
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.reducers.playback import choice_after, moved
 
 PLAYING = Playback(time=1.5, window=TimeWindow(1.0, 3.0), speed=0.5, playing=True)
 

@@ -1,4 +1,4 @@
-"""The panel of the play head, its beacon and its keys, without a browser."""
+"""The panel of the play head, what the page is told, and its keys, without a browser."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
-from slipgrasp.web.model.intents.playback import Seek, SetSpeed
+from slipgrasp.web.model.intents.compare import SwapRuns
+from slipgrasp.web.model.intents.playback import Seek, SetSpeed, Step, TogglePlay
 from slipgrasp.web.model.playback import Playback, WindowChoice, start_playback
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.page.intents_schema import PageGestures, posted
 from slipgrasp.web.page.keys import KEYS, keys_html, keys_of
-from slipgrasp.web.panels.beacon_panel import BeaconPanel, linked_run
-from slipgrasp.web.panels.playback_panel import PlaybackPanel
-from slipgrasp.web.panels.transport import transport_html
+from slipgrasp.web.panels.playback_panel import PlaybackPanel, transport_html
+from slipgrasp.web.panels.session_state_panel import SessionStatePanel, linked_run
 
 
 @pytest.fixture
@@ -105,7 +105,7 @@ def test_every_key_asks_for_something_that_the_session_knows_and_none_is_taken_t
     keys = [key for command in KEYS for key in command.keys]
     assert len(set(keys)) == len(keys)
     for start in range(0, len(KEYS), 20):
-        asked = [dict(command.gesture) for command in KEYS[start : start + 20]]
+        asked = [posted(command.intent) for command in KEYS[start : start + 20]]
         assert len(PageGestures.model_validate(asked).intents()) == len(asked)
 
 
@@ -113,17 +113,17 @@ def test_the_table_of_keys_reaches_the_script_as_it_is() -> None:
     element = ElementTree.fromstring(keys_html())
     rows = json.loads(element.text or "")
     assert [tuple(row["keys"]) for row in rows] == [command.keys for command in KEYS]
-    assert [row["intent"] for row in rows] == [dict(command.gesture) for command in KEYS]
-    assert keys_of("toggle-play") == "Space or P"
-    assert keys_of("step", direction=-1) == "←"
+    assert [row["intent"] for row in rows] == [posted(command.intent) for command in KEYS]
+    assert keys_of(TogglePlay()) == "Space or P"
+    assert keys_of(Step(-1)) == "←"
     with pytest.raises(LookupError, match="no key does"):
-        keys_of("fly")
+        keys_of(SwapRuns())
 
 
-def test_the_beacon_tells_all_the_script_needs_and_is_quiet_while_nothing_changes(
+def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing_changes(
     viewer_server: ViewerServer, view: ViewState
 ) -> None:
-    panel = BeaconPanel(viewer_server.gui, "secret")
+    panel = SessionStatePanel(viewer_server.gui, "secret")
     panel.update(view)
     first = told_by(panel)
     assert first == {
@@ -142,12 +142,12 @@ def test_the_beacon_tells_all_the_script_needs_and_is_quiet_while_nothing_change
     panel.update(replace(view, playback=playing.advance(0.03)))
     assert told_by(panel)["time"] == playing.time
     panel.update(replace(view, notice="<b>words</b>", playback=playing.advance(0.06)))
-    assert told_by(panel)["notice"] == "<b>words</b>" and "<b>" not in panel.beacon.content
+    assert told_by(panel)["notice"] == "<b>words</b>" and "<b>" not in panel.session_state.content
     panel.remove()
 
 
-def told_by(panel: BeaconPanel) -> dict[str, object]:
-    element = ElementTree.fromstring(panel.beacon.content.replace(" hidden", ""))
+def told_by(panel: SessionStatePanel) -> dict[str, object]:
+    element = ElementTree.fromstring(panel.session_state.content.replace(" hidden", ""))
     told: dict[str, object] = json.loads(element.get("data-sg-state", ""))
     return told
 

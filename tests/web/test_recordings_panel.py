@@ -14,10 +14,15 @@ from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import WindowChoice
-from slipgrasp.web.model.shelf import Notice, Shelf, ShelfFilter
+from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.panels.recordings_html import chosen_html, distinct_names, row_words, rows_html
-from slipgrasp.web.panels.recordings_panel import RecordingsPanel
+from slipgrasp.web.panels.recordings_panel import (
+    RecordingsPanel,
+    chosen_html,
+    distinct_names,
+    row_words,
+    rows_html,
+)
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 
@@ -48,13 +53,13 @@ def test_the_list_marks_what_is_chosen_and_what_is_on_the_screen(
     store: RecordingStore, case_1: RunResult
 ) -> None:
     runs = tuple(store.save(case_1) for _ in range(2))
-    html = rows_html(Shelf(0, 2, runs, chosen_id=runs[0].id), runs[1].id)
+    html = rows_html(RunList(0, 2, runs, chosen_id=runs[0].id), runs[1].id)
     assert html.count("sg-chosen") == html.count("sg-open") == 1
     assert html.index("sg-chosen") < html.index("sg-open")
     assert html.count("on screen") == 1
     assert "1 to 2 of 2 stored runs" in html
     assert "list-recordings" not in html
-    middle = rows_html(Shelf(1, 25, runs, ShelfFilter("q")), "")
+    middle = rows_html(RunList(1, 25, runs, RunFilter("q")), "")
     assert "13 to 14 of 25 runs like this" in middle
     assert middle.count("list-recordings") == 2
 
@@ -62,8 +67,8 @@ def test_the_list_marks_what_is_chosen_and_what_is_on_the_screen(
 def test_nothing_that_is_stored_becomes_markup(store: RecordingStore, case_1: RunResult) -> None:
     stored = store.save(case_1)
     run = replace(stored, title=HOSTILE, name=HOSTILE, notes=HOSTILE, tags=(HOSTILE,))
-    shelf = Shelf(0, 2, (run, replace(run, summary={})), notice=Notice("Not opened", HOSTILE))
-    for html in (rows_html(shelf, ""), chosen_html(run)):
+    run_list = RunList(0, 2, (run, replace(run, summary={})), notice=Notice("Not opened", HOSTILE))
+    for html in (rows_html(run_list, ""), chosen_html(run)):
         assert "<img" not in html
         assert "&lt;img" in html
 
@@ -80,9 +85,9 @@ def test_the_panel_offers_what_can_be_done_with_the_run_that_is_chosen(
 ) -> None:
     run = store.annotate(store.save(case_1).id, name="first", tags=["a", "b"])
     panel = RecordingsPanel(viewer_server.gui, RecordedIntents().send)
-    panel.update(view_of(Shelf(0, 1, (run,))))
+    panel.update(view_of(RunList(0, 1, (run,))))
     assert not panel.chosen.folder.visible
-    panel.update(view_of(Shelf(0, 1, (run,), chosen_id=run.id, chosen=run)))
+    panel.update(view_of(RunList(0, 1, (run,), chosen_id=run.id, chosen=run)))
     assert panel.chosen.folder.visible
     assert (panel.chosen.name.value, panel.chosen.tags.value) == ("first", "a, b")
     assert f"/api/v1/runs/{run.id}/recording" in panel.chosen.words.content
@@ -94,23 +99,23 @@ def test_what_is_being_written_about_a_run_stays_while_the_list_is_looked_up_aga
 ) -> None:
     run = store.save(case_1)
     panel = RecordingsPanel(viewer_server.gui, RecordedIntents().send)
-    panel.update(view_of(Shelf(0, 1, (run,), chosen_id=run.id, chosen=run)))
+    panel.update(view_of(RunList(0, 1, (run,), chosen_id=run.id, chosen=run)))
     panel.chosen.name.value = "half a na"
-    panel.update(view_of(Shelf(0, 2, (run, run), chosen_id=run.id, chosen=run)))
+    panel.update(view_of(RunList(0, 2, (run, run), chosen_id=run.id, chosen=run)))
     assert panel.chosen.name.value == "half a na"
     renamed = replace(run, name="by someone else")
-    panel.update(view_of(Shelf(0, 2, (run, run), chosen_id=run.id, chosen=renamed)))
+    panel.update(view_of(RunList(0, 2, (run, run), chosen_id=run.id, chosen=renamed)))
     assert panel.chosen.name.value == "by someone else"
     panel.remove()
 
 
-def view_of(shelf: Shelf, shown: Shown | None = None) -> ViewState:
+def view_of(run_list: RunList, shown: Shown | None = None) -> ViewState:
     return ViewState(
         draft=Draft.from_preset("paper-case-1"),
         status=RunStatus(RunStage.REPLAY),
         choice=WindowChoice.SLIP,
         shown=shown,
-        shelf=shelf,
+        run_list=run_list,
     )
 
 
@@ -136,7 +141,7 @@ def test_a_row_shows_the_display_name_and_not_the_title_of_its_preset(
     store: RecordingStore, case_1: RunResult
 ) -> None:
     stored = store.save(case_1)
-    shown = rows_html(Shelf(runs=(stored,), count=1), "")
+    shown = rows_html(RunList(runs=(stored,), count=1), "")
 
     assert escape(stored.display_name) in shown
     assert escape(stored.title) not in shown

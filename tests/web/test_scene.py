@@ -10,10 +10,11 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, joint_points
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.web.model.camera import FIELD_OF_VIEW, Framing, Picture, frame_box, stands_at
 from slipgrasp.web.model.colours import glow
+from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sample, Sampler
-from slipgrasp.web.scene.glass import glass, lettering
+from slipgrasp.web.scene.camera import FIELD_OF_VIEW, Framing, frame_box, stands_at
+from slipgrasp.web.scene.images import lens_background, lettering
 from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
 from slipgrasp.web.scene.marks import (
     ContactMarks,
@@ -108,7 +109,7 @@ def test_cones_from_both_sides_do_not_meet_inside_the_object() -> None:
 
 
 def test_a_lens_is_round_and_half_of_it_is_solid() -> None:
-    pixels = glass((1.0, 0.0), (250, 250, 250), (100, 100, 100))
+    pixels = lens_background((1.0, 0.0), (250, 250, 250), (100, 100, 100))
     size = len(pixels)
     assert [pixels[0, 0, 3], pixels[size // 2, size // 2, 3]] == [0, 255]
     left, right = pixels[size // 2, size // 4, :3], pixels[size // 2, 3 * size // 4, :3]

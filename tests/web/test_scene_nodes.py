@@ -16,7 +16,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.scene.surfaces import surfaces_for
@@ -79,7 +79,7 @@ def test_the_force_scale_lengthens_the_arrows_and_nothing_else(
 ) -> None:
     sample, lengths, slips = Sampler(case_2.trace).at(0.05), [], []
     for scale in (1.0, 2.0):
-        scene.show(case_2, look=Look(force_scale=scale))
+        scene.show(case_2, appearance=Appearance(force_scale=scale))
         scene.update(sample)
         lengths.append(force_length(viewer_server))
         slips.append(node(viewer_server, "/hand/lenses/0/contact/tip").position.tolist())
@@ -90,17 +90,17 @@ def test_the_force_scale_lengthens_the_arrows_and_nothing_else(
 def test_what_is_switched_off_is_hidden(
     scene: Scene, viewer_server: ViewerServer, case_2: RunResult
 ) -> None:
-    scene.show(case_2, look=Look(cones=False, lenses=False))
+    scene.show(case_2, appearance=Appearance(cones=False, lenses=False))
     hidden = ("/hand/lenses", "/hand/object/body/contact0/tip/cone")
     assert [node(viewer_server, name).visible for name in hidden] == [False, False]
-    scene.show(case_2, look=Look())
+    scene.show(case_2, appearance=Appearance())
     assert [node(viewer_server, name).visible for name in hidden] == [True, True]
 
 
 def test_a_dark_scene_keeps_the_colours_of_the_phases(
     scene: Scene, viewer_server: ViewerServer, case_2: RunResult
 ) -> None:
-    scene.show(case_2, look=Look(dark=True))
+    scene.show(case_2, appearance=Appearance(dark=True))
     scene.update(Sampler(case_2.trace).at(0.05))
     ball, bar = "/hand/lenses/0/contact/tip/ball", "/hand/fingers/0/link0/bar"
     assert tuple(node(viewer_server, ball).color) in PHASES.values()

@@ -13,16 +13,16 @@ import pytest
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.web.charts.study_map import MOST_CELLS, draw_map, ticks_of
+from slipgrasp.web.model.study_draft import study_of
 from slipgrasp.web.model.study_map import MapPicture, locate
-from slipgrasp.web.model.study_plan import study_of
 from slipgrasp.web.panels.map_html import map_html
 from tests.recordings.studying import make_study, run_study
-from tests.web.studying import PLAN, quick_scenario
+from tests.web.studying import STUDY_DRAFT, quick_scenario
 
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    return study_of(PLAN, quick_scenario(), "quick")
+    return study_of(STUDY_DRAFT, quick_scenario(), "quick")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def opened_by(html: str) -> Iterator[int]:
     """The runs that clicks on the marks of a map open."""
     for attribute in re.findall(r'data-sg-intent="([^"]*)"', html):
         intent = json.loads(unescape(attribute))
-        assert intent["kind"] == "open-member"
+        assert intent["kind"] == "open-study-run"
         yield intent["index"]
 
 

@@ -17,9 +17,9 @@ from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.study import Followed, Member, Price, StudyView
+from slipgrasp.web.model.study import Followed, Price, StudyRun, StudyView
+from slipgrasp.web.model.study_draft import COMPARISONS, offers_of, study_of
 from slipgrasp.web.model.study_map import MapPicture
-from slipgrasp.web.model.study_plan import COMPARISONS, offers_of, study_of
 from slipgrasp.web.model.study_words import (
     list_label,
     number_words,
@@ -28,13 +28,12 @@ from slipgrasp.web.model.study_words import (
     time_words,
 )
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.panels.study_html import plan_html, summary_html
 from slipgrasp.web.panels.study_inputs import run_of_places
-from slipgrasp.web.panels.study_panel import StudyPanel
+from slipgrasp.web.panels.study_panel import StudyPanel, draft_html, summary_html
 from tests.recordings.studying import make_study, run_study
-from tests.web.studying import PLAN, quick_scenario
+from tests.web.studying import STUDY_DRAFT, quick_scenario
 
-PLANNED = StudyView(offers=offers_of(quick_scenario()), plan=PLAN)
+PLANNED = StudyView(offers=offers_of(quick_scenario()), draft=STUDY_DRAFT)
 STORED = StoredStudy(
     id="aaaaaaaaaaaa",
     created="2026-11-21T10:05:00+00:00",
@@ -76,7 +75,7 @@ def bench(viewer_server: ViewerServer) -> Iterator[Bench]:
 
 @pytest.fixture(scope="module")
 def picture(tmp_path_factory: pytest.TempPathFactory) -> MapPicture:
-    study = study_of(PLAN, quick_scenario(), "quick")
+    study = study_of(STUDY_DRAFT, quick_scenario(), "quick")
     picture = draw_map(run_study(study, tmp_path_factory.mktemp("panel") / "study.mcap"))
     assert picture is not None
     return picture
@@ -87,29 +86,31 @@ def status_of(state: StudyState, finished: int = 9, **told: float) -> StudyStatu
 
 
 def on_map(picture: MapPicture | None, status: StudyStatus) -> StudyView:
-    return replace(PLANNED, is_planning=False, is_wide=True, followed=Followed(status, 0, picture))
+    return replace(
+        PLANNED, is_draft_shown=False, is_wide=True, followed=Followed(status, 0, picture)
+    )
 
 
 def test_a_plan_stands_in_its_inputs_with_units_and_bounds(bench: Bench) -> None:
     bench.show(PLANNED)
-    across, up = bench.panel.plan.inputs.axes
+    across, up = bench.panel.draft.inputs.axes
     assert across.key.value == "Object mass [kg]"
     assert "0.001 … 1000 kg" in str(across.key.hint)
     assert (across.range.value, across.count.value) == ((0.5, 2.5), 3)
     assert up.key.value == "Friction of all fingers"
-    assert tuple(bench.panel.plan.inputs.comparison.options)[1:] == tuple(COMPARISONS)
-    assert bench.panel.plan.run.visible
-    assert "<b>9 runs</b>" in bench.panel.plan.price.content
+    assert tuple(bench.panel.draft.inputs.comparison.options)[1:] == tuple(COMPARISONS)
+    assert bench.panel.draft.run.visible
+    assert "<b>9 runs</b>" in bench.panel.draft.price.content
     assert not bench.panel.map.map.visible
     assert bench.asked == []
 
 
 def test_the_cost_and_what_stands_in_the_way_are_told_before_it_runs() -> None:
-    assert "<b>9 runs</b>, about 4 s" in plan_html(replace(PLANNED, price=Price(4.2)))
-    refused = plan_html(replace(PLANNED, problems=("object mass is <b>",)))
+    assert "<b>9 runs</b>, about 4 s" in draft_html(replace(PLANNED, price=Price(4.2)))
+    refused = draft_html(replace(PLANNED, problems=("object mass is <b>",)))
     assert "Not run" in refused
     assert "&lt;b&gt;" in refused
-    assert "little room" in plan_html(replace(PLANNED, price=Price(1.0, ("little room",))))
+    assert "little room" in draft_html(replace(PLANNED, price=Price(1.0, ("little room",))))
 
 
 def test_the_map_takes_the_place_of_the_plan_and_more_room(
@@ -117,12 +118,12 @@ def test_the_map_takes_the_place_of_the_plan_and_more_room(
 ) -> None:
     bench.show(PLANNED)
     bench.show(on_map(picture, status_of(StudyState.COMPLETED)))
-    assert not bench.panel.plan.run.visible
+    assert not bench.panel.draft.run.visible
     assert bench.panel.map.map.content.count("data-sg-intent") >= 9
-    assert bench.panel.map.member.open.visible
-    bench.show(replace(on_map(picture, status_of(StudyState.COMPLETED)), is_planning=True))
+    assert bench.panel.map.study_run.open.visible
+    bench.show(replace(on_map(picture, status_of(StudyState.COMPLETED)), is_draft_shown=True))
     assert bench.widths == [False, True, False]
-    assert bench.panel.plan.back.visible
+    assert bench.panel.draft.back.visible
 
 
 def test_a_study_that_runs_has_a_bar_and_can_be_cancelled(bench: Bench) -> None:
@@ -132,7 +133,7 @@ def test_a_study_that_runs_has_a_bar_and_can_be_cancelled(bench: Bench) -> None:
     assert (part.bar.visible, part.cancel.visible) == (True, True)
     assert part.bar.value == pytest.approx(100.0 / 3.0)
     assert "3 of 9 runs · 50 runs/s · about 12 s left" in part.summary.content
-    assert not part.member.open.visible
+    assert not part.study_run.open.visible
     bench.show(on_map(None, status_of(StudyState.CANCELLED, 3)))
     assert (part.bar.visible, part.cancel.visible) == (False, False)
 
@@ -140,20 +141,22 @@ def test_a_study_that_runs_has_a_bar_and_can_be_cancelled(bench: Bench) -> None:
 def test_values_of_a_run_are_chosen_from_those_that_were_tried(
     bench: Bench, picture: MapPicture
 ) -> None:
-    study = replace(on_map(picture, status_of(StudyState.COMPLETED)), member=Member(STORED.id, 5))
+    study = replace(
+        on_map(picture, status_of(StudyState.COMPLETED)), study_run=StudyRun(STORED.id, 5)
+    )
     bench.show(study)
-    mass, friction = bench.panel.map.member.values[:2]
+    mass, friction = bench.panel.map.study_run.values[:2]
     assert (tuple(mass.options), mass.value) == (("0.5", "1.5", "2.5"), "1.5")
     assert (tuple(friction.options), friction.value) == (("0.1", "0.3", "0.5"), "0.5")
-    assert bench.panel.map.member.number.value == 5
+    assert bench.panel.map.study_run.number.value == 5
     assert run_of_places(picture.study, (1, 2)) == 5
 
 
 def test_only_the_run_on_the_screen_is_ringed(
     bench: Bench, picture: MapPicture, case_1: RunResult
 ) -> None:
-    opened = Member(STORED.id, 5, run_id="bbbbbbbbbbbb")
-    study = replace(on_map(picture, status_of(StudyState.COMPLETED)), member=opened)
+    opened = StudyRun(STORED.id, 5, run_id="bbbbbbbbbbbb")
+    study = replace(on_map(picture, status_of(StudyState.COMPLETED)), study_run=opened)
     for run_id, rings in (("cccccccccccc", 0), ("bbbbbbbbbbbb", 1)):
         bench.show(study, Shown(1, case_1, 0.0, Replay("a run", "now", case_1, run_id)))
         assert bench.panel.map.map.content.count("sg-map-ring") == rings
@@ -179,9 +182,9 @@ def test_samples_are_chosen_by_their_number(bench: Bench, tmp_path: Path) -> Non
     )
     sampled = draw_map(run_study(study, tmp_path / "study.mcap"))
     bench.show(on_map(sampled, status_of(StudyState.COMPLETED)))
-    member = bench.panel.map.member
-    assert member.number.visible
-    assert not any(widget.visible for widget in member.values)
+    study_run = bench.panel.map.study_run
+    assert study_run.number.visible
+    assert not any(widget.visible for widget in study_run.values)
 
 
 def test_studies_are_listed_by_what_they_are_about(bench: Bench) -> None:

@@ -44,7 +44,7 @@ BACK_WITHOUT_SESSION = {"alive": False, "server": "another", "full": False}
 
 def state(page: Page) -> dict:
     """What the session has told the page last."""
-    told = page.locator("#sg-beacon").get_attribute("data-sg-state")
+    told = page.locator("#sg-session-state").get_attribute("data-sg-state")
     return json.loads(told or "{}")
 
 
@@ -137,7 +137,7 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
     expect(page.get_by_label("time [s]", exact=True)).not_to_have_value(f"{time_at(0.75):.6f}")
     page.wait_for_function(
         """() => {
-            const told = JSON.parse(document.getElementById("sg-beacon").dataset.sgState);
+            const told = JSON.parse(document.getElementById("sg-session-state").dataset.sgState);
             const query = new URLSearchParams(location.search);
             return told.run !== "" && query.get("run") === told.run
                 && Math.abs(Number(query.get("t")) - told.time) < 1e-6;

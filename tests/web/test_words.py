@@ -13,9 +13,9 @@ from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.core.words.parameter_words import key_words, unit_words
+from slipgrasp.web.model.draft import error_words
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown
-from slipgrasp.web.model.words import error_words
 from slipgrasp.web.panels.outcome_panel import outcome_html
 
 DROPPED = Reason(

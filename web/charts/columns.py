@@ -53,7 +53,7 @@ class Drawing:
         span a ghost is not a number.
 
         Args:
-            ghost: The same chart of another run, in the same window.
+            ghost: This chart of another run, in this window.
         """
         own = _table(self.trace, self.chart)
         times, values = self._cut(own)

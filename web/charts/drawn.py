@@ -12,8 +12,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.web.charts.charts import Chart, charts_of
 from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
-from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.playback import TimeWindow
+from slipgrasp.web.model.view import ChartsView
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +43,7 @@ class DrawnChart:
         chart: The chart with all its lines.
         hidden: Keys of the lines that are not drawn.
         own: The lines that are drawn.
-        ghost: The same lines of another run.
+        ghost: These lines of another run, if there is one.
     """
 
     chart: Chart

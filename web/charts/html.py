@@ -12,6 +12,7 @@ from html import escape
 
 from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.model.colours import css, legible
+from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.page.markup import click_attribute
 
 _NOTE = "font-size:0.75em;opacity:0.75;padding:0 1em;line-height:1.3"
@@ -38,7 +39,7 @@ def _entry_html(chart: Chart, line: Line, is_hidden: bool, dark: bool) -> str:
     sign = "┄" if line.dashed else "━"
     return (
         f"<button type='button' class='sg-line'"
-        f" {click_attribute('toggle-line', chart=chart.key, line=line.key)}"
+        f" {click_attribute(ToggleLine(chart.key, line.key))}"
         f" aria-pressed='{'false' if is_hidden else 'true'}'"
         f" title='{'Shows' if is_hidden else 'Hides'} this line; its value is that at the play "
         f"head.'><span style='color:{css(legible(line.colour, dark=dark))}'>{sign}</span> "

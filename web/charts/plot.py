@@ -43,7 +43,7 @@ class Plot:
     def __init__(self, gui: viser.GuiApi, height: int, drawn: DrawnChart, *, dark: bool) -> None:
         self._head = gui.add_html(head_html(drawn.chart, drawn.hidden, dark=dark))
         self._drawn: DrawnChart | None = drawn
-        self._look = _look(drawn, dark)
+        self._style = _style_of(drawn, dark)
         self._num_columns = _num_columns(drawn)
         self._lines = gui.add_uplot(
             # viser wants columns of one length at first.
@@ -72,9 +72,9 @@ class Plot:
         self._head.content = head_html(drawn.chart, drawn.hidden, dark=dark)
         # Columns come before the lines that show them, and those before their bands.
         self._lines.data = self._columns(drawn)
-        look = _look(drawn, dark)
-        if look != self._look:
-            self._look = look
+        style = _style_of(drawn, dark)
+        if style != self._style:
+            self._style = style
             self._lines.series = self._series(drawn, dark)
             self._lines.scales = _scales(drawn)
             self._lines.bands = _bands(drawn.own.chart)
@@ -96,7 +96,7 @@ def _num_columns(drawn: DrawnChart) -> int:
     return 2 + num_lines + max(num_lines, num_pale)
 
 
-def _look(drawn: DrawnChart, dark: bool) -> object:
+def _style_of(drawn: DrawnChart, dark: bool) -> object:
     """What makes the page lay a plot out anew."""
     ghost = drawn.ghost.chart.lines if drawn.ghost else ()
     lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]

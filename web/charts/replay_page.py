@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.server.viewer.server import ViewerServer
-from slipgrasp.web.model.camera import FIELD_OF_VIEW, Picture, frame_box
+from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.scene.shapes import position

@@ -26,6 +26,7 @@ from slipgrasp.figures.map_labels import same_quantity
 from slipgrasp.recordings.study.categories import CATEGORIES, HELD, categorize
 from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.web.model.intents.study import OpenStudyRun
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
 from slipgrasp.web.model.study_words import value_words
@@ -221,7 +222,7 @@ def _point_marks(told: _Telling, panel: MapPanel, x: MapAxis, y: MapAxis) -> Ite
 
 
 def _mark(shape: str, place: str, told: _Telling, run: int, way: int) -> str:
-    attribute = click_attribute("open-member", index=run)
+    attribute = click_attribute(OpenStudyRun(run))
     line = escape(told.line(run, way))
     return f"<{shape} {place} {attribute}><title>{line}</title></{shape}>"
 

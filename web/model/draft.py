@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -16,13 +17,19 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.web.model.incidents import Incident, incident_values, incidents_of, is_of_incident
+from slipgrasp.web.model.disturbances import (
+    Disturbance,
+    disturbance_values,
+    disturbances_of,
+    is_of_disturbance,
+)
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.rows import row_parameters, rows_of
+from slipgrasp.web.model.row_text import row_parameters, rows_of
 
 Value = float | int | str | list[Any] | None
 
 _DECIMALS_OF_TIME = 6
+_PLACE_OF_CHANGE = re.compile(r"changes\.\d+\.(?P<what>value: |time)")
 
 
 def change_time(play_head: float) -> float:
@@ -54,23 +61,23 @@ class Draft:
         base: The scenario of it.
         edits: Values set since for the whole run, by dotted key; any may be out of bounds.
         changes: What changes during the run, in order of time.
-        incidents: What happens to the object: pushes, then wet spots.
+        disturbances: What happens to the object: pushes, then wet spots.
     """
 
     origin: str
     base: Scenario
     edits: Mapping[str, Value] = field(default_factory=dict)
     changes: tuple[TimedEdit, ...] = ()
-    incidents: tuple[Incident, ...] = ()
+    disturbances: tuple[Disturbance, ...] = ()
 
     @classmethod
     def starting_from(cls, origin: str, scenario: Scenario) -> Draft:
-        """The scenario as it comes, with its own timed changes and incidents."""
+        """The scenario as it comes, with its own timed changes and disturbances."""
         return cls(
             origin,
             scenario,
             changes=tuple(_timed_edits(scenario)),
-            incidents=incidents_of(scenario),
+            disturbances=disturbances_of(scenario),
         )
 
     @classmethod
@@ -101,9 +108,9 @@ class Draft:
 
     @property
     def touched(self) -> frozenset[str]:
-        """The parameters that were set: for the whole run, from some time on, of incidents."""
-        of_incidents = (key for key, _ in incident_values(self.incidents))
-        return frozenset((*self.edits, *(change.key for change in self.changes), *of_incidents))
+        """The parameters that were set: for the whole run, from some time on, of disturbances."""
+        of_disturbances = (key for key, _ in disturbance_values(self.disturbances))
+        return frozenset((*self.edits, *(change.key for change in self.changes), *of_disturbances))
 
     def reset(self) -> Draft:
         """The draft as it came."""
@@ -112,8 +119,8 @@ class Draft:
     def edited(self, key: str, value: Value) -> Draft:
         """The draft with a value that holds on the whole run."""
         kept = tuple(change for change in self.changes if change.key != key)
-        if is_of_incident(key):
-            return replace(self, changes=kept)._with_incident_edited(key, value)
+        if is_of_disturbance(key):
+            return replace(self, changes=kept)._with_disturbance_edited(key, value)
         return replace(self, edits={**self.edits, key: value}, changes=kept)
 
     def edited_from(self, time: float, key: str, value: Value) -> Draft:
@@ -145,24 +152,24 @@ class Draft:
 
     def without_changes(self) -> Draft:
         """The draft in which nothing changes or happens during the run."""
-        return replace(self, changes=(), incidents=())
+        return replace(self, changes=(), disturbances=())
 
-    def with_incident(self, incident: Incident) -> Draft:
+    def with_disturbance(self, disturbance: Disturbance) -> Draft:
         """The draft in which one thing more happens."""
-        same = [each for each in self.incidents if each.place == incident.place]
-        others = [each for each in self.incidents if each.place != incident.place]
-        grown = [*same, incident]
-        ordered = [*grown, *others] if incident.place == "pulses" else [*others, *grown]
-        return replace(self, incidents=tuple(ordered))
+        same = [each for each in self.disturbances if each.place == disturbance.place]
+        others = [each for each in self.disturbances if each.place != disturbance.place]
+        grown = [*same, disturbance]
+        ordered = [*grown, *others] if disturbance.place == "pulses" else [*others, *grown]
+        return replace(self, disturbances=tuple(ordered))
 
-    def without_incident(self, index: int) -> Draft:
-        """The draft without one of its incidents; the same if there is no such."""
-        kept = tuple(each for i, each in enumerate(self.incidents) if i != index)
-        return replace(self, incidents=kept)
+    def without_disturbance(self, index: int) -> Draft:
+        """The draft without one of its disturbances; the same if there is no such."""
+        kept = tuple(each for i, each in enumerate(self.disturbances) if i != index)
+        return replace(self, disturbances=kept)
 
     def is_changeable(self, key: str) -> bool:
-        """Whether a parameter may change during the run; those of incidents do as a whole."""
-        if is_of_incident(key):
+        """Whether a parameter may change during the run; those of disturbances do as a whole."""
+        if is_of_disturbance(key):
             return False
         parameter = _definitions(self.base).get(key)
         return parameter is not None and parameter.changeable
@@ -172,8 +179,8 @@ class Draft:
         latest = [c.value for c in self.changes if c.key == key and c.time <= time]
         if latest:
             return latest[-1]
-        if is_of_incident(key):
-            return dict(incident_values(self.incidents)).get(key)
+        if is_of_disturbance(key):
+            return dict(disturbance_values(self.disturbances)).get(key)
         if key in self.edits:
             return self.edits[key]
         if key in row_parameters():
@@ -190,7 +197,7 @@ class Draft:
         Raises:
             ScenarioError: With every value that is not allowed, and its limit.
         """
-        happening = dict(incident_values(self.incidents))
+        happening = dict(disturbance_values(self.disturbances))
         changing = dict(self._change_entries())
         return with_values(_calm(self.base), {**happening, **self.edits, **changing})
 
@@ -202,20 +209,29 @@ class Draft:
             return self.changes[int(index)].key
         return error.field
 
-    def _with_incident_edited(self, key: str, value: Value) -> Draft:
+    def _with_disturbance_edited(self, key: str, value: Value) -> Draft:
         place, index, own = key.split(".", 2)
-        same = [i for i, incident in enumerate(self.incidents) if incident.place == place]
+        same = [i for i, disturbance in enumerate(self.disturbances) if disturbance.place == place]
         if not index.isdecimal() or int(index) >= len(same):
             return self
-        edited = list(self.incidents)
+        edited = list(self.disturbances)
         edited[same[int(index)]] = edited[same[int(index)]].edited(own, value)
-        return replace(self, incidents=tuple(edited))
+        return replace(self, disturbances=tuple(edited))
 
     def _change_entries(self) -> Iterator[tuple[str, Value]]:
         for i, change in enumerate(self.changes):
             yield f"changes.{i}.time", change.time
             yield f"changes.{i}.parameter", change.key
             yield f"changes.{i}.value", change.value
+
+
+def error_words(error: FieldError) -> str:
+    """What is wrong with a value that the user set, wherever in the scenario it ended up."""
+    place = _PLACE_OF_CHANGE.match(error.message)
+    if place is None:
+        return error.message
+    rest = error.message[place.end() :]
+    return rest if place["what"] == "value: " else f"the time of the change{rest}"
 
 
 @lru_cache(maxsize=32)

@@ -14,9 +14,20 @@ from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 from slipgrasp.core.words.parameter_words import key_words
+from slipgrasp.web.model.disturbances import disturbance_words, disturbances_of
 from slipgrasp.web.model.draft import Draft
-from slipgrasp.web.model.incidents import incident_words, incidents_of
 from slipgrasp.web.model.laws import law_change_words, main_changes
+
+PHASE_WORDS = {
+    ContactPhase.STICK: "sticks",
+    ContactPhase.SLIP_FORWARD: "slips forward",
+    ContactPhase.SLIP_BACKWARD: "slips backward",
+}
+PHASE_HINTS = {
+    ContactPhase.STICK: "The fingertip moves with the face",
+    ContactPhase.SLIP_FORWARD: "The fingertip slips forward: clockwise around the object",
+    ContactPhase.SLIP_BACKWARD: "The fingertip slips backward: counterclockwise around the object",
+}
 
 
 class EventKind(StrEnum):
@@ -37,7 +48,7 @@ class RunEvent:
     Attributes:
         time: When [s].
         kind: What.
-        text: The same in words.
+        text: What happens, in words.
         phase: The phase that a contact has from then on; None if no contact is concerned.
     """
 
@@ -49,7 +60,7 @@ class RunEvent:
 
 def events_of(result: RunResult) -> list[RunEvent]:
     """Everything that happens in a run, in time order."""
-    during = [*_phase_events(result), *_timed_changes(result), *_incidents(result)]
+    during = [*_phase_events(result), *_timed_changes(result), *_disturbances(result)]
     happened = [event for event in during if event.time <= result.end_time]
     return sorted([*happened, _end_of(result)], key=lambda event: event.time)
 
@@ -112,15 +123,15 @@ def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
         yield RunEvent(change.time, EventKind.CHANGE, text)
 
 
-def _incidents(result: RunResult) -> Iterator[RunEvent]:
+def _disturbances(result: RunResult) -> Iterator[RunEvent]:
     """Pushes as they begin, wet spots as they come and go."""
-    for incident in incidents_of(result.scenario):
-        is_push = incident.place == "pulses"
+    for disturbance in disturbances_of(result.scenario):
+        is_push = disturbance.place == "pulses"
         kind = EventKind.PUSH if is_push else EventKind.WET_SPOT
-        yield RunEvent(incident.time, kind, incident_words(incident))
-        end_time = incident.values.get("end_time")
+        yield RunEvent(disturbance.time, kind, disturbance_words(disturbance))
+        end_time = disturbance.values.get("end_time")
         if end_time is not None:
-            face = str(incident.values["face"]).replace("-", " ")
+            face = str(disturbance.values["face"]).replace("-", " ")
             yield RunEvent(end_time, kind, f"the wet spot on {face} dries")
 
 

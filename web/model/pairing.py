@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from slipgrasp.web.model.compare import Comparing, Pair
 from slipgrasp.web.model.playback import (
     TimeWindow,
     WindowChoice,
@@ -13,8 +12,7 @@ from slipgrasp.web.model.playback import (
     window_of,
 )
 from slipgrasp.web.model.replay import Replay, moment_words
-from slipgrasp.web.model.showing import show_replay
-from slipgrasp.web.model.view import Ghost, Shown, ViewState
+from slipgrasp.web.model.view import Comparing, Ghost, Pair, Shown, ViewState, show_replay
 
 
 def pair_of(view: ViewState) -> Pair | None:
@@ -24,7 +22,7 @@ def pair_of(view: ViewState) -> Pair | None:
     return view.shown.ticket, view.ghost.shown.ticket
 
 
-def with_pale_run(view: ViewState, recording: Replay, ticket: int) -> ViewState:
+def with_ghost(view: ViewState, recording: Replay, ticket: int) -> ViewState:
     """Draws a recording pale below the run on the screen.
 
     While the slip of the run is shown, the stretch grows to hold that of both.
@@ -46,7 +44,7 @@ def with_pale_run(view: ViewState, recording: Replay, ticket: int) -> ViewState:
     return replace(view, playback=view.playback.within(window))
 
 
-def without_pale_run(view: ViewState) -> ViewState:
+def without_ghost(view: ViewState) -> ViewState:
     """Shows the run on the screen alone."""
     return replace(view, ghost=None, comparing=Comparing())
 
@@ -73,14 +71,14 @@ def swapped(view: ViewState, ticket: int) -> ViewState:
     if playback is not None:
         window = window_of(pale.result, WindowChoice.CLOSER, playback.window)
         view = replace(view, choice=choice, playback=playback.within(window))
-    return with_pale_run(view, recording, ticket)
+    return with_ghost(view, recording, ticket)
 
 
 def _recording_on_screen(view: ViewState) -> Replay | None:
     """The run on the screen as a recording; None while it is kept nowhere."""
     if view.shown is None or view.shown.replay is not None:
         return view.shown.replay if view.shown else None
-    stored = next((run for run in view.shelf.recent if run.id == view.status.run_id), None)
+    stored = next((run for run in view.run_list.recent if run.id == view.status.run_id), None)
     if stored is None:
         return None
     recorded = moment_words(stored.created)

@@ -9,8 +9,8 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
-from slipgrasp.web.model.incidents import Incident, incident_parameters
-from slipgrasp.web.model.rows import is_of_rows, row_parameters
+from slipgrasp.web.model.disturbances import Disturbance, disturbance_parameters
+from slipgrasp.web.model.row_text import is_of_rows, row_parameters
 
 _BELIEFS = "What the controller believes at first"
 _MAIN = ("object", "fingers", "estimates", "controller")
@@ -26,7 +26,7 @@ _DETAILS = (
     "minimum",
     "maximum",
 )
-_MANY_INCIDENTS = 3
+_MANY_DISTURBANCES = 3
 _NOUNS = {"pulses": "Push", "patches": "Wet spot"}
 _FOLDED_TITLES = {
     "controller": "Controller in detail",
@@ -132,26 +132,28 @@ def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
     return _BELIEFS if head == "estimates" else head.capitalize()
 
 
-def incident_title(incident: Incident) -> str:
+def disturbance_title(disturbance: Disturbance) -> str:
     """What a push or a wet spot is called, such as ``Push at 0.08 s``."""
-    return f"{_NOUNS[incident.place]} at {incident.time:g} s"
+    return f"{_NOUNS[disturbance.place]} at {disturbance.time:g} s"
 
 
-def incident_groups(incidents: Sequence[Incident], names: Sequence[str]) -> tuple[Group, ...]:
+def disturbance_groups(
+    disturbances: Sequence[Disturbance], names: Sequence[str]
+) -> tuple[Group, ...]:
     """A group for everything that happens to the object, unfolded unless there are many.
 
     Args:
-        incidents: What happens.
+        disturbances: What happens.
         names: What the fingers are called.
     """
     entries: dict[str, list[Entry]] = {}
-    for parameter in incident_parameters(incidents):
+    for parameter in disturbance_parameters(disturbances):
         place, index, own = parameter.key.split(".", 2)
         label = key_words(own, names) + unit_words(parameter.unit)
         entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))
     return tuple(
-        Group(incident_title(incident), len(incidents) <= _MANY_INCIDENTS, tuple(own))
-        for incident, own in zip(incidents, entries.values(), strict=True)
+        Group(disturbance_title(disturbance), len(disturbances) <= _MANY_DISTURBANCES, tuple(own))
+        for disturbance, own in zip(disturbances, entries.values(), strict=True)
     )
 
 

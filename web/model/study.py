@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slipgrasp.server.studies.progress import StudyStatus
+from slipgrasp.web.model.study_draft import Offer, StudyDraft
 from slipgrasp.web.model.study_map import MapPicture
-from slipgrasp.web.model.study_plan import Offer, Plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Followed:
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class StudyRun:
     """A run of a study that the user has asked for.
 
     Attributes:
@@ -72,29 +72,29 @@ class StudyView:
 
     Attributes:
         offers: The parameters of the draft that may vary.
-        plan: What the next study varies; None until the draft is known.
+        draft: What the next study varies; None until the scenario is known.
         price: What it is going to take; None while that is not known.
         problems: Why it cannot run, a sentence each.
         is_starting: Whether it is being checked, and taken on.
         followed: The study on the screen.
-        member: The run of it that was asked for last.
+        study_run: The run of it that was asked for last.
         listed: The newest studies of the store.
-        is_planning: Whether the panel shows the plan, rather than the map.
-        is_plan_seen: Whether its tab is in front, so that the user sees the plan.
+        is_draft_shown: Whether the panel shows the draft, rather than the map.
+        is_draft_seen: Whether its tab is in front, so that the user sees the draft.
         is_wide: Whether the map has more room than other panels.
         message: Why a study could not be opened, if so.
     """
 
     offers: tuple[Offer, ...] = ()
-    plan: Plan | None = None
+    draft: StudyDraft | None = None
     price: Price | None = None
     problems: tuple[str, ...] = ()
     is_starting: bool = False
     followed: Followed | None = None
-    member: Member | None = None
+    study_run: StudyRun | None = None
     listed: tuple[StudyStatus, ...] = ()
-    is_planning: bool = True
-    is_plan_seen: bool = False
+    is_draft_shown: bool = True
+    is_draft_seen: bool = False
     is_wide: bool = False
     message: str = ""
 

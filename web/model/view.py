@@ -2,25 +2,67 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.web.model.charts import ChartsView
-from slipgrasp.web.model.compare import Comparing
-from slipgrasp.web.model.draft import Draft
+from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.draft import Draft, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
-from slipgrasp.web.model.look import Look
-from slipgrasp.web.model.playback import Playback, WindowChoice
+from slipgrasp.web.model.page_layout import PageLayout
+from slipgrasp.web.model.playback import (
+    Playback,
+    TimeWindow,
+    WindowChoice,
+    start_playback,
+    whole_window,
+    window_of,
+)
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.room import Room
+from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sample, Sampler
-from slipgrasp.web.model.shelf import Shelf
 from slipgrasp.web.model.study import StudyView
-from slipgrasp.web.model.words import error_words
+
+Pair = tuple[int, int]
+"""Tickets of two runs: the one on the screen, and the pale one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparing:
+    """The comparison of two runs.
+
+    Attributes:
+        pair: Which runs the findings are about; None if there are none.
+        findings: What tells them apart; None if they cannot be compared.
+        message: Why the latest request was not done, or the runs cannot be compared.
+    """
+
+    pair: Pair | None = None
+    findings: Comparison | None = None
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ChartsView:
+    """Which lines are hidden.
+
+    Attributes:
+        hidden: Each as the key of its chart and its own key.
+    """
+
+    hidden: frozenset[tuple[str, str]] = frozenset()
+
+    def toggled(self, chart: str, line: str) -> ChartsView:
+        """With one line hidden, or back."""
+        return replace(self, hidden=self.hidden ^ {(chart, line)})
+
+    def hidden_in(self, chart: str) -> frozenset[str]:
+        """Keys of the lines that are hidden in a chart."""
+        return frozenset(line for key, line in self.hidden if key == chart)
 
 
 class RunStage(StrEnum):
@@ -116,15 +158,15 @@ class ViewState:
         shown: The run on the screen.
         ghost: The run that is drawn pale below it.
         playback: Where the play head stands.
-        shelf: The list of stored runs.
+        run_list: The list of stored runs.
         comparing: What tells the run on the screen and the pale one apart.
         replay: The recording that was opened last; there is a way back to it.
         notice: What the page has to say across all panels, empty if nothing.
         charts: What the user has made of the charts.
         exporting: The file that is being made for the user.
         editing: How the user edits, and what was asked for before.
-        look: How the picture looks.
-        room: How much room the page has; None until it has told.
+        appearance: How the picture looks.
+        page_layout: How much room the page has; None until it has told.
         study: The study that is planned, and the one that is followed.
     """
 
@@ -136,15 +178,15 @@ class ViewState:
     shown: Shown | None = None
     ghost: Ghost | None = None
     playback: Playback | None = None
-    shelf: Shelf = field(default_factory=Shelf)
+    run_list: RunList = field(default_factory=RunList)
     comparing: Comparing = field(default_factory=Comparing)
     replay: Replay | None = None
     notice: str = ""
     charts: ChartsView = field(default_factory=ChartsView)
     exporting: Exporting = field(default_factory=Exporting)
     editing: Editing = field(default_factory=Editing)
-    look: Look = field(default_factory=Look)
-    room: Room | None = None
+    appearance: Appearance = field(default_factory=Appearance)
+    page_layout: PageLayout | None = None
     study: StudyView = field(default_factory=StudyView)
 
     @property
@@ -167,3 +209,48 @@ class ViewState:
         if shown is None or self.playback is None:
             return None
         return shown.sampler.at(self.playback.time)
+
+
+def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> ViewState:
+    """Puts a run on the screen.
+
+    Args:
+        view: What is on the screen now.
+        shown: The run.
+        stage: How far its request has come with it.
+        afresh: Whether it has nothing to do with what was shown: the play head starts anew.
+            Else it stays where it is, as far as the run goes.
+    """
+    playback, choice = view.playback, view.choice
+    if playback is None or afresh:
+        playback, choice = start_playback(shown.result), WindowChoice.SLIP
+    else:
+        playback = _kept_in(window_of(shown.result, choice, playback.window), playback, shown)
+    return replace(view, shown=shown, playback=playback, choice=choice, status=RunStatus(stage))
+
+
+def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
+    """The play head in the window of another run; one that rests stays, the window holds it.
+
+    Else a knob that is moved there would from then on act elsewhere.
+    """
+    if playback.playing:
+        return playback.within(window)
+    time = whole_window(shown.result).clamp(playback.time)
+    return playback.within(TimeWindow(min(window.start, time), max(window.end, time)))
+
+
+def show_replay(view: ViewState, recording: Replay) -> ViewState:
+    """Puts a recording on the screen; a run that is still computed is void then."""
+    ticket, draft, editing = view.ticket + 1, Draft.from_replay(recording), view.editing
+    afresh = draft.origin != view.draft.origin
+    if view.shown is not None and draft != view.draft:
+        editing = editing.begin(view.draft)
+    view = replace(view, ticket=ticket, draft=draft, editing=editing, replay=recording, ghost=None)
+    shown = Shown(ticket, recording.result, 0.0, recording)
+    return show(view, shown, RunStage.REPLAY, afresh=afresh)
+
+
+def with_status(view: ViewState, status: RunStatus) -> ViewState:
+    """Tells what became of the latest request."""
+    return replace(view, status=status)

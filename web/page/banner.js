@@ -1,7 +1,7 @@
 // Tells honestly whether the server is there, and shows what the session has to say. Once the
 // server is back, viser opens its connection again (reconnect.js) and is given a new session;
 // link.js then brings back what was shown, without a reload of the page.
-import { onChange, state } from "./beacon.js";
+import { onChange, state } from "./session_state.js";
 import { noteConnected, startReconnect, tryInTurn, tryNow } from "./reconnect.js";
 
 const ASK_MS = 1500;

@@ -4,7 +4,7 @@
 //   data-sg-readings   hidden: these values, by chart, and when parameters change [s]
 // A drag over a chart shows that stretch of time in all charts, a click puts the play head
 // there, a double click shows the whole run.
-import { hold, onFrame, shareOf, state } from "./beacon.js";
+import { hold, onFrame, shareOf, state } from "./session_state.js";
 import { post } from "./post.js";
 
 const LEAST_DRAG = 4;

@@ -2,7 +2,7 @@
 //   data-sg-head     gets --sg-share, from 0 at the start of the window to 1 at its end
 //   data-sg-clock    shows the time in words
 //   data-sg-time     an input that holds the exact time [s], unless the user is typing in it
-import { onFrame, shareOf } from "./beacon.js";
+import { onFrame, shareOf } from "./session_state.js";
 
 /** Begins to show the time. */
 export function startClock() {

@@ -1,20 +1,20 @@
 // What the dashboard adds to viser's page. One module per concern:
-//   beacon.js    what the session tells of itself, and the play head as it moves on
-//   post.js      brings what the user does to the session
-//   gestures.js  clicks, inputs, and the hand on the strip below the scene
-//   clock.js     everything that shows where the play head stands
-//   keyboard.js  the keys, and their list
-//   charts.js    values and marks in the charts, and zoom by dragging over them
-//   picture.js   the picture of the scene as a file
-//   room.js      how much room the page has
-//   numbers.js   numbers as people write them, where viser would read others
-//   folds.js     what is unfolded
-//   welcome.js   a few words for who is here for the first time
-//   uploads.js   recordings that the user sends
-//   link.js      the address of the page: a run and a time
-//   banner.js    whether the server is there, and what the page has to say
-//   reconnect.js when viser opens its connection again
-import { watchBeacon } from "./beacon.js";
+//   session_state.js  what the session tells of itself, and the play head as it moves on
+//   post.js           brings what the user does to the session
+//   gestures.js       clicks, inputs, and the hand on the strip below the scene
+//   clock.js          everything that shows where the play head stands
+//   keyboard.js       the keys, and their list
+//   charts.js         values and marks in the charts, and zoom by dragging over them
+//   picture.js        the picture of the scene as a file
+//   page_layout.js    how much room the page has
+//   numbers.js        numbers as people write them, where viser would read others
+//   folds.js          what is unfolded
+//   welcome.js        a few words for who is here for the first time
+//   uploads.js        recordings that the user sends
+//   link.js           the address of the page: a run and a time
+//   banner.js         whether the server is there, and what the page has to say
+//   reconnect.js      when viser opens its connection again
+import { watchSessionState } from "./session_state.js";
 import { startBanner } from "./banner.js";
 import { startCharts } from "./charts.js";
 import { startClock } from "./clock.js";
@@ -24,7 +24,7 @@ import { startKeyboard } from "./keyboard.js";
 import { startLink } from "./link.js";
 import { startNumbers } from "./numbers.js";
 import { startPicture } from "./picture.js";
-import { startRoom } from "./room.js";
+import { startPageLayout } from "./page_layout.js";
 import { startUploads } from "./uploads.js";
 import { startWelcome } from "./welcome.js";
 
@@ -37,7 +37,7 @@ startUploads();
 startFolds();
 startNumbers();
 startWelcome();
-startRoom();
+startPageLayout();
 startKeyboard();
 startBanner();
-watchBeacon();
+watchSessionState();

@@ -1,6 +1,6 @@
 // What the user has unfolded stays so when the session writes it anew:
 //   <details data-sg-fold='NAME'>
-import { onFrame } from "./beacon.js";
+import { onFrame } from "./session_state.js";
 
 const unfolded = new Set();
 

@@ -4,7 +4,7 @@
 //   data-sg-track                  a strip over the whole window: press and drag puts the play
 //                                  head there
 //   data-sg-visible='{"kind": …}'  coming into sight tells so with "is_visible", and going out of it
-import { hold, onFrame, state } from "./beacon.js";
+import { hold, onFrame, state } from "./session_state.js";
 import { post } from "./post.js";
 
 const LOOK_EVERY_MS = 200;

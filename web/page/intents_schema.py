@@ -1,17 +1,22 @@
-"""What a page may post: gestures that viser has no widget for, checked and made into intents."""
+"""What a page may post: intents that viser has no widget for, as JSON, written and read here.
+
+The page posts ``{"kind": "step", "direction": 1}`` for ``Step(1)``: the kind is the name of the
+intent, the rest are its fields, and their annotations say what is allowed.
+"""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from typing import Annotated, Literal
+import re
+from dataclasses import asdict, is_dataclass
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any, Literal, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
 
-from slipgrasp.web.model.intents.charts import ToggleLine
 from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.link import OpenLink
-from slipgrasp.web.model.intents.picture import FrameHand, PageMeasured
+from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage, ToggleLine
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -24,275 +29,99 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.intents.recordings import ChooseRecording, ListRecordings, OpenRecording
+from slipgrasp.web.model.intents.recordings import (
+    ChooseRecording,
+    ListRecordings,
+    OpenLink,
+    OpenRecording,
+)
 from slipgrasp.web.model.intents.scenario import (
     Redo,
     RemoveChange,
     RemoveChanges,
-    RemoveIncident,
+    RemoveDisturbance,
     Undo,
 )
-from slipgrasp.web.model.intents.study import OpenMember, SeePlan
-from slipgrasp.web.model.playback import WindowChoice
-from slipgrasp.web.model.room import Room
+from slipgrasp.web.model.intents.study import OpenStudyRun, SeeStudyDraft
 
 MAX_GESTURES = 20
-MAX_ID_LENGTH = 100
-MAX_PAGE = 1_000_000
 
-_Direction = Literal[-1, 1]
-_Pixels = Annotated[int, Field(ge=0, le=20_000)]
+_POSTED: tuple[type[Intent], ...] = (
+    TogglePlay,
+    Seek,
+    Step,
+    JumpToEvent,
+    GoToEdge,
+    SetSpeed,
+    ChangeSpeed,
+    ChooseWindow,
+    ShowWindow,
+    Zoom,
+    FrameHand,
+    MeasurePage,
+    OpenLink,
+    ToggleLine,
+    ListRecordings,
+    ChooseRecording,
+    OpenRecording,
+    Undo,
+    Redo,
+    RemoveChange,
+    RemoveChanges,
+    RemoveDisturbance,
+    SwapRuns,
+    EndComparison,
+    OpenStudyRun,
+    SeeStudyDraft,
+)
+"""The intents that a page may post, and nothing else."""
 
 
-class Gesture(BaseModel):
-    """Something that the page's script asks for; ``kind`` says what."""
+def _kind_of(intent: type[Intent]) -> str:
+    """The name of an intent in JSON, such as ``jump-to-event``."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "-", intent.__name__).lower()
+
+
+KINDS: dict[type[Intent], str] = {intent: _kind_of(intent) for intent in _POSTED}
+"""What the page calls each intent that it may post."""
+
+
+def posted(intent: Intent) -> dict[str, Any]:
+    """What the page posts for an intent."""
+    return {"kind": KINDS[type(intent)], **asdict(intent)}
+
+
+class _Gesture(BaseModel):
+    """Something that the page posts, checked: an intent, or a part of one."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    @abstractmethod
-    def intent(self) -> Intent:
-        """The same for the session."""
 
-
-class _TogglePlay(Gesture):
-    kind: Literal["toggle-play"]
-
-    def intent(self) -> Intent:
-        return TogglePlay()
-
-
-class _Seek(Gesture):
-    kind: Literal["seek"]
-    time: float
-
-    def intent(self) -> Intent:
-        return Seek(self.time)
-
-
-class _Step(Gesture):
-    kind: Literal["step"]
-    direction: _Direction
-
-    def intent(self) -> Intent:
-        return Step(self.direction)
-
-
-class _JumpToEvent(Gesture):
-    kind: Literal["jump-to-event"]
-    direction: _Direction
-
-    def intent(self) -> Intent:
-        return JumpToEvent(self.direction)
-
-
-class _GoToEdge(Gesture):
-    kind: Literal["go-to-edge"]
-    direction: _Direction
-
-    def intent(self) -> Intent:
-        return GoToEdge(self.direction)
-
-
-class _SetSpeed(Gesture):
-    kind: Literal["set-speed"]
-    name: str = Field(max_length=10)
-
-    def intent(self) -> Intent:
-        return SetSpeed(self.name)
-
-
-class _ChangeSpeed(Gesture):
-    kind: Literal["change-speed"]
-    direction: _Direction
-
-    def intent(self) -> Intent:
-        return ChangeSpeed(self.direction)
-
-
-class _ChooseWindow(Gesture):
-    kind: Literal["choose-window"]
-    choice: Literal["slip", "whole run"]
-
-    def intent(self) -> Intent:
-        return ChooseWindow(WindowChoice(self.choice))
-
-
-class _ShowWindow(Gesture):
-    kind: Literal["show-window"]
-    start: float
-    end: float
-
-    def intent(self) -> Intent:
-        return ShowWindow(self.start, self.end)
-
-
-class _Zoom(Gesture):
-    kind: Literal["zoom"]
-
-    def intent(self) -> Intent:
-        return Zoom()
-
-
-class _FrameHand(Gesture):
-    kind: Literal["frame-hand"]
-
-    def intent(self) -> Intent:
-        return FrameHand()
-
-
-class _MeasurePage(Gesture):
-    kind: Literal["measure-page"]
-    width: _Pixels
-    height: _Pixels
-    scene_width: _Pixels
-    scene_height: _Pixels
-    covered: _Pixels
-    prefers_dark: bool
-
-    def intent(self) -> Intent:
-        room = Room(self.width, self.height, self.scene_width, self.scene_height, self.covered)
-        return PageMeasured(room, self.prefers_dark)
-
-
-class _ToggleLine(Gesture):
-    kind: Literal["toggle-line"]
-    chart: str = Field(max_length=40)
-    line: str = Field(max_length=40)
-
-    def intent(self) -> Intent:
-        return ToggleLine(self.chart, self.line)
-
-
-class _OpenLink(Gesture):
-    kind: Literal["open-link"]
-    run: str = Field(max_length=200)
-    time: str = Field(max_length=40)
-
-    def intent(self) -> Intent:
-        return OpenLink(self.run, self.time)
-
-
-class _ListRecordings(Gesture):
-    kind: Literal["list-recordings"]
-    page: int = Field(ge=0, le=MAX_PAGE)
-
-    def intent(self) -> Intent:
-        return ListRecordings(self.page)
-
-
-class _ChooseRecording(Gesture):
-    kind: Literal["choose-recording"]
-    run_id: str = Field(max_length=MAX_ID_LENGTH)
-
-    def intent(self) -> Intent:
-        return ChooseRecording(self.run_id)
-
-
-class _OpenRecording(Gesture):
-    kind: Literal["open-recording"]
-    run_id: str = Field(max_length=MAX_ID_LENGTH)
-
-    def intent(self) -> Intent:
-        return OpenRecording(self.run_id)
-
-
-class _OpenMember(Gesture):
-    kind: Literal["open-member"]
-    index: int = Field(ge=0, le=10**9)
-
-    def intent(self) -> Intent:
-        return OpenMember(self.index)
-
-
-class _SeePlan(Gesture):
-    kind: Literal["see-plan"]
-    is_visible: bool
-
-    def intent(self) -> Intent:
-        return SeePlan(self.is_visible)
-
-
-class _Undo(Gesture):
-    kind: Literal["undo"]
-
-    def intent(self) -> Intent:
-        return Undo()
-
-
-class _Redo(Gesture):
-    kind: Literal["redo"]
-
-    def intent(self) -> Intent:
-        return Redo()
-
-
-class _RemoveChange(Gesture):
-    kind: Literal["remove-change"]
-    time: float
-    key: str = Field(max_length=MAX_ID_LENGTH)
-
-    def intent(self) -> Intent:
-        return RemoveChange(self.time, self.key)
-
-
-class _RemoveIncident(Gesture):
-    kind: Literal["remove-incident"]
-    index: int = Field(ge=0, le=10**6)
-
-    def intent(self) -> Intent:
-        return RemoveIncident(self.index)
-
-
-class _SwapRuns(Gesture):
-    kind: Literal["swap-runs"]
-
-    def intent(self) -> Intent:
-        return SwapRuns()
-
-
-class _RemoveChanges(Gesture):
-    kind: Literal["remove-changes"]
-
-    def intent(self) -> Intent:
-        return RemoveChanges()
-
-
-class _EndComparison(Gesture):
-    kind: Literal["end-comparison"]
-
-    def intent(self) -> Intent:
-        return EndComparison()
-
-
-_AnyGesture = Annotated[
-    _TogglePlay
-    | _Seek
-    | _Step
-    | _JumpToEvent
-    | _GoToEdge
-    | _SetSpeed
-    | _ChangeSpeed
-    | _ChooseWindow
-    | _ShowWindow
-    | _Zoom
-    | _FrameHand
-    | _MeasurePage
-    | _OpenLink
-    | _ToggleLine
-    | _ListRecordings
-    | _ChooseRecording
-    | _OpenRecording
-    | _Undo
-    | _Redo
-    | _RemoveChange
-    | _RemoveChanges
-    | _RemoveIncident
-    | _SwapRuns
-    | _EndComparison
-    | _OpenMember
-    | _SeePlan,
-    Field(discriminator="kind"),
-]
+def _gesture_model(made: type[Any], **kind: Any) -> type[_Gesture]:
+    """The fields of a dataclass, each allowed what its annotation says."""
+    hints = get_type_hints(made, include_extras=True)
+    allowed: dict[str, Any] = {
+        name: (_gesture_model(hint) if isinstance(hint, type) and is_dataclass(hint) else hint, ...)
+        for name, hint in hints.items()
+    }
+    return create_model(made.__name__, __base__=_Gesture, **kind, **allowed)
+
+
+def _built(made: type[Any], gesture: _Gesture) -> Any:
+    """The dataclass whose fields were checked."""
+    values = {name: (hint, getattr(gesture, name)) for name, hint in get_type_hints(made).items()}
+    return made(
+        **{
+            name: _built(hint, value) if isinstance(value, _Gesture) else value
+            for name, (hint, value) in values.items()
+        }
+    )
+
+
+_MODELS = {
+    _gesture_model(intent, kind=(Literal[kind], ...)): intent for intent, kind in KINDS.items()
+}
+_AnyGesture = Annotated[reduce(or_, _MODELS), Field(discriminator="kind")]
 
 
 class PageGestures(RootModel[list[_AnyGesture]]):
@@ -301,5 +130,5 @@ class PageGestures(RootModel[list[_AnyGesture]]):
     root: list[_AnyGesture] = Field(max_length=MAX_GESTURES)
 
     def intents(self) -> list[Intent]:
-        """The same for the session, in order."""
-        return [gesture.intent() for gesture in self.root]
+        """The intents that were posted, in order."""
+        return [_built(_MODELS[type(gesture)], gesture) for gesture in self.root]

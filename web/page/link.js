@@ -1,7 +1,7 @@
 // The address of the page names the run and the time on the screen: /?run=ID&t=2.5. Opened with
 // such an address the page asks its session for that run. It also asks a new session for what
 // the last one showed, when the server was away in between.
-import { onChange, onFrame, state, timeNow } from "./beacon.js";
+import { onChange, onFrame, state, timeNow } from "./session_state.js";
 import { say } from "./banner.js";
 import { post } from "./post.js";
 

@@ -6,50 +6,46 @@ import json
 from html import escape
 from typing import Any
 
-CHOSEN = "$value"
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.page.intents_schema import KINDS, posted
+
+_CHOSEN = "$value"
 """Stands for the value that a user chose or typed."""
 
 
-def click_attribute(kind: str, **fields: Any) -> str:
-    """The attribute of an element that asks for something when it is clicked.
-
-    Args:
-        kind: What it asks for, a kind of `slipgrasp.web.page.intents_schema`.
-        fields: The rest of it.
-    """
-    return _attribute("data-sg-intent", kind, fields)
+def click_attribute(intent: Intent) -> str:
+    """The attribute of an element that asks for something when it is clicked."""
+    return _attribute("data-sg-intent", posted(intent))
 
 
-def clickable(hint: str, kind: str, **fields: Any) -> str:
+def clickable(hint: str, intent: Intent) -> str:
     """The attributes that make any element a button, for the mouse and for the keyboard.
 
     Args:
         hint: One sentence on what a click does; shown while the mouse rests on it.
-        kind: What it asks for, a kind of `slipgrasp.web.page.intents_schema`.
-        fields: The rest of it.
+        intent: What it asks for.
     """
-    return f'role="button" tabindex="0" title="{escape(hint)}" {click_attribute(kind, **fields)}'
+    return f'role="button" tabindex="0" title="{escape(hint)}" {click_attribute(intent)}'
 
 
-def change_attribute(kind: str, **fields: Any) -> str:
+def change_attribute(intent: type[Intent], field: str) -> str:
     """The attribute of an input or a select that asks for something when its value changes.
 
     Args:
-        kind: What it asks for, a kind of `slipgrasp.web.page.intents_schema`.
-        fields: The rest of it; `CHOSEN` stands for the value.
+        intent: What it asks for.
+        field: Its only field, which takes the value.
     """
-    return _attribute("data-sg-change", kind, fields)
+    return _attribute("data-sg-change", {"kind": KINDS[intent], field: _CHOSEN})
 
 
-def visible_attribute(kind: str) -> str:
+def visible_attribute(intent: type[Intent]) -> str:
     """The attribute of an element that tells when it comes into sight, and when it no longer is.
 
     Args:
-        kind: What it tells that with, a kind of `slipgrasp.web.page.intents_schema` with
-        ``is_visible``.
+        intent: What it tells that with; its only field is ``is_visible``.
     """
-    return _attribute("data-sg-visible", kind, {})
+    return _attribute("data-sg-visible", {"kind": KINDS[intent]})
 
 
-def _attribute(name: str, kind: str, fields: dict[str, Any]) -> str:
-    return f'{name}="{escape(json.dumps({"kind": kind, **fields}, ensure_ascii=False))}"'
+def _attribute(name: str, asked: dict[str, Any]) -> str:
+    return f'{name}="{escape(json.dumps(asked, ensure_ascii=False))}"'

@@ -1,6 +1,6 @@
 // The picture of the scene as a file. The session asks for it with a hidden element:
 //   data-sg-picture='3' data-sg-name='NAME.png'   the number counts how often it was asked for
-import { onFrame, state } from "./beacon.js";
+import { onFrame, state } from "./session_state.js";
 import { say } from "./banner.js";
 
 let taken = "";

@@ -1,6 +1,6 @@
 // Brings what the user does to the session: one request at a time, in order. Of what would
 // be void by the time it arrives (a play head that is dragged on) only the newest is sent.
-import { state } from "./beacon.js";
+import { state } from "./session_state.js";
 import { say } from "./banner.js";
 
 const NEWEST_COUNTS = new Set(["seek", "show-window"]);

@@ -1,6 +1,9 @@
-"""The routes of the page's own script: its files, its gestures, and whether its session lives."""
+"""What the page is served: its script and style, and the routes by which these reach a session."""
 
 from __future__ import annotations
+
+from functools import cache
+from importlib import resources
 
 from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
 from pydantic import ValidationError
@@ -10,14 +13,16 @@ from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import JSON_TYPE, read_values
 from slipgrasp.server.viewer.relay import ViewerRelay
 from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.session_directory import SessionDirectory
-from slipgrasp.web.page.static_files import STATIC_PATH, static_file
 
 _MAX_VALUES = 500
 _FRESH = {"Cache-Control": "no-cache"}
 _NEVER_KEPT = {"Cache-Control": "no-store"}
 
 _router = APIRouter(include_in_schema=False)
+STATIC_PATH = "/dashboard/static"
+_MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css"}
 
 
 def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
@@ -34,7 +39,7 @@ def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
 @_router.get(f"{STATIC_PATH}/{{name}}")
 def show_file(name: str) -> Response:
     """A file of the page."""
-    found = static_file(name)
+    found = _static_files().get(name)
     if found is None:
         raise HTTPException(404, "the page has no such file")
     content, media_type = found
@@ -72,3 +77,23 @@ async def take_gestures(key: str, request: Request) -> Response:
 def _directory(request: Request) -> SessionDirectory:
     directory: SessionDirectory = request.app.state.dashboard.directory
     return directory
+
+
+@cache
+def _static_files() -> dict[str, tuple[bytes, str]]:
+    """Content and media type of every file of the page by its name."""
+    return {
+        file.name: (file.read_bytes(), media_type)
+        for file in resources.files("slipgrasp.web.page").iterdir()
+        for suffix, media_type in _MEDIA_TYPES.items()
+        if file.name.endswith(suffix)
+    }
+
+
+def head_html() -> str:
+    """Our style and our script, and what the script has to know from the start."""
+    return (
+        f'<link rel="stylesheet" href="{STATIC_PATH}/dashboard.css" />'
+        f"{keys_html()}"
+        f'<script type="module" src="{STATIC_PATH}/dashboard.js"></script>'
+    )

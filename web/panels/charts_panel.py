@@ -12,10 +12,9 @@ from slipgrasp.web.charts.charts import CHART_TABS
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
 from slipgrasp.web.charts.html import note_html, readings_html
 from slipgrasp.web.charts.plot import Plot
-from slipgrasp.web.model.charts import ChartsView
 from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.sampling import locate
-from slipgrasp.web.model.view import Ghost, Shown, ViewState
+from slipgrasp.web.model.view import ChartsView, Ghost, Shown, ViewState
 
 _READING_INTERVAL = 0.1
 _READINGS_PER_WINDOW = 300
@@ -61,7 +60,7 @@ class ChartsPanel:
             return
         playback, now = view.playback, time.monotonic()
         run = self._take_runs(view.shown, view.ghost)
-        drawing = (playback.window, view.charts, view.look.dark)
+        drawing = (playback.window, view.charts, view.appearance.dark)
         is_new = drawing != self._drawn
         if not (is_new or self._must_read(playback, now)):
             return
@@ -70,7 +69,7 @@ class ChartsPanel:
                 pages = drawn_charts(run, self._ghost_run, playback.window, view.charts)
                 label = view.ghost.label if view.ghost else ""
                 for name, tab in self._tabs.items():
-                    tab.draw(pages[name], label, dark=view.look.dark)
+                    tab.draw(pages[name], label, dark=view.appearance.dark)
                 self._drawn = drawing
             changes = [change.time for change in view.shown.result.scenario.changes]
             for name, tab in self._tabs.items():

@@ -17,7 +17,7 @@ from slipgrasp.web.model.intents.export import (
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.panels.beacon_panel import linked_run
+from slipgrasp.web.panels.session_state_panel import linked_run
 
 _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
     (

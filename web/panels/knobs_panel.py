@@ -14,19 +14,19 @@ from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.web.model.colours import tone
-from slipgrasp.web.model.draft import Draft, change_time
+from slipgrasp.web.model.disturbances import is_of_disturbance
+from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing, LawNote
-from slipgrasp.web.model.incidents import is_of_incident
 from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.scenario import Undo
 from slipgrasp.web.model.parameter_groups import (
     Entry,
     Group,
+    disturbance_groups,
+    disturbance_title,
     group_parameters,
-    incident_groups,
-    incident_title,
 )
 from slipgrasp.web.model.view import RunStage, ViewState
-from slipgrasp.web.model.words import error_words
 from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.panels.parameter_inputs import Knob, add_knob
 
@@ -45,8 +45,8 @@ class KnobsPanel:
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self._gui, self._send = gui, send
         self._folders: list[viser.GuiFolderHandle] = []
-        self._incident_folders: list[viser.GuiFolderHandle] = []
-        self._incidents: tuple[str, ...] = ()
+        self._disturbance_folders: list[viser.GuiFolderHandle] = []
+        self._disturbances: tuple[str, ...] = ()
         self._conditional: list[tuple[Knob, Entry]] = []
         self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
         self._errors: list[viser.GuiHtmlHandle] = []
@@ -68,7 +68,7 @@ class KnobsPanel:
         draft = view.draft
         if draft.base is not self._base:
             self._build(draft.base)
-        self._build_incidents(draft)
+        self._build_disturbances(draft)
         self._show_values(draft, view)
         if view.status.errors is not self._told:
             self._tell(view.status.errors, draft, view.editing)
@@ -92,10 +92,10 @@ class KnobsPanel:
     def remove(self) -> None:
         """Takes everything off the page."""
         self._tell_law(None)
-        for element in (*self._errors, *self._incident_folders, *self._folders):
+        for element in (*self._errors, *self._disturbance_folders, *self._folders):
             element.remove()
         self._errors, self._folders, self._knobs = [], [], {}
-        self._incident_folders, self._incidents, self._conditional = [], (), []
+        self._disturbance_folders, self._disturbances, self._conditional = [], (), []
 
     def _build(self, scenario: Scenario) -> None:
         self.remove()
@@ -104,23 +104,23 @@ class KnobsPanel:
         for group in group_parameters(_steady(definitions), scenario.finger_names):
             self._folders.append(self._add_group(group, definitions))
 
-    def _build_incidents(self, draft: Draft) -> None:
+    def _build_disturbances(self, draft: Draft) -> None:
         """A folder for each push and wet spot, above all others; made anew when one more comes."""
-        places = tuple(incident.place for incident in draft.incidents)
-        if places != self._incidents:
+        places = tuple(disturbance.place for disturbance in draft.disturbances)
+        if places != self._disturbances:
             self._forget_errors()
-            self._incidents, self._shown = places, None
-            for folder in self._incident_folders:
+            self._disturbances, self._shown = places, None
+            for folder in self._disturbance_folders:
                 folder.remove()
-            self._knobs = {key: k for key, k in self._knobs.items() if not is_of_incident(key)}
+            self._knobs = {key: k for key, k in self._knobs.items() if not is_of_disturbance(key)}
             names, top = draft.base.finger_names, self._folders[0].order - 1.0
-            groups = incident_groups(draft.incidents, names)
-            self._incident_folders = [
+            groups = disturbance_groups(draft.disturbances, names)
+            self._disturbance_folders = [
                 self._add_group(group, {}, top + (i + 1.0) / (len(groups) + 1.0))
                 for i, group in enumerate(groups)
             ]
-        for folder, incident in zip(self._incident_folders, draft.incidents, strict=True):
-            if folder.label != (title := incident_title(incident)):
+        for folder, disturbance in zip(self._disturbance_folders, draft.disturbances, strict=True):
+            if folder.label != (title := disturbance_title(disturbance)):
                 folder.label = title
 
     def _add_group(
@@ -201,7 +201,7 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
     return {
         key: parameter
         for key, parameter in definitions.items()
-        if not (key.startswith("changes.") or is_of_incident(key))
+        if not (key.startswith("changes.") or is_of_disturbance(key))
     }
 
 
@@ -224,5 +224,5 @@ def law_note_html(note: LawNote) -> str:
     settings = escape(_BEFORE_UNIT.sub("\u00a0", note.settings or "no other setting changed"))
     return (
         f"<div role='status' class='sg-editor-note'><b>{escape(note.kind)}</b> {reach}: "
-        f"{settings}; undo with {escape(keys_of('undo'))}.</div>"
+        f"{settings}; undo with {escape(keys_of(Undo()))}.</div>"
     )

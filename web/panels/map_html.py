@@ -153,8 +153,8 @@ def _pattern(way: int) -> str:
     what = CATEGORIES[way]
     colour = css(HELD_COLOUR if way == HELD else OUTCOMES[what.outcome])
     strokes = _STROKES_BY_REASON.get(what.reason, _STROKES.get(what.outcome, ""))
-    look = f"stroke='{css(MARK, 0.28)}' stroke-width='3' fill='none'"
-    lines = "" if way == HELD else f"<path d='{strokes}' {look}/>"
+    style = f"stroke='{css(MARK, 0.28)}' stroke-width='3' fill='none'"
+    lines = "" if way == HELD else f"<path d='{strokes}' {style}/>"
     size = f"width='{_HATCH}' height='{_HATCH}'"
     return (
         f"<pattern id='sg-way-{way}' {size} patternUnits='userSpaceOnUse'>"

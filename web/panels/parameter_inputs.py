@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import viser
 
 from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.web.model.disturbances import is_of_disturbance
 from slipgrasp.web.model.draft import Value
-from slipgrasp.web.model.incidents import is_of_incident
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import SetParameter
 from slipgrasp.web.model.parameter_groups import Entry
-from slipgrasp.web.model.rows import numbers_of, parse_rows, row_parameters
+from slipgrasp.web.model.row_text import numbers_of, parse_rows, row_parameters
 from slipgrasp.web.model.slider_range import round_step, slider_range
 
 Input = (
@@ -257,7 +257,7 @@ def _hint(entry: Entry) -> str:
     if parameter.key in row_parameters():
         means = " Numbers with commas, rows with semicolons between them; empty for none."
     optional = " Empty for none." if parameter.optional else ""
-    acts_anyhow = parameter.changeable or is_of_incident(parameter.key)
+    acts_anyhow = parameter.changeable or is_of_disturbance(parameter.key)
     reach = "" if acts_anyhow else " It cannot change during a run: it acts on all of it."
     return f"{parameter.text}{means}{optional} {parameter.key}, {parameter.limit}.{reach}"
 

@@ -10,13 +10,35 @@ import viser
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
 from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
-from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.events import PHASE_HINTS, PHASE_WORDS
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.intents.playback import (
+    ChangeSpeed,
+    ChooseWindow,
+    GoToEdge,
+    JumpToEvent,
+    Seek,
+    SetSpeed,
+    Step,
+    TogglePlay,
+    Zoom,
+)
+from slipgrasp.web.model.playback import SPEEDS, Playback, WindowChoice
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
-from slipgrasp.web.model.words import PHASE_HINTS, PHASE_WORDS
-from slipgrasp.web.page.intents_schema import PageGestures
 from slipgrasp.web.page.keys import KEYS, keys_of
+from slipgrasp.web.page.markup import change_attribute, click_attribute
 from slipgrasp.web.panels.strip import clock_words, strip_html
-from slipgrasp.web.panels.transport import transport_html
+
+_ICONS = {
+    "start": "M5 4h3v16H5zM20 4v16L9 12z",
+    "previous event": "M12 4v16L3 12zM21 4v16l-9-8z",
+    "step back": "M17 5h3v14h-3zM14 5v14L4 12z",
+    "play": "M7 4v16l13-8z",
+    "pause": "M6 4h4v16H6zM14 4h4v16h-4z",
+    "step forward": "M4 5h3v14H4zM10 5v14l10-7z",
+    "next event": "M12 4v16l9-8zM3 4v16l9-8z",
+    "end": "M16 4h3v16h-3zM4 4v16l11-8z",
+}
 
 
 class PlaybackPanel:
@@ -63,10 +85,9 @@ class PlaybackPanel:
 def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHandle:
     """An entry in the list of commands; its key is listened for by the page's own script."""
     row = KEYS[number]
-    (intent,) = PageGestures.model_validate([row.gesture]).intents()
-    keys = keys_of(**row.gesture)
-    command = gui.add_command(row.text, description=f"Key: {keys}", icon=row.icon)
-    command.on_trigger(lambda _: send(intent))
+    description = f"Key: {keys_of(row.intent)}"
+    command = gui.add_command(row.text, description=description, icon=row.icon)
+    command.on_trigger(lambda _: send(row.intent))
     return command
 
 
@@ -84,7 +105,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
             ("━", _legible(CONE), "friction cone"),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
-            *_incident_signs(shown.result.scenario),
+            *_disturbance_signs(shown.result.scenario),
         )
     )
     phases = "".join(
@@ -100,7 +121,7 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     )
 
 
-def _incident_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
+def _disturbance_signs(scenario: Scenario) -> Iterator[tuple[str, str, str]]:
     """Sign, colour and word of what happens in a run."""
     if scenario.patches:
         yield "≈", _legible(WATER), "wet spot"
@@ -121,4 +142,96 @@ def _origin_html(shown: Shown) -> str:
     return (
         f'<span class="sg-origin"><b class="sg-badge" style="background:{css(GHOST)}">Replay</b> '
         f"<b>{escape(replay.name)}</b>, recorded {escape(replay.recorded)}</span>"
+    )
+
+
+def transport_html(playback: Playback, choice: WindowChoice) -> str:
+    """Buttons to play, step and jump; speed, exact time and window; link and keys.
+
+    Args:
+        playback: The play head.
+        choice: Which stretch of the run is shown.
+    """
+    play = "pause" if playback.playing else "play"
+    moves = "".join(
+        (
+            _icon_button("start", "Start", GoToEdge(-1)),
+            _icon_button("previous event", "Previous event", JumpToEvent(-1)),
+            _icon_button("step back", "Step back", Step(-1)),
+            _icon_button(play, play.capitalize(), TogglePlay()),
+            _icon_button("step forward", "Step forward", Step(1)),
+            _icon_button("next event", "Next event", JumpToEvent(1)),
+            _icon_button("end", "End", GoToEdge(1)),
+        )
+    )
+    return (
+        '<div class="sg-transport">'
+        f'<span class="sg-group">{moves}</span>'
+        f"{_time_html(playback)}{_speed_html(playback)}"
+        f'<span class="sg-group">{_windows_html(choice)}</span>'
+        '<span class="sg-group"><button type="button" data-sg-copy-link '
+        'title="Copies a link to this run at this time, for any browser of this machine">'
+        "Copy link</button>"
+        '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
+        "</span></div>"
+    )
+
+
+def _icon_button(icon: str, label: str, intent: Intent) -> str:
+    hint = f"{label} ({keys_of(intent)})"
+    wide = " class='sg-play'" if isinstance(intent, TogglePlay) else ""
+    return (
+        f'<button type="button"{wide} aria-label="{label}" title="{escape(hint)}" '
+        f'{click_attribute(intent)}><svg viewBox="0 0 24 24" aria-hidden="true">'
+        f'<path d="{_ICONS[icon]}"/></svg></button>'
+    )
+
+
+def _time_html(playback: Playback) -> str:
+    return (
+        '<label class="sg-field" title="Where the play head is; type an exact time [s]">'
+        '<span>t</span><input type="number" step="any" aria-label="time [s]" data-sg-time '
+        f'value="{playback.time:.6g}" {change_attribute(Seek, "time")}>'
+        "<span>s</span></label>"
+    )
+
+
+def _speed_html(playback: Playback) -> str:
+    options = "".join(
+        f'<option value="{name}"{" selected" if speed == playback.speed else ""}>{name}×</option>'
+        for name, speed in SPEEDS.items()
+    )
+    slower = keys_of(ChangeSpeed(-1))
+    faster = keys_of(ChangeSpeed(1))
+    hint = f"Simulated seconds per second; slower with {slower}, faster with {faster}"
+    return (
+        f'<label class="sg-field" title="{hint}"><span>speed</span><select aria-label="speed" '
+        f"{change_attribute(SetSpeed, 'name')}>{options}</select></label>"
+    )
+
+
+def _windows_html(choice: WindowChoice) -> str:
+    return "".join(
+        (
+            _window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
+            _window_button(
+                "whole run",
+                choice is WindowChoice.WHOLE,
+                ChooseWindow(WindowChoice.WHOLE),
+            ),
+            _window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
+        )
+    )
+
+
+def _window_button(label: str, is_chosen: bool, intent: Intent) -> str:
+    hints = {
+        "slip": "Shows the stretch in which contacts slip",
+        "whole run": "Shows the run from its start to its end",
+        "closer": "Looks four times closer at the play head",
+    }
+    return (
+        f'<button type="button" aria-pressed="{str(is_chosen).lower()}" '
+        f'title="{hints[label]} ({keys_of(intent)})" '
+        f"{click_attribute(intent)}>{label}</button>"
     )

@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections import Counter
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any, NamedTuple
 
 import viser
 
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.addresses import API_PATH, UPLOAD_PATH
+from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.intents.compare import CompareRuns
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.recordings import (
     AnnotateRecording,
+    ChooseRecording,
     DeleteRecording,
     FilterRecordings,
+    ListRecordings,
     OpenRecording,
 )
-from slipgrasp.web.model.shelf import OUTCOME_CHOICES, Shelf
+from slipgrasp.web.model.replay import moment_words
+from slipgrasp.web.model.run_list import OUTCOME_CHOICES, ROWS_PER_PAGE, RunList
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.panels.confirmation import ask_to_confirm
-from slipgrasp.web.panels.recordings_html import chosen_html, row_words, rows_html, upload_html
+from slipgrasp.web.page.markup import clickable
+from slipgrasp.web.panels.outcome_panel import box_html
+
+_LINKS = (
+    ("recording", "MCAP"),
+    *((f"signals.{each.name}", each.title) for each in DATA_FORMATS if each.is_listed),
+)
 
 
 class RecordingsPanel:
@@ -46,18 +61,18 @@ class RecordingsPanel:
         self.rows = gui.add_html("")
         self.chosen = _ChosenRun(gui, send)
         self._upload = gui.add_html(upload_html())
-        self._shelf: Shelf | None = None
+        self._run_list: RunList | None = None
         self._open_id = ""
 
     def update(self, view: ViewState) -> None:
         """Shows a page of the list, which run is chosen, and which is on the screen."""
         replay = view.shown.replay if view.shown else None
         open_id = replay.run_id if replay else view.status.run_id
-        if (view.shelf, open_id) == (self._shelf, self._open_id):
+        if (view.run_list, open_id) == (self._run_list, self._open_id):
             return
-        self._shelf, self._open_id = view.shelf, open_id
-        self.rows.content = rows_html(view.shelf, open_id)
-        self.chosen.show(view.shelf.chosen)
+        self._run_list, self._open_id = view.run_list, open_id
+        self.rows.content = rows_html(view.run_list, open_id)
+        self.chosen.show(view.run_list.chosen)
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -162,3 +177,179 @@ class _ChosenRun:
                 "Delete",
                 lambda: self._send(DeleteRecording(run.id, run.revision)),
             )
+
+
+class RowWords(NamedTuple):
+    """What the list says about a stored run: its name, and how it went."""
+
+    label: str
+    outcome: str
+    tone: str
+    details: str
+
+
+def distinct_names(runs: Sequence[StoredRun]) -> dict[str, str]:
+    """What each run is called in a list, by id: those of one name with when they were saved."""
+    told = [(run.display_name, _timed_name(run), f"{run.display_name} · {run.id}") for run in runs]
+    counts = Counter(name for names in told for name in set(names))
+    return {
+        run.id: next((name for name in names if counts[name] == 1), names[-1])
+        for run, names in zip(runs, told, strict=True)
+    }
+
+
+def _timed_name(run: StoredRun) -> str:
+    """Its name, and when it was saved to the second."""
+    return f"{run.display_name} · {run.created[11:19]}"
+
+
+def row_words(run: StoredRun) -> RowWords:
+    """What the list says about a run; of an unreadable one its title tells why."""
+    try:
+        outcome, tone_name = _outcome_words(run.summary)
+        slip = 1e3 * max(run.summary["metrics"]["slip_path"])
+        end = f"{run.summary['end_time']:.4g} s"
+    except (KeyError, TypeError, ValueError):
+        # What lies beside a recording may have been written by anyone.
+        return RowWords(run.display_name, "unreadable", "bad", run.title)
+    details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created).removesuffix(' UTC')}"
+    return RowWords(run.display_name, outcome, tone_name, details)
+
+
+def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
+    outcome = str(summary["outcome"])
+    if outcome != Outcome.COMPLETED:
+        return outcome.replace("_", " "), "bad"
+    return ("held", "good") if summary["metrics"]["held"] else ("not held", "warning")
+
+
+def rows_html(run_list: RunList, open_id: str) -> str:
+    """The page of the list.
+
+    Args:
+        run_list: The stored runs.
+        open_id: The run on the screen, empty if it is none of them.
+    """
+    notice = run_list.notice
+    box = box_html(escape(notice.title), [escape(_sentence(notice.message))]) if notice else ""
+    names = distinct_names(run_list.runs)
+    rows = "".join(
+        _row_html(run, names[run.id], run.id == run_list.chosen_id, run.id == open_id)
+        for run in run_list.runs
+    )
+    return (
+        f"<div class='sg-run-list'>{box}<div class='sg-rows'>{rows or _empty_html(run_list)}</div>"
+        f"{_pager_html(run_list)}</div>"
+    )
+
+
+def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
+    words = row_words(run)
+    kinds = ["sg-row", *["sg-chosen"] * is_chosen, *["sg-open"] * is_open]
+    badge = "<span class='sg-small'>on screen</span>" if is_open else ""
+    tags = "".join(f" <span class='sg-tag'>{escape(tag)}</span>" for tag in run.tags)
+    choosing = clickable(f"Choose {name} ({run.id})", ChooseRecording(run.id))
+    opening = clickable(f"Open {run.id} for replay", OpenRecording(run.id))
+    return (
+        f"<div class='{' '.join(kinds)}'>"
+        f"<div {choosing} aria-pressed='{str(is_chosen).lower()}'>"
+        f"<div class='sg-row-head'><b title='{escape(name)}'>{escape(name)}</b>{badge}"
+        f"<b style='color:{tone(words.tone)}'>{escape(words.outcome)}</b></div>"
+        f"<div class='sg-small sg-clipped'>{escape(words.details)}{tags}</div></div>"
+        f"<div {opening} aria-label='Open {escape(run.id)}'>▶</div></div>"
+    )
+
+
+def _empty_html(run_list: RunList) -> str:
+    words = (
+        "No stored runs yet: every run is saved once the knobs rest."
+        if run_list.wanted.is_open
+        else "No stored run is like this."
+    )
+    return f"<div class='sg-empty'>{words}</div>"
+
+
+def _pager_html(run_list: RunList) -> str:
+    """Which runs these are, and the ways to newer and to older ones."""
+    if not run_list.runs:
+        return ""
+    first = run_list.page * ROWS_PER_PAGE + 1
+    last = first + len(run_list.runs) - 1
+    what = "stored runs" if run_list.wanted.is_open else "runs like this"
+    newer = _page_html("‹ newer", run_list.page - 1, run_list.page > 0)
+    older = _page_html("older ›", run_list.page + 1, last < run_list.count)
+    words = f"<span>{first} to {last} of {run_list.count} {what}</span>"
+    return f"<div class='sg-pager sg-small'>{newer}{words}{older}</div>"
+
+
+def _page_html(words: str, page: int, is_there: bool) -> str:
+    if not is_there:
+        return f"<span aria-disabled='true'>{words}</span>"
+    return f"<span {clickable('Turn the page', ListRecordings(page))}>{words}</span>"
+
+
+def chosen_html(run: StoredRun) -> str:
+    """What there is to know about a chosen run besides its row, and its files."""
+    address = f"{API_PATH}/runs/{escape(run.id)}"
+    links = ", ".join(f"<a href='{address}/{file}' download>{word}</a>" for file, word in _LINKS)
+    notes = f"<div class='sg-notes'>{escape(run.notes)}</div>" if run.notes else ""
+    return (
+        f"<div class='sg-facts'><b>{escape(run.display_name)}</b>"
+        f"<div class='sg-small'>{escape(run.id)} · saved {escape(moment_words(run.created))} · "
+        f"{run.size / 1e6:.1f} MB</div><div>Download: {links}</div>{notes}</div>"
+    )
+
+
+def upload_html() -> str:
+    """A button that sends a recording to the server, and a line for what became of it.
+
+    The page's script sends the file to the REST interface, which reads it in full before
+    it is kept; what it answers stands in the line.
+    """
+    hint = "Keeps a recording (MCAP) of slipgrasp from another folder; it is read in full before."
+    return (
+        f"<div class='sg-run-list'><label class='sg-upload' data-sg-upload='{UPLOAD_PATH}' "
+        f"title='{hint}' tabindex='0' role='button'>⇪ Upload a recording"
+        "<input type='file' accept='.mcap' hidden></label>"
+        "<div class='sg-upload-answer' role='status'></div></div>"
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def ask_to_confirm(
+    gui: viser.GuiApi,
+    question: str,
+    sentences: Sequence[str],
+    answer: str,
+    do: Callable[[], None],
+) -> None:
+    """Asks in a window above everything else.
+
+    Args:
+        gui: Whose page.
+        question: Its title.
+        sentences: What it is about, the most important first.
+        answer: The word on the button that does it.
+        do: Called if the user confirms.
+    """
+    modal = gui.add_modal(question)
+    first, *rest = map(escape, sentences)
+    lines = "".join(f"<div style='opacity:0.75;font-size:0.9em'>{line}</div>" for line in rest)
+
+    async def confirm(_: object) -> None:
+        if not modal.closed:
+            modal.close()
+            do()
+
+    async def leave(_: object) -> None:
+        if not modal.closed:
+            modal.close()
+
+    with modal:
+        gui.add_html(f"<div style='padding:0 0.75em 0.75em'><b>{first}</b>{lines}</div>")
+        gui.add_button(answer, color="red", hint="Does it; there is no way back.").on_click(confirm)
+        keep = gui.add_button("Cancel", color="gray", hint="Closes this window; nothing is done.")
+        keep.on_click(leave)

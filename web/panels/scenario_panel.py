@@ -10,15 +10,19 @@ import viser
 from slipgrasp.core.run.verdict import scenario_title
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
 from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
 from slipgrasp.web.model.editing import Reach
-from slipgrasp.web.model.incidents import Incidence, incident_words
+from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.scenario import (
+    AddDisturbance,
     ChoosePreset,
     ChooseReach,
-    Happen,
     Redo,
+    RemoveChange,
+    RemoveChanges,
+    RemoveDisturbance,
     ResetScenario,
     Undo,
 )
@@ -32,7 +36,7 @@ from slipgrasp.web.panels.parameter_inputs import as_text
 
 _UNDO, _REDO, _RESET = "↶ undo", "↷ redo", "reset"
 _STEPS: dict[str, Intent] = {_UNDO: Undo(), _REDO: Redo(), _RESET: ResetScenario()}
-_HAPPENINGS = {kind.value: kind for kind in Incidence}
+_DISTURBANCES = {kind.value: kind for kind in DisturbanceKind}
 _NEAREST = "the one nearest to slip"
 _REACHES: dict[str, Reach] = {reach.value: reach for reach in Reach}
 
@@ -54,8 +58,8 @@ class ScenarioPanel:
         self.steps = gui.add_button_group(
             "changes",
             tuple(_STEPS),
-            hint=f"Take back the last change ({keys_of('undo')}), make it again "
-            f"({keys_of('redo')}), or go back to the scenario as it came.",
+            hint=f"Take back the last change ({keys_of(Undo())}), make it again "
+            f"({keys_of(Redo())}), or go back to the scenario as it came.",
         )
         self.reach = gui.add_dropdown(
             "knobs act",
@@ -66,9 +70,9 @@ class ScenarioPanel:
             "is chosen while the run plays acts on the whole run.",
         )
         self.note = gui.add_html("")
-        self.happenings = gui.add_button_group(
+        self.disturbances = gui.add_button_group(
             "let happen",
-            tuple(_HAPPENINGS),
+            tuple(_DISTURBANCES),
             hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
             "first. Wet spot: less friction where a fingertip touches, from then on. Pour: mass "
             "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
@@ -104,7 +108,7 @@ class ScenarioPanel:
         """Takes everything off the page."""
         for element in (self.origin, self.steps, self.reach, self.note):
             element.remove()
-        for element in (self.happenings, self.wet, self.changes):
+        for element in (self.disturbances, self.wet, self.changes):
             element.remove()
 
     def _connect(self) -> None:
@@ -118,7 +122,7 @@ class ScenarioPanel:
         self.origin.on_update(pass_on)
         self.reach.on_update(pass_on)
         self.steps.on_click(pass_on)
-        self.happenings.on_click(pass_on)
+        self.disturbances.on_click(pass_on)
 
     def _intent(self, event: viser.GuiEvent[Any]) -> Intent | None:
         """What a widget asks for; its value comes from a browser."""
@@ -126,9 +130,9 @@ class ScenarioPanel:
             return ChoosePreset(self.origin.value)
         if event.target is self.steps:
             return _STEPS.get(self.steps.value)
-        if event.target is self.happenings:
-            kind = _HAPPENINGS.get(self.happenings.value)
-            return Happen(kind, self._contact) if kind else None
+        if event.target is self.disturbances:
+            kind = _DISTURBANCES.get(self.disturbances.value)
+            return AddDisturbance(kind, self._contact) if kind else None
         reach = _REACHES.get(self.reach.value)
         return ChooseReach(reach) if reach else None
 
@@ -183,13 +187,13 @@ def changes_html(draft: Draft) -> str:
     """
     rows = (
         *(_change_html(draft, change) for change in main_changes(draft)),
-        *(_incident_html(draft, index) for index in range(len(draft.incidents))),
+        *(_disturbance_html(draft, index) for index in range(len(draft.disturbances))),
     )
     if not rows:
         return ""
     clear = ""
     if len(rows) > 1:
-        clear = _button("remove all", "Take all of these back", "remove-changes")
+        clear = _button("remove all", "Take all of these back", RemoveChanges())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
         f"<span>Changes during the run</span>{clear}</div>{''.join(rows)}</div>"
@@ -202,36 +206,31 @@ def _change_html(draft: Draft, change: TimedEdit) -> str:
         if change.key == LAW
         else value_words(draft.base, change.key, as_text(change.value))
     )
-    fields = {"time": change.time, "key": change.key}
-    button = _button("✕", "Take this change back", "remove-change", **fields)
+    button = _button("✕", "Take this change back", RemoveChange(change.time, change.key))
     return f"<div class='sg-editor-row'><span><b>{change.time:g} s</b> {words}</span>{button}</div>"
 
 
-def _incident_html(draft: Draft, index: int) -> str:
-    incident = draft.incidents[index]
-    words = escape(incident_words(incident))
-    button = _button("✕", "Take this back", "remove-incident", index=index)
-    return (
-        f"<div class='sg-editor-row'><span><b>{incident.time:g} s</b> {words}</span>{button}</div>"
-    )
+def _disturbance_html(draft: Draft, index: int) -> str:
+    disturbance = draft.disturbances[index]
+    words = escape(disturbance_words(disturbance))
+    button = _button("✕", "Take this back", RemoveDisturbance(index))
+    when = f"<b>{disturbance.time:g} s</b>"
+    return f"<div class='sg-editor-row'><span>{when} {words}</span>{button}</div>"
 
 
 def ghost_html(ghost: Ghost | None) -> str:
     """What the pale run is, and a button that takes it away; nothing if there is none."""
     if ghost is None:
         return ""
-    hint = f"Take the pale run away (key {keys_of('end-comparison')})"
-    button = _button("dismiss ghost", hint, "end-comparison")
+    hint = f"Take the pale run away (key {keys_of(EndComparison())})"
+    button = _button("dismiss ghost", hint, EndComparison())
     return (
         "<div class='sg-editor-note'><div class='sg-editor-row'>"
         f"<span>Pale: {escape(ghost.label)}</span>{button}</div></div>"
     )
 
 
-def _button(label: str, hint: str, kind: str, **fields: Any) -> str:
+def _button(label: str, hint: str, intent: Intent) -> str:
     """A small button that asks for something."""
     named = f" aria-label='{hint}'" if label == "✕" else ""
-    return (
-        f"<button type='button' title='{hint}'{named} {click_attribute(kind, **fields)}>"
-        f"{label}</button>"
-    )
+    return f"<button type='button' title='{hint}'{named} {click_attribute(intent)}>{label}</button>"

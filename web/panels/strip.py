@@ -17,6 +17,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.model.colours import css, sign
 from slipgrasp.web.model.events import EventKind, RunEvent, events_of
+from slipgrasp.web.model.intents.playback import Seek
 from slipgrasp.web.model.playback import Playback, TimeWindow
 from slipgrasp.web.model.view import Ghost
 from slipgrasp.web.page.markup import click_attribute
@@ -175,7 +176,7 @@ def _mark_html(events: Sequence[RunEvent], window: TimeWindow) -> str:
         told.append(f"and {len(events) - _TOLD_EVENTS} more")
     colour = "currentColor" if event.phase is None else sign(PHASES[event.phase])
     return (
-        f'<span class="sg-mark" role="button" {click_attribute("seek", time=event.time)} '
+        f'<span class="sg-mark" role="button" {click_attribute(Seek(event.time))} '
         f'style="left:{100 * share:.2f}%;color:{colour}" title="{escape(chr(10).join(told))}">'
         f"{_SIGNS[event.kind]}</span>"
     )

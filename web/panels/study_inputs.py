@@ -10,14 +10,14 @@ import viser
 
 from slipgrasp.core.study.definition import Axis, Study
 from slipgrasp.web.model.intents.intent import Send
-from slipgrasp.web.model.intents.study import ChooseComparison, ChooseVaried, OpenMember, SetRange
+from slipgrasp.web.model.intents.study import ChooseAxis, ChooseComparison, OpenStudyRun, SetRange
 from slipgrasp.web.model.parameter_names import names_of
 from slipgrasp.web.model.study import StudyView
-from slipgrasp.web.model.study_plan import (
+from slipgrasp.web.model.study_draft import (
     MAX_STEPS,
     MIN_STEPS,
     NO_COMPARISON,
-    AxisPlan,
+    AxisDraft,
     Offer,
     comparisons_for,
 )
@@ -30,7 +30,7 @@ MAX_CHOSEN_AXES = 4
 """Runs of studies that cross more are chosen by their number."""
 
 
-class PlanInputs:
+class DraftInputs:
     """Lets the user choose two parameters, their ranges, and what to compare.
 
     Args:
@@ -57,12 +57,12 @@ class PlanInputs:
 
     def show(self, study: StudyView) -> None:
         """Shows what is planned."""
-        plan = study.plan
-        if plan is None:
+        draft = study.draft
+        if draft is None:
             return
-        for axis, inputs in zip(plan.axes, self.axes, strict=True):
+        for axis, inputs in zip(draft.axes, self.axes, strict=True):
             inputs.show(axis, study.offers)
-        _set_options(self.comparison, comparisons_for(plan), plan.comparison)
+        _set_options(self.comparison, comparisons_for(draft), draft.comparison)
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -88,7 +88,7 @@ class _AxisInputs:
     def __init__(self, gui: viser.GuiApi, place: int, label: str, hint: str, send: Send) -> None:
         self._place, self._hint, self._send = place, hint, send
         self._offers: tuple[Offer, ...] = ()
-        self._axis: AxisPlan | None = None
+        self._axis: AxisDraft | None = None
         self.key = gui.add_dropdown(label, _UNKNOWN, hint=hint)
         self.range = gui.add_vector2(
             "from, to",
@@ -113,7 +113,7 @@ class _AxisInputs:
         for widget in (self.range, self.count, self.is_log):
             widget.on_update(self._set)
 
-    def show(self, axis: AxisPlan, offers: tuple[Offer, ...]) -> None:
+    def show(self, axis: AxisDraft, offers: tuple[Offer, ...]) -> None:
         """Shows what is planned along the axis."""
         self._axis, self._offers = axis, offers
         offer = next(offer for offer in offers if offer.key == axis.key)
@@ -132,17 +132,17 @@ class _AxisInputs:
         # Runs in the viewer server's event loop, which keeps the order of what is chosen.
         offer = next((o for o in self._offers if o.label == event.target.value), None)
         if event.client_id is not None and offer is not None:
-            self._send(ChooseVaried(self._place, offer.key))
+            self._send(ChooseAxis(self._place, offer.key))
 
     async def _set(self, event: viser.GuiEvent[Any]) -> None:
         if event.client_id is not None and self._axis is not None:
             low, high = self.range.value
             count, is_log = self.count.value, self.is_log.value
-            axis = AxisPlan(self._axis.key, low, high, int(count), is_log)
+            axis = AxisDraft(self._axis.key, low, high, int(count), is_log)
             self._send(SetRange(self._place, axis))
 
 
-class MemberInputs:
+class StudyRunInputs:
     """Lets the user choose a run of a study by its values, or by its number, without a mouse.
 
     Args:
@@ -229,7 +229,7 @@ class MemberInputs:
             self.number.value = run_of_places(self._study, places)
 
     async def _open(self, _: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        self._send(OpenMember(int(self.number.value)))
+        self._send(OpenStudyRun(int(self.number.value)))
 
 
 def run_of_places(study: Study, places: Sequence[int]) -> int:

@@ -3,39 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 
 import viser
 
+from slipgrasp.recordings.study.categories import HELD
+from slipgrasp.server.addresses import API_PATH
 from slipgrasp.server.studies.progress import StudyState
+from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.study import (
     CancelStudy,
     ListStudies,
     OpenStudy,
-    ShowPlan,
+    SeeStudyDraft,
+    ShowStudyDraft,
     SizeMap,
     StartStudy,
 )
 from slipgrasp.web.model.study import Followed, StudyView
-from slipgrasp.web.model.study_words import list_label
+from slipgrasp.web.model.study_map import MapPicture
+from slipgrasp.web.model.study_words import (
+    list_label,
+    number_words,
+    progress_words,
+    share_words,
+    time_words,
+)
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.page.markup import visible_attribute
 from slipgrasp.web.panels.map_html import map_html
-from slipgrasp.web.panels.study_html import links_html, plan_html, summary_html
-from slipgrasp.web.panels.study_inputs import MemberInputs, PlanInputs
+from slipgrasp.web.panels.outcome_panel import box_html
+from slipgrasp.web.panels.study_inputs import DraftInputs, StudyRunInputs
 
 _NEW, _WIDER, _NARROWER = "new study", "wider", "narrower"
 _NO_STUDY = "choose …"
 _NONE: tuple[str, ...] = (_NO_STUDY,)
 _INTRO = (
-    f"<div {visible_attribute('see-plan')} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
+    f"<div {visible_attribute(SeeStudyDraft)} style='padding:0.5em 0.75em 0;font-size:0.85em'>"
     "Vary two parameters of the scenario in the editor, and see where the object is held: "
     "one run for every pair of values.</div>"
 )
 
+_MOST_REASONS = 3
+_SMALL = "font-size:0.8em;opacity:0.8"
+
 
 class StudyPanel:
-    """Shows either the plan of the next study or the map of one.
+    """Shows either the draft of the next study or the map of one.
 
     Args:
         gui: Where it goes.
@@ -43,14 +58,14 @@ class StudyPanel:
         widen: Gives the panel more room than others have, or takes it back.
 
     Attributes:
-        plan: What the next study varies.
+        draft: What the next study varies.
         map: The study that is followed.
         known: The studies of the store.
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send, widen: Callable[[bool], None]) -> None:
         self._send, self._widen = send, widen
-        self.plan = _PlanPart(gui, send)
+        self.draft = _DraftPart(gui, send)
         self.map = _MapPart(gui, send)
         self.known = _KnownStudies(gui, send)
         self._shown: StudyView | None = None
@@ -61,30 +76,30 @@ class StudyPanel:
         study, ringed = view.study, _ringed(view)
         if study is self._shown and ringed == self._ringed:
             return
-        is_wide = study.is_wide and not study.is_planning
+        is_wide = study.is_wide and not study.is_draft_shown
         before = self._shown
-        if before is None or is_wide != (before.is_wide and not before.is_planning):
+        if before is None or is_wide != (before.is_wide and not before.is_draft_shown):
             self._widen(is_wide)
-        self.plan.show(study)
+        self.draft.show(study)
         self.map.show(study, ringed)
         self.known.show(study)
         self._shown, self._ringed = study, ringed
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for part in (self.plan, self.map, self.known):
+        for part in (self.draft, self.map, self.known):
             part.remove()
 
 
 def _ringed(view: ViewState) -> int | None:
     """The run of the study that is on the screen, if it is."""
-    member, replay = view.study.member, view.shown.replay if view.shown else None
-    if member is None or replay is None or not member.run_id:
+    study_run, replay = view.study.study_run, view.shown.replay if view.shown else None
+    if study_run is None or replay is None or not study_run.run_id:
         return None
-    return member.index if replay.run_id == member.run_id else None
+    return study_run.index if replay.run_id == study_run.run_id else None
 
 
-class _PlanPart:
+class _DraftPart:
     """What the next study varies, what that costs, and the button that runs it.
 
     Args:
@@ -96,7 +111,7 @@ class _PlanPart:
         self._intro = gui.add_html(_INTRO)
         self.inputs_folder = gui.add_folder("What varies")
         with self.inputs_folder:
-            self.inputs = PlanInputs(gui, send)
+            self.inputs = DraftInputs(gui, send)
         self.price = gui.add_html("")
         self.run = gui.add_button(
             "Run the study",
@@ -110,18 +125,18 @@ class _PlanPart:
             hint="Shows the study that was on the screen before.",
         )
         self.run.on_click(lambda _: send(StartStudy()))
-        self.back.on_click(lambda _: send(ShowPlan(False)))
+        self.back.on_click(lambda _: send(ShowStudyDraft(False)))
 
     def show(self, study: StudyView) -> None:
-        """Shows the plan, or hides it while a map is shown."""
-        is_shown = study.is_planning
+        """Shows the draft, or hides it while a map is shown."""
+        is_shown = study.is_draft_shown
         for element in (self._intro, self.inputs_folder, self.price, self.run):
             element.visible = is_shown
         self.back.visible = is_shown and study.followed is not None
         if is_shown:
             self.inputs.show(study)
-            self.price.content = plan_html(study)
-            self.run.disabled = study.is_starting or study.plan is None
+            self.price.content = draft_html(study)
+            self.run.disabled = study.is_starting or study.draft is None
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -155,7 +170,7 @@ class _MapPart:
             hint="Ends the study; the runs that are done stay.",
         )
         self.map = gui.add_html("")
-        self.member = MemberInputs(gui, send)
+        self.study_run = StudyRunInputs(gui, send)
         self.links = gui.add_html("")
         self.tools.on_click(self._use)
         self.cancel.on_click(lambda _: send(CancelStudy()))
@@ -168,7 +183,7 @@ class _MapPart:
             study: What is shown of studies.
             ringed: The run that is on the screen, if it is of this study.
         """
-        followed = None if study.is_planning else study.followed
+        followed = None if study.is_draft_shown else study.followed
         for element in (self.tools, self.summary, self.map, self.links):
             element.visible = followed is not None
         is_going = followed is not None and not followed.status.state.has_ended
@@ -176,13 +191,13 @@ class _MapPart:
         if followed is not None:
             self._show(followed, study, ringed)
         has_runs = followed is not None and followed.picture is not None
-        self.member.set_visible(has_runs)
+        self.study_run.set_visible(has_runs)
 
     def _show(self, followed: Followed, study: StudyView, ringed: int | None) -> None:
-        member, picture = study.member, followed.picture
+        study_run, picture = study.study_run, followed.picture
         status = followed.status
-        opening = member.index if member and member.is_awaited else None
-        wrong = study.message or (member.message if member else "")
+        opening = study_run.index if study_run and study_run.is_awaited else None
+        wrong = study.message or (study_run.message if study_run else "")
         self.summary.content = summary_html(followed, opening, wrong)
         self.links.content = links_html(followed)
         self.bar.value = min(100.0 * status.finished / max(status.stored.num_runs, 1), 100.0)
@@ -190,7 +205,7 @@ class _MapPart:
         if picture is not None and (picture, ringed) != self._drawn:
             self._drawn = picture, ringed
             self.map.content = map_html(picture, ringed)
-            self.member.show(picture.study, member.index if member else None)
+            self.study_run.show(picture.study, study_run.index if study_run else None)
         elif picture is None:
             self.map.content = ""
 
@@ -198,12 +213,12 @@ class _MapPart:
         """Takes everything off the page."""
         for element in (self.tools, self.summary, self.bar, self.cancel, self.map):
             element.remove()
-        self.member.remove()
+        self.study_run.remove()
         self.links.remove()
 
     async def _use(self, _: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         tool = self.tools.value
-        self._send(ShowPlan(True) if tool == _NEW else SizeMap(tool == _WIDER))
+        self._send(ShowStudyDraft(True) if tool == _NEW else SizeMap(tool == _WIDER))
 
 
 class _KnownStudies:
@@ -237,7 +252,9 @@ class _KnownStudies:
         options = (_NO_STUDY, *self._ids)
         if tuple(self.choice.options) != options:
             self.choice.options = options
-        followed = None if study.is_planning or study.followed is None else study.followed.study_id
+        followed = (
+            None if study.is_draft_shown or study.followed is None else study.followed.study_id
+        )
         chosen = next((label for label, known in self._ids.items() if known == followed), _NO_STUDY)
         if self.choice.value != chosen:
             self.choice.value = chosen
@@ -251,3 +268,77 @@ class _KnownStudies:
         study_id = self._ids.get(event.target.value)
         if event.client_id is not None and study_id is not None:
             self._send(OpenStudy(study_id))
+
+
+def draft_html(study: StudyView) -> str:
+    """What the planned study costs, or why it cannot run."""
+    if study.draft is None:
+        return ""
+    runs = number_words(study.draft.num_runs, "run")
+    if study.is_starting:
+        text = f"<b>{runs}</b>: being checked …"
+    elif study.price is not None:
+        text = f"<b>{runs}</b>, {time_words(study.price.seconds)} of computing."
+    else:
+        text = f"<b>{runs}</b>"
+    warnings = study.price.warnings if study.price is not None else ()
+    boxes = [box_html("Not run", [escape(f"{m}.") for m in study.problems])] * bool(study.problems)
+    boxes += [box_html("Mind", [escape(f"{w}.") for w in warnings])] * bool(warnings)
+    boxes += [box_html("Not opened", [escape(study.message)])] * bool(study.message)
+    return f"<div style='padding:0.4em 0.75em;font-size:0.85em'>{''.join(boxes)}{text}</div>"
+
+
+def summary_html(followed: Followed, opening: int | None = None, wrong: str = "") -> str:
+    """What a study is about, how far it is, and what came of it so far.
+
+    Args:
+        followed: The study.
+        opening: The run of it that is being opened, if any.
+        wrong: Why a run of it, or another study, could not be opened; empty if nothing was.
+    """
+    status = followed.status
+    title = escape(status.stored.title or "Study without a title")
+    lines = [f"<b>{title}</b>", f"<div style='{_SMALL}'>{_state_words(followed)}</div>"]
+    if followed.picture is not None and followed.picture.finished:
+        lines.append(_held_html(followed.picture))
+    elif not followed.has_map:
+        lines.append("<div>It varies no two parameters in numbers, so there is no map of it.</div>")
+    if opening is not None:
+        lines.append(f"<div>Simulating run {opening} again …</div>")
+    if wrong:
+        lines.append(box_html("Not opened", [escape(wrong)]))
+    return f"<div style='padding:0.4em 0.75em 0;font-size:0.85em'>{''.join(lines)}</div>"
+
+
+def _state_words(followed: Followed) -> str:
+    words = escape(progress_words(followed.status, followed.behind))
+    message = followed.status.message
+    return f"{words} {escape(message)}" if message else words
+
+
+def _held_html(picture: MapPicture) -> str:
+    """How many held, and what ended most of the others."""
+    so_far = "" if picture.finished == picture.study.num_runs else " so far"
+    held = (
+        f"<div style='font-size:1.15em;font-weight:700;color:{tone('good')};margin-top:0.25em'>"
+        f"Held {picture.held} of {picture.finished}{so_far} "
+        f"({share_words(picture.held, picture.finished)})</div>"
+    )
+    others = sorted((s for s in picture.swatches if s.way != HELD), key=lambda s: -s.count)
+    if not others:
+        return held
+    reasons = "; ".join(f"{escape(s.words)}: {s.count}" for s in others[:_MOST_REASONS])
+    more = "; …" if len(others) > _MOST_REASONS else ""
+    return f"{held}<div>The others: {reasons}{more}.</div>"
+
+
+def links_html(followed: Followed) -> str:
+    """The results as files."""
+    study = f"{API_PATH}/studies/{escape(followed.study_id)}"
+    links = [("results.csv", "CSV"), ("results.json", "JSON")]
+    if followed.picture is not None:
+        links = [("map.svg", "map as SVG"), ("map.png", "as PNG"), *links]
+    if followed.status.state in (StudyState.COMPLETED, StudyState.CANCELLED):
+        links.append(("recording", "MCAP"))
+    anchors = ", ".join(f"<a href='{study}/{end}' download>{name}</a>" for end, name in links)
+    return f"<div style='padding:0.4em 0.75em;{_SMALL}'>Download: {anchors}</div>"

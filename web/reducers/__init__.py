@@ -1,1 +1,1 @@
-"""The concerns of a session, one desk each: intents go in, a new view comes out."""
+"""The concerns of a session, one reducer each: intents go in, a new view comes out."""

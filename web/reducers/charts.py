@@ -1,4 +1,4 @@
-"""The desk of the charts."""
+"""The reducer of the charts."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.web.charts.charts import charts_of
-from slipgrasp.web.model.intents.charts import ToggleLine
 from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.picture import ToggleLine
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 
 
-class ChartsDesk(Desk):
+class ChartsReducer(Reducer):
     """Hides lines of the charts, and brings them back."""
 
     takes: ClassVar[tuple[type[Intent], ...]] = (ToggleLine,)
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Hides a line, or brings it back; one that no chart of the run has is nothing."""
         if not isinstance(intent, ToggleLine) or view.shown is None:
             return view

@@ -1,4 +1,4 @@
-"""The desk of comparisons: a second run below the one on the screen, and what tells them apart."""
+"""The reducer of comparisons: a second run below the one shown, and what tells them apart."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.web.model.compare import Comparing, Pair
 from slipgrasp.web.model.intents.compare import (
     CompareRuns,
     CompareUnreadable,
@@ -18,21 +17,20 @@ from slipgrasp.web.model.intents.compare import (
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.recordings import OpenRecording
-from slipgrasp.web.model.pairing import pair_of, swapped, with_pale_run, without_pale_run
-from slipgrasp.web.model.showing import show_replay
-from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
-from slipgrasp.web.workers.comparer import Comparer
+from slipgrasp.web.model.pairing import pair_of, swapped, with_ghost, without_ghost
+from slipgrasp.web.model.view import Comparing, Pair, ViewState, show_replay
+from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.workers.comparison_worker import ComparisonWorker
 
 _REST = 0.3
 
 
-class CompareDesk(Desk):
+class CompareReducer(Reducer):
     """Compares whatever two runs are on the screen, once they have been there for a moment.
 
     Args:
         store: The stored runs.
-        send: Takes the comparer's answers.
+        send: Takes the worker's answers.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -46,26 +44,26 @@ class CompareDesk(Desk):
 
     def __init__(self, store: RecordingStore, send: Send) -> None:
         self._send = send
-        self._comparer = Comparer(store, send)
-        self.workers = (self._comparer,)
+        self._worker = ComparisonWorker(store, send)
+        self.workers = (self._worker,)
         # Requests for runs count up from zero; these tickets never meet theirs.
         self._tickets = itertools.count(-1, -1)
         self._seen: Pair | None = None
         self._seen_at = 0.0
         self._asked: Pair | None = None
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Asks for two runs, shows them, or shows what tells them apart."""
         match intent:
             case CompareRuns(a, b):
                 return self._open(view, a, b) if b else self._open_alone(view, a)
             case EndComparison():
-                return without_pale_run(view)
+                return without_ghost(view)
             case SwapRuns():
                 return swapped(view, next(self._tickets))
             case RunsOpened(number, a, b) if number == view.opening:
                 view = view if a is None else show_replay(view, a)
-                return with_pale_run(view, b, next(self._tickets))
+                return with_ghost(view, b, next(self._tickets))
             case CompareUnreadable(number, message) if number == view.opening:
                 return replace(view, comparing=replace(view.comparing, message=message))
             case RunsCompared(pair, findings, message) if pair == pair_of(view):
@@ -96,17 +94,17 @@ class CompareDesk(Desk):
     def _ask(self, pair: Pair | None, view: ViewState) -> None:
         assert pair is not None and view.shown is not None and view.ghost is not None
         self._asked = pair
-        self._comparer.compare(pair, view.shown.result, view.ghost.shown.result)
+        self._worker.compare(pair, view.shown.result, view.ghost.shown.result)
 
     def _open_alone(self, view: ViewState, a: str) -> ViewState:
         """Shows one run with none below it."""
         if a and not _is_shown(a, view):
             self._send(OpenRecording(a))
-        return without_pale_run(view)
+        return without_ghost(view)
 
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
         number = view.opening + 1
-        self._comparer.open(number, "" if _is_shown(a, view) else a, b)
+        self._worker.open(number, "" if _is_shown(a, view) else a, b)
         return replace(view, opening=number)
 
 

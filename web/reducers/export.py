@@ -1,4 +1,4 @@
-"""The desk of the files that a user takes away."""
+"""The reducer of the files that a user takes away."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from slipgrasp.web.model.intents.export import (
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import Shown, ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.export_worker import ExportWorker
 
 
-class ExportDesk(Desk):
+class ExportReducer(Reducer):
     """Makes files and brings them to the user, one at a time.
 
     Args:
@@ -49,7 +49,7 @@ class ExportDesk(Desk):
         self._worker = ExportWorker(send)
         self.workers = (self._worker,)
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Begins, gives up, or ends the making of a file."""
         exporting = view.exporting
         if isinstance(intent, CancelExport):

@@ -1,4 +1,4 @@
-"""The desk of links: a run and a time that the address of the page names."""
+"""The reducer of links: a run and a time that the address of the page names."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent, Send
-from slipgrasp.web.model.intents.link import OpenLink
 from slipgrasp.web.model.intents.recordings import (
+    OpenLink,
     OpenRecording,
     RecordingOpened,
     RecordingUnreadable,
 )
 from slipgrasp.web.model.playback import whole_window
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.reducer import Reducer
 
 _SHOWN_LENGTH = 40
 
 
-class LinkDesk(Desk):
+class LinkReducer(Reducer):
     """Opens the run of a link, and puts the play head where the link says once it is there.
 
-    Its place is behind the desk of the recordings, which shows the run.
+    Its place is behind the reducer of the recordings, which shows the run.
 
     Args:
-        send: Asks the desk of the recordings to open a run.
+        send: Asks the reducer of the recordings to open a run.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -40,14 +40,14 @@ class LinkDesk(Desk):
         self._send = send
         self._wanted: OpenLink | None = None
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Asks for the run of a link, and does the rest when there is an answer."""
         match intent:
-            case OpenLink(run_id):
+            case OpenLink(run):
                 self._wanted = intent
-                self._send(OpenRecording(run_id))
+                self._send(OpenRecording(run))
                 return replace(view, notice="")
-            case OpenRecording(run_id) if self._wanted and run_id != self._wanted.run_id:
+            case OpenRecording(run_id) if self._wanted and run_id != self._wanted.run:
                 self._wanted = None  # The user wants to see something else by now.
             case RecordingOpened(number, _) if self._wanted:
                 wanted, self._wanted = self._wanted, None

@@ -1,10 +1,13 @@
-"""The desk of the play head."""
+"""The reducer of the play head, and what each of its intents makes of it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import ClassVar
 
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.events import neighbouring_event_time
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
@@ -18,13 +21,23 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.pacing import FramePacer
-from slipgrasp.web.model.play_head import choice_after, moved
+from slipgrasp.web.model.playback import (
+    SPEEDS,
+    Playback,
+    WindowChoice,
+    marked_window,
+    neighbouring_speed,
+    neighbouring_time,
+    speed_for,
+    whole_window,
+    window_of,
+)
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.reducers.frame_pacing import FramePacer
+from slipgrasp.web.reducers.reducer import Reducer
 
 
-class PlaybackDesk(Desk):
+class PlaybackReducer(Reducer):
     """Moves the play head: by hand, and with time while it plays.
 
     Args:
@@ -49,7 +62,7 @@ class PlaybackDesk(Desk):
         self._passed: float | None = None
         self._due = 0.0
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Moves the play head by hand."""
         if view.shown is None or view.playback is None:
             return view
@@ -77,3 +90,73 @@ class PlaybackDesk(Desk):
         if view.playback is None or not view.playback.playing or self._passed is None:
             return None
         return max(self._due - now, 0.0)
+
+
+def moved(playback: Playback, intent: Intent, result: RunResult) -> Playback:
+    """The play head after an intent; the very same one after what does not concern it.
+
+    Args:
+        playback: Where it stands.
+        intent: What the user wants; times and names come from a browser.
+        result: The run that is shown.
+    """
+    match intent:
+        case TogglePlay():
+            return replace(playback, playing=not playback.playing)
+        case SetSpeed(name) if name in SPEEDS:
+            return replace(playback, speed=SPEEDS[name])
+        case ChangeSpeed(direction):
+            return replace(playback, speed=neighbouring_speed(playback.speed, direction))
+        case ChooseWindow() | ShowWindow() | Zoom():
+            return _with_window(playback, intent, result)
+        case _:
+            return _put(playback, intent, result)
+
+
+def choice_after(
+    choice: WindowChoice, intent: Intent, before: Playback, after: Playback
+) -> WindowChoice:
+    """Which stretch of the run is shown after an intent.
+
+    Args:
+        choice: Which was.
+        intent: What the user wanted.
+        before: The play head before it.
+        after: The play head after it.
+    """
+    if isinstance(intent, ChooseWindow):
+        return intent.choice
+    return choice if after.window == before.window else WindowChoice.CLOSER
+
+
+def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
+    """The play head at the time that an intent names."""
+    match intent:
+        case Seek(seconds) if math.isfinite(seconds):
+            return playback.reach(seconds, whole_window(result))
+        case Step(direction):
+            time = neighbouring_time(result, playback.time, direction)
+            return playback.reach(time, whole_window(result))
+        case JumpToEvent(direction):
+            time = neighbouring_event_time(result, playback.time, direction)
+            return playback.reach(time, whole_window(result))
+        case GoToEdge(direction):
+            return playback.seek(playback.window.end if direction > 0 else playback.window.start)
+        case _:
+            return playback
+
+
+def _with_window(
+    playback: Playback, intent: ChooseWindow | ShowWindow | Zoom, result: RunResult
+) -> Playback:
+    """The play head in another stretch of the run, at a speed that suits it."""
+    match intent:
+        case ChooseWindow(choice):
+            window = window_of(result, choice, playback.window)
+        case ShowWindow(start, end) if math.isfinite(start) and math.isfinite(end):
+            window = marked_window(result, start, end)
+        case ShowWindow():
+            return playback
+        case Zoom():
+            return playback.closer()
+    return replace(playback.within(window), speed=speed_for(window))

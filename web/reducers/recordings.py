@@ -1,4 +1,4 @@
-"""The desk of the stored runs."""
+"""The reducer of the stored runs."""
 
 from __future__ import annotations
 
@@ -23,11 +23,10 @@ from slipgrasp.web.model.intents.recordings import (
 )
 from slipgrasp.web.model.intents.runs import RunSaved
 from slipgrasp.web.model.replay import Source
-from slipgrasp.web.model.shelf import Notice, Shelf, ShelfFilter
-from slipgrasp.web.model.showing import show_replay, with_status
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
-from slipgrasp.web.reducers.reducer import Desk
-from slipgrasp.web.workers.librarian import Librarian
+from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState, show_replay, with_status
+from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.workers.library_worker import LibraryWorker
 
 _LEAST_INTERVAL = 4.0
 _SHARE = 0.005
@@ -42,14 +41,14 @@ def relist_interval(elapsed: float) -> float:
     return max(_LEAST_INTERVAL, elapsed / _SHARE)
 
 
-class RecordingsDesk(Desk):
+class RecordingsReducer(Reducer):
     """Lists stored runs and opens them; what is on the screen stays until one is there.
 
     The list is looked up again every few seconds, since others save and delete runs too.
 
     Args:
         store: The stored runs.
-        send: Takes the librarian's answers.
+        send: Takes the worker's answers.
         first: The recording to open first, if any.
     """
 
@@ -69,19 +68,19 @@ class RecordingsDesk(Desk):
     )
 
     def __init__(self, store: RecordingStore, send: Send, first: Source | None) -> None:
-        self._librarian = Librarian(store, send)
-        self.workers = (self._librarian,)
+        self._worker = LibraryWorker(store, send)
+        self.workers = (self._worker,)
         self._first = first
         self._listed_at: float | None = None
         self._interval = _LEAST_INTERVAL
 
     def start(self, view: ViewState) -> ViewState:
         """Asks for the first page of the list, and for the first recording."""
-        self._list(view.shelf)
+        self._list(view.run_list)
         return view if self._first is None else self._open(view, self._first)
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
-        """Asks the librarian, or shows what it answers."""
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
+        """Asks the worker, or shows what it answers."""
         match intent:
             case OpenRecording(run_id):
                 return self._open(view, run_id)
@@ -92,10 +91,10 @@ class RecordingsDesk(Desk):
             case RecordingUnreadable(number, message):
                 return view if number != view.opening else _refused(view, message)
             case RecordingRefused(what, message):
-                self._list(view.shelf)
+                self._list(view.run_list)
                 return _with_notice(view, Notice(what, message))
             case _:
-                return replace(view, shelf=self._changed(intent, view.shelf))
+                return replace(view, run_list=self._changed(intent, view.run_list))
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Looks the list up again once in a while."""
@@ -103,7 +102,7 @@ class RecordingsDesk(Desk):
             self._listed_at = now
         elif now - self._listed_at >= self._interval:
             self._listed_at = now
-            self._list(view.shelf)
+            self._list(view.run_list)
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
@@ -111,53 +110,53 @@ class RecordingsDesk(Desk):
         since = 0.0 if self._listed_at is None else now - self._listed_at
         return max(self._interval - since, 0.0)
 
-    def _changed(self, intent: Intent, shelf: Shelf) -> Shelf:
+    def _changed(self, intent: Intent, run_list: RunList) -> RunList:
         """What the list looks like now; a newer one is asked for where it has to be."""
         match intent:
             case ListRecordings(page):
-                shelf = replace(shelf, page=page)
+                run_list = replace(run_list, page=page)
             case FilterRecordings(text, outcome):
-                shelf = replace(shelf, page=0, wanted=ShelfFilter(text, outcome))
+                run_list = replace(run_list, page=0, wanted=RunFilter(text, outcome))
             case ChooseRecording(run_id):
-                listed = {run.id: run for run in shelf.runs}
-                shelf = _chosen(shelf, run_id, listed.get(run_id))
+                listed = {run.id: run for run in run_list.runs}
+                run_list = _chosen(run_list, run_id, listed.get(run_id))
             case AnnotateRecording():
-                self._librarian.annotate(intent)
-                return shelf
+                self._worker.annotate(intent)
+                return run_list
             case DeleteRecording():
-                self._librarian.delete(intent)
-                return shelf
+                self._worker.delete(intent)
+                return run_list
             case RecordingsListed():
                 self._interval = relist_interval(intent.elapsed)
-                return _listed(shelf, intent)
+                return _listed(run_list, intent)
             case RecordingChanged(run_id, stored):
-                if shelf.chosen_id == run_id:
-                    shelf = _chosen(shelf, run_id if stored else "", stored)
-        self._list(shelf)
-        return shelf
+                if run_list.chosen_id == run_id:
+                    run_list = _chosen(run_list, run_id if stored else "", stored)
+        self._list(run_list)
+        return run_list
 
-    def _list(self, shelf: Shelf) -> None:
-        self._librarian.list(shelf.page, shelf.wanted, shelf.chosen_id)
+    def _list(self, run_list: RunList) -> None:
+        self._worker.list(run_list.page, run_list.wanted, run_list.chosen_id)
 
     def _open(self, view: ViewState, source: Source) -> ViewState:
         number = view.opening + 1
-        self._librarian.open(number, source)
+        self._worker.open(number, source)
         return replace(view, opening=number)
 
 
-def _listed(shelf: Shelf, found: RecordingsListed) -> Shelf:
+def _listed(run_list: RunList, found: RecordingsListed) -> RunList:
     """The list as it is now; a run that was chosen and is gone is told of."""
-    if shelf.chosen_id and shelf.chosen_id == found.chosen_id:
+    if run_list.chosen_id and run_list.chosen_id == found.chosen_id:
         is_gone = found.chosen is None
-        notice = Notice("Gone", f"run {shelf.chosen_id} is not stored any more")
-        shelf = replace(
-            shelf,
-            chosen_id="" if is_gone else shelf.chosen_id,
+        notice = Notice("Gone", f"run {run_list.chosen_id} is not stored any more")
+        run_list = replace(
+            run_list,
+            chosen_id="" if is_gone else run_list.chosen_id,
             chosen=found.chosen,
-            notice=notice if is_gone else shelf.notice,
+            notice=notice if is_gone else run_list.notice,
         )
     return replace(
-        shelf,
+        run_list,
         page=found.page,
         count=found.count,
         runs=found.runs,
@@ -165,8 +164,8 @@ def _listed(shelf: Shelf, found: RecordingsListed) -> Shelf:
     )
 
 
-def _chosen(shelf: Shelf, run_id: str, run: StoredRun | None) -> Shelf:
-    return replace(shelf, chosen_id=run_id, chosen=run, notice=None)
+def _chosen(run_list: RunList, run_id: str, run: StoredRun | None) -> RunList:
+    return replace(run_list, chosen_id=run_id, chosen=run, notice=None)
 
 
 def _refused(view: ViewState, message: str) -> ViewState:
@@ -178,4 +177,4 @@ def _refused(view: ViewState, message: str) -> ViewState:
 
 
 def _with_notice(view: ViewState, notice: Notice | None) -> ViewState:
-    return replace(view, shelf=replace(view.shelf, notice=notice))
+    return replace(view, run_list=replace(view.run_list, notice=notice))

@@ -1,34 +1,23 @@
-"""What every desk is."""
+"""What every reducer is."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.workers.worker import Worker
 
 
-class Worker(Protocol):
-    """A thread that works for a desk."""
-
-    def close(self) -> None:
-        """Asks it to end; what is to be kept is still kept."""
-        ...
-
-    def join(self, timeout: float) -> None:
-        """Waits until it has ended [s]."""
-        ...
-
-
-class Desk(ABC):
+class Reducer(ABC):
     """One concern of a session: makes a new view of what is asked for.
 
-    A desk holds threads and clocks; whatever is on the screen is in the view.
+    A reducer holds threads and clocks; whatever is on the screen is in the view.
 
     Attributes:
-        takes: The intents that it is asked about; several desks may take the same one.
+        takes: The intents that it is asked about; several reducers may take the same one.
         workers: Its threads; the session ends them.
     """
 
@@ -40,7 +29,7 @@ class Desk(ABC):
         return view
 
     @abstractmethod
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """What it makes of an intent."""
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:

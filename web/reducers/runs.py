@@ -1,4 +1,4 @@
-"""The desk of runs: what is asked for is simulated, shown, and saved once it rests."""
+"""The reducer of runs: what is asked for is simulated, shown, and saved once it rests."""
 
 from __future__ import annotations
 
@@ -9,35 +9,62 @@ from typing import ClassVar
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.simulator import kernel_progress
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
-from slipgrasp.web.model.pacing import is_save_due
-from slipgrasp.web.model.showing import show, show_replay, with_status
-from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.reducer import Desk
-from slipgrasp.web.services import Services
+from slipgrasp.web.model.view import (
+    Ghost,
+    RunStage,
+    RunStatus,
+    Shown,
+    ViewState,
+    show,
+    show_replay,
+    with_status,
+)
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.preview_worker import PreviewWorker
+from slipgrasp.web.workers.saved_runs import SavedRuns
 
 _UNNOTICED_WAIT = 0.3
-_LOOK_AGAIN = 0.1
+_POLL_INTERVAL = 0.1
+_REST_BEFORE_SAVING = 0.5
 _SHORT_RUN = 0.03
 _GHOST_LABEL = "the run before"
 
 
-class RunDesk(Desk):
+def is_save_due(stage: RunStage, rested: float) -> bool:
+    """Whether the run on the screen is to be kept now.
+
+    Args:
+        stage: How far the latest request has come.
+        rested: How long ago a knob was moved last [s].
+    """
+    return stage is RunStage.PREVIEW and rested >= _REST_BEFORE_SAVING
+
+
+class RunReducer(Reducer):
     """Turns the draft into a run, whoever made the draft.
 
     Args:
-        services: Simulates and saves.
+        service: Simulates.
+        saved: Keeps runs.
         send: Takes the worker's answers.
         simulates_first: Whether it starts with the run of the first draft.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (RunFinished, RunRefused, RunSaved, SaveFailed)
 
-    def __init__(self, services: Services, send: Send, *, simulates_first: bool) -> None:
-        self._worker = PreviewWorker(services.runs, services.saved, send)
+    def __init__(
+        self,
+        service: RunService,
+        saved: SavedRuns,
+        send: Send,
+        *,
+        simulates_first: bool,
+    ) -> None:
+        self._worker = PreviewWorker(service, saved, send)
         self.workers = (self._worker,)
         self._simulates_first = simulates_first
         self._asked: Draft | None = None
@@ -50,7 +77,7 @@ class RunDesk(Desk):
         self._asked = None if self._simulates_first else view.draft
         return view
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Shows what the worker answers, unless it comes too late."""
         match intent:
             case RunFinished() | RunRefused() | RunSaved() | SaveFailed():
@@ -76,7 +103,7 @@ class RunDesk(Desk):
         if self._waiting_since is not None and self.expects_answer(now):
             return self._waiting_since + _SHORT_RUN - now
         busy = self._waiting_since is not None or view.status.stage is RunStage.PREVIEW
-        return _LOOK_AGAIN if busy else None
+        return _POLL_INTERVAL if busy else None
 
     def expects_answer(self, now: float) -> bool:
         """Most runs take a few milliseconds: a picture without theirs would only delay it."""

@@ -1,4 +1,4 @@
-"""The desk of the scenario: what the user asks for, and what was asked for before."""
+"""The reducer of the scenario: what the user asks for, and what was asked for before."""
 
 from __future__ import annotations
 
@@ -13,46 +13,44 @@ from slipgrasp.core.scenario import CONTROL_LAWS
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
+from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
 from slipgrasp.web.model.draft import Draft, Value, change_time
-from slipgrasp.web.model.editing import LawNote, Reach
-from slipgrasp.web.model.history import Turn
-from slipgrasp.web.model.incidents import Incidence, push_at, wet_spot
+from slipgrasp.web.model.editing import LawNote, Reach, Turn
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
+    AddDisturbance,
     ChoosePreset,
     ChooseReach,
-    Happen,
     LoadScenario,
     Redo,
     RemoveChange,
     RemoveChanges,
-    RemoveIncident,
+    RemoveDisturbance,
     ResetScenario,
     SetParameter,
     Undo,
 )
 from slipgrasp.web.model.laws import set_words, with_law, without_law_change
 from slipgrasp.web.model.sampling import locate
-from slipgrasp.web.model.showing import with_status
-from slipgrasp.web.model.view import RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.reducer import Desk
+from slipgrasp.web.model.view import RunStatus, Shown, ViewState, with_status
+from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5
 """What a pour multiplies mass and inertia by."""
 _DIGITS = 6
 
 
-class ScenarioDesk(Desk):
-    """Edits the draft; the desk of runs sees that it is another one and simulates it."""
+class ScenarioReducer(Reducer):
+    """Edits the draft; the reducer of runs sees that it is another one and simulates it."""
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
         SetParameter,
         ChooseReach,
         RemoveChange,
         RemoveChanges,
-        RemoveIncident,
-        Happen,
+        RemoveDisturbance,
+        AddDisturbance,
         ChoosePreset,
         LoadScenario,
         ResetScenario,
@@ -61,7 +59,7 @@ class ScenarioDesk(Desk):
         EndComparison,
     )
 
-    def take(self, intent: Intent, view: ViewState) -> ViewState:
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Makes the draft that is asked for."""
         if isinstance(intent, ChoosePreset | ResetScenario) and view.editing.file_errors:
             view = replace(view, editing=replace(view.editing, file_errors=()))
@@ -82,8 +80,8 @@ class ScenarioDesk(Desk):
                 return _loaded(view, name, content)
             case EndComparison():
                 return replace(view, editing=replace(view.editing, ghost_due=False))
-            case Happen():
-                return _with_draft(view, _happened(view, intent))
+            case AddDisturbance():
+                return _with_draft(view, _disturbed(view, intent))
             case _:
                 return _with_draft(view, _simplified(view.draft, intent))
 
@@ -95,8 +93,8 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
             return without_law_change(draft, moment)
         case RemoveChange(moment, key):
             return draft.without_change(moment, key)
-        case RemoveIncident(index):
-            return draft.without_incident(index)
+        case RemoveDisturbance(index):
+            return draft.without_disturbance(index)
         case RemoveChanges():
             return draft.without_changes()
         case ResetScenario():
@@ -105,17 +103,17 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
             return draft
 
 
-def _happened(view: ViewState, intent: Happen) -> Draft:
+def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     """The draft in which something happens where the play head stands."""
     if view.shown is None or view.playback is None:
         return view.draft
     draft, moment = view.draft, change_time(view.playback.time)
     match intent.kind:
-        case Incidence.PUSH:
-            return draft.with_incident(push_at(moment))
-        case Incidence.WET_SPOT:
+        case DisturbanceKind.PUSH:
+            return draft.with_disturbance(push_at(moment))
+        case DisturbanceKind.WET_SPOT:
             return _wetted(draft, view.shown, moment, intent.contact)
-        case Incidence.POUR:
+        case DisturbanceKind.POUR:
             for key in ("object.mass", "object.inertia"):
                 draft = _multiplied(draft, moment, key, _POURED)
             return draft
@@ -131,7 +129,7 @@ def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> D
     if contact not in contacts or trace.shape.num_contacts != len(contacts):
         return draft
     slip = float(spot.read(trace.slip)[contact])
-    return draft.with_incident(wet_spot(draft.base, contact, slip, moment))
+    return draft.with_disturbance(wet_spot(draft.base, contact, slip, moment))
 
 
 def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:

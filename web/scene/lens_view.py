@@ -18,7 +18,7 @@ from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.glass import Pane, add_pane, glass, lettering
+from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lens_background, lettering
 from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
 from slipgrasp.web.scene.marks import FullScale, sizes_in_lens
 from slipgrasp.web.scene.shapes import circle, lift, polyline, position
@@ -32,7 +32,7 @@ LENS_DEPTH = 0.15
 _LEAST_SHOWN = 0.001  # [mm]
 _RIM_SEGMENTS = 72
 _SPOT_SEGMENTS = 36
-_GLASS_DEPTH = -0.01
+_BACKGROUND_DEPTH = -0.01
 _TITLE_HEIGHT = 0.135
 
 
@@ -74,7 +74,7 @@ class LensView:
             self._sizes,
             detail,
         )
-        self._add_glass(scene, name, surfaces)
+        self._add_background(scene, name, surfaces)
         self._rim = self._add_rim(scene, name, surfaces)
         none = np.zeros((1, 2, 3))
         self._leader = scene.add_line_segments(
@@ -141,10 +141,12 @@ class LensView:
         if self._detail.with_numbers:
             self._update_words(sample, pale_slip)
 
-    def _add_glass(self, scene: viser.SceneApi, name: str, surfaces: Surfaces) -> None:
+    def _add_background(self, scene: viser.SceneApi, name: str, surfaces: Surfaces) -> None:
         """The background: a disc, and the half of it that is the object."""
-        disc = Pane(glass(self._frame.normal, surfaces.glass, surfaces.object), 2.0 * self._radius)
-        add_pane(scene, f"{name}/glass", disc, self._centre, _GLASS_DEPTH)
+        disc = SceneImage(
+            lens_background(self._frame.normal, surfaces.lens, surfaces.object), 2.0 * self._radius
+        )
+        add_image_in_plane(scene, f"{name}/background", disc, self._centre, _BACKGROUND_DEPTH)
         tangent = np.asarray(self._frame.tangent)
         face = self._centre + 0.985 * self._radius * np.array([[tangent, -tangent]])
         scene.add_line_segments(
@@ -154,7 +156,7 @@ class LensView:
     def _add_rim(
         self, scene: viser.SceneApi, name: str, surfaces: Surfaces
     ) -> viser.LineSegmentsHandle:
-        """The ring in the colour of the phase, and a fine one that parts it from the glass."""
+        """The ring in the colour of the phase, and a fine one that parts it from the background."""
         for part, radius, thickness, colour in (
             ("bezel", 1.025, 0.07, surfaces.joint),
             ("rim", 1.0, 0.045, PHASES[ContactPhase.STICK]),
@@ -175,10 +177,10 @@ class LensView:
         """What the fingertip does, once for each of sticking and slipping."""
         place = self._centre + np.array([0.0, self._radius + 0.12])
         return [
-            add_pane(
+            add_image_in_plane(
                 scene,
                 f"{name}/title/{word}",
-                Pane(
+                SceneImage(
                     lettering(f"{finger.capitalize()} fingertip {word}", surfaces.ink),
                     _TITLE_HEIGHT,
                 ),

@@ -7,19 +7,24 @@ carries them along. The same marks are drawn twice: small, on the hand, and magn
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.geometry import ContactFrame
 from slipgrasp.web.model.sampling import Sample
+from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
 from slipgrasp.web.scene.shapes import arc
 
 Points = NDArray[np.float64]
 
 _DASHES = 8
 _USUAL_INNER_RADIUS = 0.05
+_LEAST_FULL_FORCE = 1.0
+_LEAST_FULL_SPEED = 1e-3
 
 
 class MarkSizes(NamedTuple):
@@ -144,3 +149,51 @@ def dashed(ends: Points) -> Points:
     """Dashes from the fingertip to each of some ends, shape ``(dashes, 2, 2)`` [m]."""
     steps = np.linspace(0.0, 1.0, 2 * _DASHES).reshape(1, _DASHES, 2, 1)
     return (steps * ends[:, None, None, :]).reshape(-1, 2, 2)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunFacts:
+    """What the marks of a run need besides its instants.
+
+    Attributes:
+        full: What an arrow of full length stands for.
+        beliefs: Where the estimate of each friction coefficient stands, None if it is known.
+        magnification: How much larger than life the lenses show slip.
+    """
+
+    full: FullScale
+    beliefs: tuple[int | None, ...]
+    magnification: float
+
+    def believed(self, sample: Sample, contact: int) -> float | None:
+        """What the controller believes a friction coefficient to be, None if it knows it."""
+        place = self.beliefs[contact]
+        return None if place is None else max(float(sample.estimates[place]), 0.0)
+
+
+def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> RunFacts:
+    """What the marks of a run need.
+
+    Args:
+        result: The run.
+        layout: Where everything is.
+        force_scale: How much longer than usual the user wants the arrows of forces.
+    """
+    unknowns = result.trace.shape.unknowns
+    keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
+    full = _full_scale(result)
+    return RunFacts(
+        full=full._replace(force=full.force / force_scale),
+        beliefs=tuple(unknowns.index(key) if key in unknowns else None for key in keys),
+        magnification=layout.magnification,
+    )
+
+
+def _full_scale(result: RunResult) -> FullScale:
+    """Round numbers, so that arrows of similar runs compare; a short peak may be longer."""
+    forces = np.abs(result.trace.normal_force)
+    usual = max(float(np.median(forces)), 0.4 * float(forces.max()))
+    speed = float(np.abs(result.trace.slip_velocity).max())
+    return FullScale(
+        nice_at_least(max(usual, _LEAST_FULL_FORCE)), nice_at_least(max(speed, _LEAST_FULL_SPEED))
+    )

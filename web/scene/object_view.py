@@ -97,7 +97,7 @@ def _add_centre(scene: viser.SceneApi, name: str, radius: float, surfaces: Surfa
     """The sign of a centre of mass: a disc with two opposite dark quarters."""
     front = HALF_DEPTH + 0.004
     disc = extrude(circle(radius, 32), HALF_DEPTH, front)
-    scene.add_mesh_simple(f"{name}/disc", *disc, color=surfaces.glass, flat_shading=True)
+    scene.add_mesh_simple(f"{name}/disc", *disc, color=surfaces.lens, flat_shading=True)
     for i, start in enumerate((0.0, np.pi)):
         angles = np.linspace(start, start + 0.5 * np.pi, 12)
         rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)

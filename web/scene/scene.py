@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, inner_radius, outline
-from slipgrasp.web.model.look import Look
+from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail
+from slipgrasp.web.scene.disturbance_view import PushView, WetSpots
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.hand_view import HandView
-from slipgrasp.web.scene.incident_view import PushView, WetSpots
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
-from slipgrasp.web.scene.marks import sizes_on_hand
+from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand
 from slipgrasp.web.scene.object_view import ObjectView
-from slipgrasp.web.scene.run_facts import RunFacts, run_facts
 from slipgrasp.web.scene.shapes import position
 from slipgrasp.web.scene.surfaces import surfaces_for
 
@@ -42,7 +41,7 @@ class Scene:
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
-        self._look, self._detail = Look(), Detail()
+        self._appearance, self._detail = Appearance(), Detail()
         self._views: _Views | None = None
         self._view_shape: object = None
         self._ghost: GhostView | None = None
@@ -53,24 +52,27 @@ class Scene:
         _light(stage.scene)
 
     def show(
-        self, result: RunResult, ghost: RunResult | None = None, look: Look | None = None
+        self,
+        result: RunResult,
+        ghost: RunResult | None = None,
+        appearance: Appearance | None = None,
     ) -> SceneLayout:
         """Takes a run; `update` then shows its instants.
 
         Args:
             result: The run.
             ghost: Another run that is drawn pale behind it.
-            look: How it is drawn; as before if None.
+            appearance: How it is drawn; as before if None.
 
         Returns:
             Where everything is, for the camera.
         """
-        self._look = look or self._look
+        self._appearance = appearance or self._appearance
         layout = lay_out(result)
-        self._run = run_facts(result, layout, self._look.force_scale)
+        self._run = run_facts(result, layout, self._appearance.force_scale)
         with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
-            views.show_parts(self._look)
+            views.show_parts(self._appearance)
             views.magnify(layout)
             self._lay_wet_spots(result.scenario, views, layout)
             self._show_ghost(ghost, views, layout)
@@ -93,7 +95,7 @@ class Scene:
             self._views.update(sample, self._run)
             if self._wet_spots is not None:
                 self._wet_spots.update(sample.time)
-            if self._look.lenses:
+            if self._appearance.lenses:
                 self._update_lenses(self._views, sample, self._run, ghost)
 
     def remove(self) -> None:
@@ -117,11 +119,11 @@ class Scene:
 
     def _views_of(self, scenario: Scenario, layout: SceneLayout) -> _Views:
         """The nodes for a hand, made anew only if its shape or its colours have changed."""
-        shape = (_shape(scenario), self._look.dark)
+        shape = (_shape(scenario), self._appearance.dark)
         if self._views is None or self._view_shape != shape:
             self.remove()
             self._views = _make_views(
-                self._stage.scene, scenario, layout, self._detail, dark=self._look.dark
+                self._stage.scene, scenario, layout, self._detail, dark=self._appearance.dark
             )
             self._view_shape = shape
         return self._views
@@ -153,11 +155,11 @@ class Scene:
                 ghost.scenario,
                 views.frames,
                 layout,
-                surfaces_for(dark=self._look.dark),
+                surfaces_for(dark=self._appearance.dark),
                 self._detail,
             )
             self._ghost_shape = shape
-        self._ghost.show(visible=True, lenses=self._look.lenses)
+        self._ghost.show(visible=True, lenses=self._appearance.lenses)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,13 +176,13 @@ class _Views:
     lens_root: viser.FrameHandle
     lenses: tuple[LensView, ...]
 
-    def show_parts(self, look: Look) -> None:
+    def show_parts(self, appearance: Appearance) -> None:
         """Shows or hides what the user may do without."""
-        self.lens_root.visible = look.lenses
+        self.lens_root.visible = appearance.lenses
         for ring in self.rings:
-            ring.visible = look.lenses
+            ring.visible = appearance.lenses
         for view in (*self.contacts, *self.lenses):
-            view.show_cone(look.cones)
+            view.show_cone(appearance.cones)
 
     def magnify(self, layout: SceneLayout) -> None:
         """Sets how much larger than life the lenses show the contacts."""

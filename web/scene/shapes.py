@@ -50,12 +50,6 @@ def arc(radius: float, start: float, end: float, segments: int = 24) -> Points:
     return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def half_disc(radius: float, normal: tuple[float, float]) -> Points:
-    """Outline of the half of a disc that lies on the side of ``normal``."""
-    middle = math.atan2(normal[1], normal[0])
-    return arc(radius, middle - 0.5 * math.pi, middle + 0.5 * math.pi, 40)
-
-
 def tapered_bar(length: float, start_radius: float, end_radius: float) -> Points:
     """Outline of a bar along x with round ends, wider at its start than at its end."""
     lean = math.asin(min(max((start_radius - end_radius) / length, -0.9), 0.9))

@@ -20,7 +20,7 @@ class Surfaces(NamedTuple):
         ground: The floor below.
         object: The object.
         object_edge: Its outline.
-        glass: The background of a lens.
+        lens: The background of a lens.
         leader: Lines from the contacts to their lenses.
         pale: The hand and object of another run, for comparison.
         pale_edge: Their outlines.
@@ -35,7 +35,7 @@ class Surfaces(NamedTuple):
     ground: Rgb
     object: Rgb
     object_edge: Rgb
-    glass: Rgb
+    lens: Rgb
     leader: Rgb
     pale: Rgb
     pale_edge: Rgb
@@ -51,7 +51,7 @@ _BRIGHT = Surfaces(
     ground=GROUND,
     object=OBJECT,
     object_edge=OBJECT_EDGE,
-    glass=LENS,
+    lens=LENS,
     leader=MUTED,
     pale=(233, 236, 241),
     pale_edge=(164, 173, 188),
@@ -67,7 +67,7 @@ _DARK = Surfaces(
     ground=(104, 112, 126),
     object=(204, 199, 187),
     object_edge=(104, 97, 82),
-    glass=(246, 247, 250),
+    lens=(246, 247, 250),
     leader=(120, 128, 140),
     pale=(38, 43, 52),
     pale_edge=(104, 116, 138),

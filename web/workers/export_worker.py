@@ -8,6 +8,7 @@ from collections.abc import Callable
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed, ExportFinished, ExportMoved
 from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.workers.worker import Worker
 
 Progress = Callable[[float], None]
 Make = Callable[[Progress], ExportFile]
@@ -20,7 +21,7 @@ class ExportCancelledError(Exception):
     """The user does not want the file any more, or is gone."""
 
 
-class ExportWorker:
+class ExportWorker(Worker):
     """Makes a file in a thread that ends with it.
 
     Args:

@@ -16,6 +16,7 @@ from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
 from slipgrasp.web.workers.saved_runs import SavedRuns
+from slipgrasp.web.workers.worker import Worker
 
 _PATIENCE = 0.15
 _INTERNAL_ERROR = "an internal error; the log of the server tells more"
@@ -48,7 +49,7 @@ def is_outdated(newer_waits: bool, elapsed: float) -> bool:
     return newer_waits and elapsed > _PATIENCE
 
 
-class PreviewWorker:
+class PreviewWorker(Worker):
     """Simulates the latest scenario asked for, and saves what it is told to keep.
 
     Args:

@@ -11,18 +11,18 @@ from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.study import (
-    MemberRecorded,
-    MemberRefused,
     StudiesListed,
     StudyMoved,
     StudyPriced,
     StudyRefused,
+    StudyRunRecorded,
+    StudyRunRefused,
     StudyStarted,
     StudyUnreadable,
 )
+from slipgrasp.web.model.study_draft import StudyDraft, study_of
 from slipgrasp.web.model.study_map import MapPicture
-from slipgrasp.web.model.study_plan import Plan, study_of
-from slipgrasp.web.workers.errands import Errands
+from slipgrasp.web.workers.worker import QueueWorker
 
 MOST_LISTED = 30
 """More than may wait, so that whatever comes first is among them."""
@@ -31,7 +31,7 @@ _REDRAW_EVERY = 1.0
 _DRAWING_SHARE = 0.1
 
 
-class StudyClerk:
+class StudyWorker(QueueWorker):
     """Prices, starts, follows and opens studies; each answer is an intent.
 
     Args:
@@ -40,51 +40,51 @@ class StudyClerk:
     """
 
     def __init__(self, service: StudyService, send: Send) -> None:
+        super().__init__("study-worker")
         self._service, self._send = service, send
-        self.errands = Errands("study-clerk")
         self._told: tuple[int, StudyStatus, int] | None = None
         self._drawn: tuple[int, int] | None = None
         self._draw_again_at = 0.0
 
     def list(self) -> None:
         """Asks for the newest studies."""
-        self.errands.ask(self._list, "list")
+        self.ask(self._list, "list")
 
-    def price(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+    def price(self, number: int, draft: StudyDraft, scenario: Scenario, origin: str) -> None:
         """Asks what a study is going to take; ``number`` is what the answer is known by."""
-        self.errands.ask(partial(self._price, number, plan, scenario, origin), "price")
+        self.ask(partial(self._price, number, draft, scenario, origin), "price")
 
-    def start(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+    def start(self, number: int, draft: StudyDraft, scenario: Scenario, origin: str) -> None:
         """Asks for a study to be run; ``number`` is what the answer is known by."""
-        self.errands.ask(partial(self._start, number, plan, scenario, origin), "start", must=True)
+        self.ask(partial(self._start, number, draft, scenario, origin), "start", must=True)
 
-    def look(self, number: int, study_id: str) -> None:
+    def poll(self, number: int, study_id: str) -> None:
         """Asks how far a study is; ``number`` is that of the request to follow it."""
-        self.errands.ask(partial(self._look, number, study_id), "look")
+        self.ask(partial(self._poll, number, study_id), "poll")
 
     def cancel(self, number: int, study_id: str) -> None:
         """Asks for a study to end."""
-        self.errands.ask(partial(self._cancel, number, study_id), "cancel", must=True)
+        self.ask(partial(self._cancel, number, study_id), "cancel", must=True)
 
     def record(self, study_id: str, index: int) -> None:
         """Asks for the recording of a run of a study."""
-        self.errands.ask(partial(self._record, study_id, index), "record")
+        self.ask(partial(self._record, study_id, index), "record")
 
     def _list(self) -> None:
         studies, _ = self._service.list(0, MOST_LISTED)
         self._send(StudiesListed(tuple(studies)))
 
-    def _price(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+    def _price(self, number: int, draft: StudyDraft, scenario: Scenario, origin: str) -> None:
         try:
-            cost, warnings = self._service.estimate(study_of(plan, scenario, origin))
+            cost, warnings = self._service.estimate(study_of(draft, scenario, origin))
         except ScenarioError as error:
             self._send(StudyRefused(number, _sentences(error)))
         else:
             self._send(StudyPriced(number, cost.seconds, warnings))
 
-    def _start(self, number: int, plan: Plan, scenario: Scenario, origin: str) -> None:
+    def _start(self, number: int, draft: StudyDraft, scenario: Scenario, origin: str) -> None:
         try:
-            status = self._service.create(partial(study_of, plan, scenario, origin))
+            status = self._service.create(partial(study_of, draft, scenario, origin))
         except ScenarioError as error:
             self._send(StudyRefused(number, _sentences(error)))
         except SlipgraspError as error:
@@ -103,11 +103,11 @@ class StudyClerk:
         try:
             stored, _ = self._service.record_run(study_id, index)
         except SlipgraspError as error:
-            self._send(MemberRefused(study_id, index, str(error)))
+            self._send(StudyRunRefused(study_id, index, str(error)))
         else:
-            self._send(MemberRecorded(study_id, index, stored.id))
+            self._send(StudyRunRecorded(study_id, index, stored.id))
 
-    def _look(self, number: int, study_id: str) -> None:
+    def _poll(self, number: int, study_id: str) -> None:
         try:
             status = self._service.status(study_id)
             behind = self._num_before(status)

@@ -1,13 +1,13 @@
-"""Intents about the comparison of two runs, and what the comparer answers."""
+"""Intents about the comparison of two runs, and what their worker answers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from slipgrasp.recordings.compare.comparison import Comparison
-from slipgrasp.web.model.compare import Pair
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.replay import Replay
+from slipgrasp.web.model.view import Pair
 
 
 @dataclass(frozen=True, slots=True)

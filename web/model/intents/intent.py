@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import MaxLen
+
+Key = Annotated[str, MaxLen(100)]
+"""The id of a stored run, or the key of a parameter."""
 
 
 @dataclass(frozen=True, slots=True)

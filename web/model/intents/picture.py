@@ -1,12 +1,15 @@
-"""Intents about the picture: where it is seen from, and how it looks."""
+"""Intents about what is drawn: the picture of the hand, the page around it, and the charts."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
+from annotated_types import MaxLen
+
+from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
-from slipgrasp.web.model.look import Look
-from slipgrasp.web.model.room import Room
+from slipgrasp.web.model.page_layout import PageLayout
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,20 +25,28 @@ class CameraMoved(LatestIntent):
 
 
 @dataclass(frozen=True, slots=True)
-class PageMeasured(LatestIntent):
+class MeasurePage(LatestIntent):
     """The page tells how much room it has, and whether its user likes pages to be dark."""
 
-    room: Room
+    layout: PageLayout
     prefers_dark: bool
 
 
 @dataclass(frozen=True, slots=True)
-class SetLook(LatestIntent):
+class SetAppearance(LatestIntent):
     """The user chose what is drawn; its numbers are not validated yet."""
 
-    look: Look
+    appearance: Appearance
 
 
 @dataclass(frozen=True, slots=True)
 class ToggleDark(Intent):
     """The user wants the page dark if it is bright, and bright if it is dark."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleLine(Intent):
+    """The user wants a line hidden, or back; the keys are not validated yet."""
+
+    chart: Annotated[str, MaxLen(40)]
+    line: Annotated[str, MaxLen(40)]

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from annotated_types import MaxLen
 
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.playback import WindowChoice
+
+Direction = Literal[-1, 1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,42 +29,42 @@ class Seek(LatestIntent):
 class Step(Intent):
     """The user wants the next (1) or the previous (-1) row of the trace."""
 
-    direction: int
+    direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class JumpToEvent(Intent):
     """The user wants the next (1) or the previous (-1) event."""
 
-    direction: int
+    direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class GoToEdge(LatestIntent):
     """The user wants the end (1) or the start (-1) of what is played."""
 
-    direction: int
+    direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class SetSpeed(LatestIntent):
     """The user chose how fast to play, by the name of a speed."""
 
-    name: str
+    name: Annotated[str, MaxLen(10)]
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeSpeed(Intent):
     """The user wants to play faster (1) or slower (-1)."""
 
-    direction: int
+    direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class ChooseWindow(LatestIntent):
     """The user chose which stretch of the run to play and chart."""
 
-    choice: WindowChoice
+    choice: Literal[WindowChoice.SLIP, WindowChoice.WHOLE]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,14 @@
-"""Intents about stored runs, and what the librarian answers."""
+"""Intents about stored runs, and what their worker answers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Interval, MaxLen
 
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 from slipgrasp.web.model.replay import Replay
 
 
@@ -13,12 +16,12 @@ from slipgrasp.web.model.replay import Replay
 class ListRecordings(LatestIntent):
     """The user wants to see a page of the stored runs, 0 has the newest."""
 
-    page: int
+    page: Annotated[int, Interval(ge=0, le=1_000_000)]
 
 
 @dataclass(frozen=True, slots=True)
 class FilterRecordings(LatestIntent):
-    """The user wants to see some of the stored runs only, by `slipgrasp.web.model.shelf`."""
+    """The user wants to see some of the stored runs only, by `slipgrasp.web.model.run_list`."""
 
     text: str
     outcome: str
@@ -28,14 +31,27 @@ class FilterRecordings(LatestIntent):
 class ChooseRecording(LatestIntent):
     """The user points at a stored run; its id is not validated yet, empty for none."""
 
-    run_id: str
+    run_id: Key
 
 
 @dataclass(frozen=True, slots=True)
 class OpenRecording(LatestIntent):
     """The user wants to see a stored run; its id is not validated yet."""
 
-    run_id: str
+    run_id: Key
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLink(LatestIntent):
+    """The page was opened with a link; of it only the lengths are checked.
+
+    Attributes:
+        run: Id of the stored run.
+        time: Which time [s], as it is written in the link; empty if it names none.
+    """
+
+    run: Annotated[str, MaxLen(200)]
+    time: Annotated[str, MaxLen(40)]
 
 
 @dataclass(frozen=True, slots=True)

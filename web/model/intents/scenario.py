@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
+from annotated_types import Interval
+
+from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Value
 from slipgrasp.web.model.editing import Reach
-from slipgrasp.web.model.incidents import Incidence
-from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,7 @@ class RemoveChange(Intent):
     """The user takes back one timed change: that of a parameter at a time [s]."""
 
     time: float
-    key: str
+    key: Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ class RemoveChanges(Intent):
 
 
 @dataclass(frozen=True, slots=True)
-class Happen(Intent):
+class AddDisturbance(Intent):
     """The user lets something happen to the object at the play head.
 
     Attributes:
@@ -52,15 +55,15 @@ class Happen(Intent):
         contact: Under which fingertip, where that matters; None is the one nearest to slip.
     """
 
-    kind: Incidence
+    kind: DisturbanceKind
     contact: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class RemoveIncident(Intent):
+class RemoveDisturbance(Intent):
     """The user takes back a push or a wet spot, by its place among them."""
 
-    index: int
+    index: Annotated[int, Interval(ge=0, le=10**6)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,17 +1,20 @@
-"""Intents about studies, and what the study clerk answers."""
+"""Intents about studies, and what their worker answers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Interval
 
 from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
+from slipgrasp.web.model.study_draft import AxisDraft
 from slipgrasp.web.model.study_map import MapPicture
-from slipgrasp.web.model.study_plan import AxisPlan
 
 
 @dataclass(frozen=True, slots=True)
-class ChooseVaried(Intent):
+class ChooseAxis(Intent):
     """The user chose which parameter varies along an axis, 0 across and 1 up."""
 
     place: int
@@ -23,7 +26,7 @@ class SetRange(Intent):
     """The user set how a parameter varies; nothing of it is validated yet."""
 
     place: int
-    axis: AxisPlan
+    axis: AxisDraft
 
     @property
     def subject(self) -> object:
@@ -56,22 +59,22 @@ class OpenStudy(LatestIntent):
 
 
 @dataclass(frozen=True, slots=True)
-class OpenMember(LatestIntent):
+class OpenStudyRun(LatestIntent):
     """The user wants to see one run of the study on the screen; the index is not validated."""
 
-    index: int
+    index: Annotated[int, Interval(ge=0, le=10**9)]
 
 
 @dataclass(frozen=True, slots=True)
-class ShowPlan(LatestIntent):
+class ShowStudyDraft(LatestIntent):
     """The user wants to plan a study, or to go back to the map."""
 
     is_shown: bool
 
 
 @dataclass(frozen=True, slots=True)
-class SeePlan(LatestIntent):
-    """The plan has come into the user's sight, or is hidden behind another tab."""
+class SeeStudyDraft(LatestIntent):
+    """The draft has come into the user's sight, or is hidden behind another tab."""
 
     is_visible: bool
 
@@ -154,7 +157,7 @@ class StudiesListed(Intent):
 
 
 @dataclass(frozen=True, slots=True)
-class MemberRecorded(Intent):
+class StudyRunRecorded(Intent):
     """A run of a study was simulated again, checked and kept."""
 
     study_id: str
@@ -163,7 +166,7 @@ class MemberRecorded(Intent):
 
 
 @dataclass(frozen=True, slots=True)
-class MemberRefused(Intent):
+class StudyRunRefused(Intent):
     """A run of a study cannot be shown, with the reason."""
 
     study_id: str

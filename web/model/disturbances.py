@@ -1,0 +1,123 @@
+"""What happens to the object in a run: pushes and wet spots, as the user sets them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
+from typing import Any, Literal
+
+from slipgrasp.core.scenario import Patch, Pulse, Scenario
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.parameters import Parameter
+
+
+class DisturbanceKind(StrEnum):
+    """What a user may let happen."""
+
+    PUSH = "push"
+    WET_SPOT = "wet spot"
+    POUR = "pour"
+
+
+DisturbanceList = Literal["pulses", "patches"]
+
+_LISTS: tuple[DisturbanceList, ...] = ("pulses", "patches")
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """A push or a wet spot; its values may be out of bounds.
+
+    Attributes:
+        place: The list of the scenario that it is an entry of.
+        values: Its values by key, relative to the entry; None is left out.
+    """
+
+    place: DisturbanceList
+    values: Mapping[str, Any]
+
+    @property
+    def time(self) -> float:
+        """When it begins [s]."""
+        return float(self.values["time" if self.place == "pulses" else "start_time"])
+
+    def edited(self, key: str, value: object) -> Disturbance:
+        """The disturbance with one of its values replaced."""
+        return replace(self, values={**self.values, key: value})
+
+
+def push_at(time: float) -> Disturbance:
+    """A push as long and strong as is usual, from some time on [s]."""
+    return Disturbance("pulses", _plain_values(Pulse(time=time)))
+
+
+def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Disturbance:
+    """A wet spot below a fingertip.
+
+    Args:
+        scenario: Whose face.
+        contact: Which fingertip.
+        slip: How far it has slid along its face [m].
+        time: When the spot appears [s].
+    """
+    finger = scenario.fingers[contact]
+    centre = round(finger.contact_offset + slip, 6)
+    return Disturbance(
+        "patches", _plain_values(Patch(face=finger.face, centre=centre, start_time=time))
+    )
+
+
+def disturbances_of(scenario: Scenario) -> tuple[Disturbance, ...]:
+    """What happens in a scenario: first the pushes, then the wet spots."""
+    return tuple(
+        Disturbance(place, _plain_values(entry))
+        for place in _LISTS
+        for entry in getattr(scenario, place)
+    )
+
+
+def disturbance_words(disturbance: Disturbance) -> str:
+    """What happens, such as ``push (0, -5) N for 0.05 s``."""
+    values = disturbance.values
+    if disturbance.place == "pulses":
+        force = f"({values['force.0']:g}, {values['force.1']:g}) N"
+        turning = f" and {values['moment']:g} N m" if values["moment"] else ""
+        return f"push {force}{turning} for {values['duration']:g} s"
+    face = str(values["face"]).replace("-", " ")
+    until = "" if values["end_time"] is None else f" until {values['end_time']} s"
+    return f"wet spot on {face}, friction × {values['friction_factor']:g}{until}"
+
+
+def is_of_disturbance(key: str) -> bool:
+    """Whether a dotted key belongs to a push or a wet spot."""
+    return key.partition(".")[0] in _LISTS
+
+
+def disturbance_values(disturbances: Sequence[Disturbance]) -> Iterator[tuple[str, Any]]:
+    """The values of all disturbances by dotted key of the scenario."""
+    counts = dict.fromkeys(_LISTS, 0)
+    for disturbance in disturbances:
+        index = counts[disturbance.place]
+        counts[disturbance.place] += 1
+        for key, value in disturbance.values.items():
+            yield f"{disturbance.place}.{index}.{key}", value
+
+
+def disturbance_parameters(disturbances: Sequence[Disturbance]) -> Iterator[Parameter]:
+    """The parameters of all disturbances, in the order of their fields."""
+    for key, value in disturbance_values(disturbances):
+        is_whole = isinstance(value, int) and not isinstance(value, bool)
+        number = float(value) if is_whole else value
+        yield replace(template_keys()[template_key(key)], key=key, value=number)
+
+
+def _plain_values(entry: Pulse | Patch) -> dict[str, Any]:
+    """The values of an entry by key; a vector has a key per component."""
+    values: dict[str, Any] = {}
+    for name, value in asdict(entry).items():
+        if isinstance(value, tuple):
+            values |= {f"{name}.{i}": item for i, item in enumerate(value)}
+        else:
+            values[name] = value
+    return values

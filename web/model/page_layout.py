@@ -1,0 +1,85 @@
+"""How much room a page has, and what each column of it gets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from annotated_types import Interval
+
+Pixels = Annotated[int, Interval(ge=0, le=20_000)]
+
+MARGIN = 12
+"""Between the playback panel and the edges of the scene [px]."""
+
+_LEAST_PLAYBACK = 240
+_USUAL_COVER = 240
+_USUAL_SIZE = (1440, 900)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Size of a viewer's picture, and the strip at its bottom that a panel covers [px]."""
+
+    width: int
+    height: int
+    covered: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PageLayout:
+    """What a page measures of itself, in pixels of its layout.
+
+    Attributes:
+        width: Width of the page.
+        height: Its height.
+        scene_width: Width of the scene between the columns.
+        scene_height: Its height.
+        covered: Height of the strip at the bottom of the scene that the playback panel covers.
+    """
+
+    width: Pixels
+    height: Pixels
+    scene_width: Pixels
+    scene_height: Pixels
+    covered: Pixels
+
+    @property
+    def picture(self) -> Picture:
+        """The scene as the camera has to know it."""
+        return Picture(self.scene_width, self.scene_height, self.covered)
+
+    @property
+    def playback(self) -> int:
+        """Width of a playback panel that spans the scene [px]."""
+        return max(self.scene_width - 2 * MARGIN, _LEAST_PLAYBACK)
+
+
+class PanelSizes(NamedTuple):
+    """Widths of the columns, and height of a chart [px]."""
+
+    results: int
+    study: int
+    scenario: int
+    chart: int
+
+
+def panel_sizes(width: int, height: int) -> PanelSizes:
+    """Sizes that leave the scene its share of a page [px]."""
+    results = min(max(round(0.27 * width), 280), 400)
+    scenario = min(max(round(0.22 * width), 250), 320)
+    chart = min(max((height - 340) // 3 - 48, 130), 190)
+    study = min(max(round(0.4 * width), results), 620)
+    return PanelSizes(results, study, scenario, chart)
+
+
+def guess_layout(width: int, height: int) -> PageLayout:
+    """What a page will measure, as far as its first picture tells.
+
+    Args:
+        width: Width of the picture [px]; on a fine screen more than the page has pixels.
+        height: Its height.
+    """
+    width, height = min(width, _USUAL_SIZE[0]), min(height, _USUAL_SIZE[1])
+    sizes = panel_sizes(width, height)
+    return PageLayout(width, height, width - sizes.results - sizes.scenario, height, _USUAL_COVER)

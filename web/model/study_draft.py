@@ -1,0 +1,258 @@
+"""The study that a user drafts: two parameters, their ranges, and what is compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.study.definition import Study, expand_key
+from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.core.words.parameter_words import key_words
+from slipgrasp.web.model.parameter_names import ParameterNames, names_of
+from slipgrasp.web.model.slider_range import slider_range
+
+MIN_STEPS, MAX_STEPS = 2, 60
+_STEPS = 15
+
+NO_COMPARISON = "nothing"
+COMPARISONS: Mapping[str, tuple[str, tuple[float | str | bool, ...]]] = {
+    "adapting slowly (Q = 1) and fast (Q = 20)": ("controller.lyapunov_weight", (1.0, 20.0)),
+    "control continuous and every 1 ms": ("controller.control_period", (0.0, 0.001)),
+    "theorem 3 and theorem 4": ("controller.kind", ("theorem-3", "theorem-4")),
+    "grip just enough and 1.5 × as safe": ("controller.grip_safety", (1.0, 1.5)),
+    "every control law": ("controller.kind", template_keys()["controller.kind"].choices),
+    **{
+        f"without and with {key_words(key.partition('.')[2], ())}": (key, (False, True))
+        for key, parameter in template_keys().items()
+        if parameter.kind == "boolean" and parameter.changeable
+    },
+}
+"""What may be compared on the same values: the key of a setting, and its values, by their name."""
+
+_FIRST_CHOICES = ("object.mass", "fingers.*.friction")
+_ALSO_OFFERED = (
+    "simulation.gravity",
+    "pulses.0.force.0",
+    "pulses.0.force.1",
+    "pulses.0.moment",
+)
+"""Template keys of what cannot change during a run."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisDraft:
+    """One of the two parameters that vary, in its unit; nothing of it is validated yet.
+
+    Attributes:
+        key: Its dotted key; ``*`` stands for all fingers.
+        low: Its first value.
+        high: Its last value.
+        count: How many values it takes, both included.
+        is_log: Whether they are spaced evenly in the logarithm.
+    """
+
+    key: str
+    low: float
+    high: float
+    count: int = _STEPS
+    is_log: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A parameter that may vary.
+
+    Attributes:
+        key: Its dotted key; ``*`` stands for all fingers.
+        label: What it is called, with its unit.
+        text: A sentence about it, with its bounds.
+        low: Where its range begins unless the user says otherwise.
+        high: Where it ends.
+    """
+
+    key: str
+    label: str
+    text: str
+    low: float
+    high: float
+
+    def axis(self, count: int = _STEPS) -> AxisDraft:
+        """The parameter over its own range."""
+        return AxisDraft(self.key, self.low, self.high, count)
+
+
+@dataclass(frozen=True, slots=True)
+class StudyDraft:
+    """What a study is to vary.
+
+    Attributes:
+        axes: The parameters along the map and up.
+        comparison: Name of what is compared (`COMPARISONS`), or `NO_COMPARISON`.
+    """
+
+    axes: tuple[AxisDraft, AxisDraft]
+    comparison: str = NO_COMPARISON
+
+    @property
+    def num_runs(self) -> int:
+        """How many runs that makes."""
+        combinations = len(COMPARISONS[self.comparison][1]) if self.compares else 1
+        return self.axes[0].count * self.axes[1].count * combinations
+
+    @property
+    def compares(self) -> bool:
+        """Whether a setting is compared."""
+        return self.comparison in COMPARISONS
+
+    def with_axis(self, place: int, axis: AxisDraft) -> StudyDraft:
+        """The draft with another axis, the number of its values within bounds."""
+        bounded = replace(axis, count=min(max(axis.count, MIN_STEPS), MAX_STEPS))
+        first, second = self.axes
+        return replace(self, axes=(bounded, second) if place == 0 else (first, bounded))
+
+
+@lru_cache(maxsize=8)
+def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
+    """The parameters of a scenario that may vary, those of all fingers alike first.
+
+    What is not allowed at either end of its range is not offered, such as noise with
+    continuous control.
+    """
+    names = names_of(scenario)
+    definitions = names.definitions
+    keys = [key for key, parameter in definitions.items() if _may_vary(parameter)]
+    of_all = dict.fromkeys(
+        f"fingers.*.{key.split('.', 2)[2]}" for key in keys if key.startswith("fingers.")
+    )
+    first = [key for key in _FIRST_CHOICES if key in keys or key in of_all]
+    ordered = dict.fromkeys((*first, *of_all, *keys))
+    offers = (_offer(scenario, key, names) for key in ordered)
+    return tuple(offer for offer in offers if _is_possible(scenario, offer))
+
+
+def _may_vary(parameter: Parameter) -> bool:
+    has_range = isinstance(parameter.value, float) or _is_left_out(parameter)
+    return has_range and (parameter.changeable or template_key(parameter.key) in _ALSO_OFFERED)
+
+
+def _is_left_out(parameter: Parameter) -> bool:
+    """Whether it is a number that could be there, of which it is known where it would lie."""
+    is_number = parameter.kind == "number" and parameter.typical is not None
+    return is_number and parameter.value is None
+
+
+def _is_possible(scenario: Scenario, offer: Offer) -> bool:
+    """Whether both ends of its range make a scenario."""
+    steady = replace(scenario, changes=())
+    try:
+        for end in (offer.low, offer.high):
+            with_values(steady, dict.fromkeys(expand_key(scenario, offer.key), end))
+    except ScenarioError:
+        return False
+    return True
+
+
+def _offer(scenario: Scenario, key: str, names: ParameterNames) -> Offer:
+    parameter = names.definitions[expand_key(scenario, key)[0]]
+    low, high = _range_of(parameter, names)
+    label = names.label(key)
+    text = f"{parameter.text} {key}, {parameter.limit}."
+    return Offer(key, f"{label[:1].upper()}{label[1:]}", text, low, high)
+
+
+def _range_of(parameter: Parameter, names: ParameterNames) -> tuple[float, float]:
+    """Where a parameter varies unless the user says otherwise."""
+    if isinstance(parameter.value, float):
+        return slider_range(parameter, names.definitions, parameter.value)[:2]
+    assert parameter.typical is not None
+    # Friction of stick is at least that of slip.
+    sibling = names.definitions.get(parameter.key.replace("static_friction", "friction"))
+    least = sibling.value if sibling and isinstance(sibling.value, float) else -math.inf
+    low, high = parameter.typical
+    return max(low, least), max(high, 2.0 * least)
+
+
+def fitted(draft: StudyDraft | None, offers: tuple[Offer, ...]) -> StudyDraft:
+    """The draft as far as a scenario has its parameters; the first that are offered elsewhere.
+
+    Args:
+        draft: What the user has chosen; None if nothing yet.
+        offers: What the scenario offers, at least two parameters.
+    """
+    if draft is None:
+        return StudyDraft((offers[0].axis(), offers[1].axis()))
+    known = {offer.key for offer in offers}
+    taken = [axis.key for axis in draft.axes]
+    free = (offer for offer in offers if offer.key not in taken)
+    first, second = (axis if axis.key in known else next(free).axis() for axis in draft.axes)
+    return replace(draft, axes=(first, second))
+
+
+def comparisons_for(draft: StudyDraft) -> tuple[str, ...]:
+    """What may be compared: settings that no axis varies."""
+    taken = {axis.key for axis in draft.axes}
+    return (NO_COMPARISON, *(name for name, (key, _) in COMPARISONS.items() if key not in taken))
+
+
+def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
+    """The study that a draft makes of a scenario.
+
+    Args:
+        draft: What varies.
+        scenario: The base.
+        origin: Name of what the base was made from.
+
+    Raises:
+        ScenarioError: With one entry per wrong field, in the words of the page.
+    """
+    names = names_of(scenario)
+    first, second = draft.axes
+    if first.key == second.key:
+        raise _twice(names.words(first.key))
+    is_preset = origin in preset_names() and load_scenario(origin) == scenario
+    vary: dict[str, Any] = {axis.key: _range(axis) for axis in draft.axes}
+    if draft.compares:
+        key, values = COMPARISONS[draft.comparison]
+        if key in vary:
+            raise _twice(names.words(key))
+        vary[key] = {"values": list(values)}
+    words = " and ".join(names.words(axis.key) for axis in draft.axes)
+    document = {
+        "title": f"{origin[:80]}: {words}",
+        "base": origin if is_preset else "",
+        "vary": vary,
+        "recordings": "none",
+    }
+    try:
+        return study_from_mapping(document, lambda _: scenario)
+    except ScenarioError as error:
+        raise ScenarioError(
+            [_in_words(finding, names, draft) for finding in error.errors]
+        ) from error
+
+
+def _range(axis: AxisDraft) -> dict[str, Any]:
+    scale = "log" if axis.is_log else "linear"
+    return {"min": axis.low, "max": axis.high, "count": axis.count, "scale": scale}
+
+
+def _twice(words: str) -> ScenarioError:
+    message = f"{words} is chosen twice; choose another parameter for one of them"
+    return ScenarioError([FieldError(field="vary", value=None, limit=None, message=message)])
+
+
+def _in_words(finding: FieldError, names: ParameterNames, draft: StudyDraft) -> FieldError:
+    message = finding.message
+    for axis in draft.axes:
+        words = names.words(axis.key)
+        for field, end in ((".min", ", from"), (".max", ", to"), ("", "")):
+            message = message.replace(f"vary.{axis.key}{field}", f"{words}{end}")
+    return replace(finding, message=message)

@@ -1,0 +1,74 @@
+// The state of the session, in a hidden element that the session writes into the page:
+//   <i id="sg-session-state" data-sg-state='{"session": KEY, "run": ID, "time": 0.08, …}'>
+// It is written when something changes, and now and then while time runs on; in between the
+// page moves the play head itself, so that no message is needed for it.
+
+/** What the session told last: session, run, notice, time, start, end [s], speed, playing. */
+export let state = {
+  session: "",
+  run: "",
+  notice: "",
+  time: 0,
+  start: 0,
+  end: 1,
+  speed: 1,
+  playing: false,
+};
+
+const HOLD_MS = 2000;
+const changeListeners = [];
+const frameListeners = [];
+let written = "";
+let toldAt = performance.now();
+let held = null;
+
+/** Calls back with (state, previous state) whenever the session has told something. */
+export function onChange(listener) {
+  changeListeners.push(listener);
+}
+
+/** Calls back with the time of the play head [s] for every picture of the browser. */
+export function onFrame(listener) {
+  frameListeners.push(listener);
+}
+
+/** Where the play head stands now [s]. */
+export function timeNow() {
+  if (held !== null) return held.time;
+  const length = state.end - state.start;
+  if (!state.playing || length <= 0) return state.time;
+  const into = state.time - state.start + (state.speed * (performance.now() - toldAt)) / 1000;
+  return state.start + (into > length ? into % length : into);
+}
+
+/** Which share of the window lies before a time, from 0 to 1. */
+export function shareOf(time) {
+  const share = (time - state.start) / Math.max(state.end - state.start, 1e-12);
+  return Math.min(Math.max(share, 0), 1);
+}
+
+/** Shows the play head where the user has put it, until the session says so itself. */
+export function hold(time) {
+  held = { time, until: performance.now() + HOLD_MS };
+}
+
+/** Begins to look at it, once for every picture of the browser. */
+export function watchSessionState() {
+  read();
+  if (held !== null && performance.now() > held.until) held = null;
+  const time = timeNow();
+  for (const listener of frameListeners) listener(time);
+  requestAnimationFrame(watchSessionState);
+}
+
+function read() {
+  const text = document.getElementById("sg-session-state")?.dataset.sgState;
+  // A panel that is folded takes the element away; what it told last holds.
+  if (text === undefined || text === written) return;
+  written = text;
+  const previous = state;
+  state = JSON.parse(text);
+  toldAt = performance.now();
+  if (held !== null && state.time === held.time) held = null;
+  for (const listener of changeListeners) listener(state, previous);
+}

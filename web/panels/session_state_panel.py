@@ -1,0 +1,72 @@
+"""What the page's own script has to know of the session, in a hidden element."""
+
+from __future__ import annotations
+
+import json
+import time
+from html import escape
+
+import viser
+
+from slipgrasp.web.model.playback import Playback, TimeWindow
+from slipgrasp.web.model.view import RunStage, ViewState
+
+_INTERVAL = 0.5
+_AT_START = Playback(time=0.0, window=TimeWindow(0.0, 1.0), speed=1.0, playing=False)
+
+
+class SessionStatePanel:
+    """Tells the page's script about the session; while time runs on, the script counts itself.
+
+    Args:
+        gui: Where it goes.
+        key: The key of the session.
+    """
+
+    def __init__(self, gui: viser.GuiApi, key: str) -> None:
+        self._key = key
+        self.session_state = gui.add_html("")
+        self._told: tuple[object, ...] = ()
+        self._told_at = 0.0
+
+    def update(self, view: ViewState) -> None:
+        """Tells what has changed, and now and then where the moving play head stands."""
+        now, playback = time.monotonic(), view.playback or _AT_START
+        moving = None if playback.playing else playback.time
+        telling = (linked_run(view), view.notice, playback.window, playback.speed, moving)
+        if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
+            return
+        self._told, self._told_at = telling, now
+        self.session_state.content = session_state_html(self._key, view)
+
+    def remove(self) -> None:
+        """Takes it off the page."""
+        self.session_state.remove()
+
+
+def session_state_html(key: str, view: ViewState) -> str:
+    """The hidden element.
+
+    Args:
+        key: The key of the session.
+        view: What is on the screen; until a run is, the play head stands at the start.
+    """
+    playback = view.playback or _AT_START
+    state = {
+        "session": key,
+        "run": linked_run(view),
+        "notice": view.notice,
+        "time": playback.time,
+        "start": playback.window.start,
+        "end": playback.window.end,
+        "speed": playback.speed,
+        "playing": playback.playing,
+    }
+    return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
+
+
+def linked_run(view: ViewState) -> str:
+    """The id that a link to the run on the screen names; empty if it is not stored."""
+    if view.shown is not None and view.shown.replay is not None:
+        return view.shown.replay.run_id
+    return view.status.run_id if view.status.stage is RunStage.SAVED else ""

@@ -1,0 +1,116 @@
+"""A camera that looks at the hand from the front, until the user takes it over."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from slipgrasp.web.model.page_layout import Picture
+
+FIELD_OF_VIEW = math.radians(22.0)
+_FREE_SHARE = 0.3
+_TOLERANCE = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Framing:
+    """Where a camera that looks along the model's depth stands, and what it looks at [m]."""
+
+    centre: tuple[float, float]
+    distance: float
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """The camera in viewer coordinates."""
+        return (self.centre[0], -self.distance, self.centre[1])
+
+    @property
+    def look_at(self) -> tuple[float, float, float]:
+        """The middle of the picture in viewer coordinates."""
+        return (self.centre[0], 0.0, self.centre[1])
+
+
+def frame_box(low: NDArray[np.float64], high: NDArray[np.float64], picture: Picture) -> Framing:
+    """The nearest camera that sees a whole box, above what a panel covers.
+
+    Args:
+        low: Lower left corner of the box in the model's plane [m].
+        high: Its upper right corner [m].
+        picture: Size of the picture.
+    """
+    height = max(picture.height, 1)
+    free = max(height - picture.covered, _FREE_SHARE * height)
+    half_width, half_height = 0.5 * (high - low)
+    half = max(half_height, half_width * free / max(picture.width, 1))
+    whole = half * height / free
+    centre = 0.5 * (low + high)
+    middle = (float(centre[0]), float(centre[1] - (whole - half)))
+    return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW))
+
+
+def stands_at(position: tuple[float, float, float], framing: Framing) -> bool:
+    """Whether a reported camera [m] stands where a framing put it."""
+    return math.dist(position, framing.position) <= _TOLERANCE * framing.distance
+
+
+class FrontCamera:
+    """Keeps the hand in the picture when the picture changes its size.
+
+    Args:
+        camera: The viewer's camera.
+    """
+
+    def __init__(self, camera: viser.CameraHandle) -> None:
+        self._camera = camera
+        self._picture = Picture(camera.image_width, camera.image_height)
+        self._framing: Framing | None = None
+        self._arrived = False
+        self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._free = True
+
+    def show(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+        """Frames a box, the first time and whenever its size changes.
+
+        Args:
+            low: Its lower left corner [m].
+            high: Its upper right corner [m].
+        """
+        if self._box is None or not np.allclose((low, high), self._box):
+            self._box = (low, high)
+            self.frame()
+
+    def measure(self, picture: Picture) -> None:
+        """Frames again when the picture has changed, unless the user has moved the camera."""
+        if picture != self._picture:
+            self._picture = picture
+            if self._free:
+                self.frame()
+
+    def report(self, position: tuple[float, float, float]) -> None:
+        """Takes note of where the viewer's camera stands [m].
+
+        Reports from before the camera was framed may still be on their way: only one that
+        has been where it was put, and then is not, was moved by hand.
+        """
+        if self._framing is None:
+            return
+        in_place = stands_at(position, self._framing)
+        if self._arrived and not in_place:
+            self._free = False
+        self._arrived = self._arrived or in_place
+
+    def frame(self) -> None:
+        """Puts the camera in front of the hand."""
+        if self._box is None:
+            return
+        self._free = True
+        self._framing = frame_box(*self._box, self._picture)
+        self._arrived = False
+        self._camera.fov = FIELD_OF_VIEW
+        self._camera.up_direction = (0.0, 0.0, 1.0)
+        self._camera.position = self._framing.position
+        self._camera.look_at = self._framing.look_at

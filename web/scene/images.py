@@ -1,0 +1,91 @@
+"""Pictures that the scene is papered with: the background of a lens, and words.
+
+Pictures are not lit, so their colours are the very ones of the palette, and words that are
+pictures may have any colour; viser's own labels are always black on white.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from slipgrasp.recordings.palette import Rgb
+from slipgrasp.web.scene.shapes import position
+
+Pixels = NDArray[np.uint8]
+
+_SIZE = 320
+_HATCH_PERIOD = 16.0
+_HATCH_DEPTH = 0.035
+_LETTER_HEIGHT = 44
+# Turns a picture, whose rows run down and which faces along z, upright in the model's plane.
+_UPRIGHT = (2.0**-0.5, -(2.0**-0.5), 0.0, 0.0)
+
+
+class SceneImage(NamedTuple):
+    """A picture that stands in the model's plane: its pixels and its height [m]."""
+
+    pixels: Pixels
+    height: float
+
+    @property
+    def width(self) -> float:
+        """Its width [m]."""
+        rows, columns = self.pixels.shape[:2]
+        return self.height * columns / rows
+
+
+def add_image_in_plane(
+    scene: viser.SceneApi, name: str, pane: SceneImage, centre: NDArray[np.float64], depth: float
+) -> viser.ImageHandle:
+    """Puts a picture into the model's plane, ``depth`` nearer to the eye [m]."""
+    return scene.add_image(
+        name,
+        pane.pixels,
+        pane.width,
+        pane.height,
+        format="png",
+        cast_shadow=False,
+        receive_shadow=False,
+        wxyz=_UPRIGHT,
+        position=position(centre, depth),
+    )
+
+
+@functools.lru_cache(maxsize=32)
+def lens_background(normal: tuple[float, float], ground: Rgb, solid: Rgb) -> Pixels:
+    """A disc, one half of which is hatched as a solid, shape ``(size, size, 4)``.
+
+    Args:
+        normal: Which half: unit vector into the solid.
+        ground: Colour of the other half.
+        solid: Colour of the solid.
+    """
+    steps = (np.arange(_SIZE) + 0.5) / _SIZE * 2.0 - 1.0
+    x, y = steps[None, :], -steps[:, None]
+    rim = (1.0 - np.hypot(x, y)) * 0.5 * _SIZE
+    into = (normal[0] * x + normal[1] * y) * 0.5 * _SIZE
+    stripes = (x + y) * 0.5 * _SIZE % _HATCH_PERIOD < 0.12 * _HATCH_PERIOD
+    share = np.clip(into + 0.5, 0.0, 1.0)[..., None]
+    hatched = np.array(solid) * (1.0 - _HATCH_DEPTH * stripes[..., None])
+    colour = np.array(ground) * (1.0 - share) + hatched * share
+    alpha = 255.0 * np.clip(rim, 0.0, 1.0)[..., None]
+    return np.concatenate([colour, alpha], axis=-1).round().astype(np.uint8)
+
+
+@functools.lru_cache(maxsize=64)
+def lettering(text: str, ink: Rgb) -> Pixels:
+    """One line of words on nothing, shape ``(height, width, 4)``."""
+    font = ImageFont.load_default(size=_LETTER_HEIGHT)
+    left, _, right, _ = font.getbbox(text)
+    size = (max(int(right - left) + 8, 8), int(1.5 * _LETTER_HEIGHT))
+    picture = Image.new("RGBA", size, (*ink, 0))
+    ImageDraw.Draw(picture).text(
+        (4 - left, 0.15 * _LETTER_HEIGHT), text, font=font, fill=(*ink, 255)
+    )
+    return np.asarray(picture)

@@ -1,0 +1,122 @@
+"""The thread that lists, opens and changes stored runs for one session."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+from slipgrasp.recordings.exceptions import RecordingError, RecordingNotFoundError
+from slipgrasp.recordings.store.run_query import RunQuery
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.recordings import (
+    AnnotateRecording,
+    DeleteRecording,
+    RecordingChanged,
+    RecordingOpened,
+    RecordingRefused,
+    RecordingsListed,
+    RecordingUnreadable,
+)
+from slipgrasp.web.model.replay import Source, open_replay
+from slipgrasp.web.model.run_list import ROWS_PER_PAGE, RunFilter
+from slipgrasp.web.workers.worker import QueueWorker
+
+NUM_RECENT = 30
+
+
+class LibraryWorker(QueueWorker):
+    """Answers the latest request for a recording, and for a page of the list; changes all.
+
+    Args:
+        store: The stored runs.
+        send: Takes the answers.
+    """
+
+    def __init__(self, store: RecordingStore, send: Send) -> None:
+        super().__init__("library-worker")
+        self._store, self._send = store, send
+
+    def open(self, number: int, source: Source) -> None:
+        """Asks for a recording; one that still waits is forgotten.
+
+        Args:
+            number: What the answer is to be recognised by.
+            source: The recording.
+        """
+        self.ask(partial(self._open, number, source), "open")
+
+    def list(self, page: int, wanted: RunFilter, chosen_id: str = "") -> None:
+        """Asks for a page of the list.
+
+        Args:
+            page: Which one, 0 has the newest.
+            wanted: Which runs to list.
+            chosen_id: A run of which all is to be told, wherever it is in the list.
+        """
+        self.ask(partial(self._list, page, wanted, chosen_id), "list")
+
+    def annotate(self, request: AnnotateRecording) -> None:
+        """Asks to have written about a run what a user wrote."""
+        self.ask(partial(self._annotate, request), must=True)
+
+    def delete(self, request: DeleteRecording) -> None:
+        """Asks to have a run deleted."""
+        self.ask(partial(self._delete, request), must=True)
+
+    def _open(self, number: int, source: Source) -> None:
+        try:
+            self._send(RecordingOpened(number, open_replay(self._store, source)))
+        except RecordingError as error:
+            self._send(RecordingUnreadable(number, str(error)))
+
+    def _list(self, page: int, wanted: RunFilter, chosen_id: str) -> None:
+        """Answers with the last page where there are fewer."""
+        started = time.monotonic()
+        found = self._store.find(wanted.query(page))
+        last = max((found.count - 1) // ROWS_PER_PAGE, 0)
+        if page > last:
+            page, found = last, self._store.find(wanted.query(last))
+        recent = self._store.find(RunQuery(limit=NUM_RECENT)).runs
+        chosen = self._get(chosen_id) if chosen_id else None
+        self._send(
+            RecordingsListed(
+                page=page,
+                count=found.count,
+                runs=tuple(found.runs),
+                recent=tuple(recent),
+                chosen_id=chosen_id,
+                chosen=chosen,
+                elapsed=time.monotonic() - started,
+            )
+        )
+
+    def _get(self, run_id: str) -> StoredRun | None:
+        try:
+            return self._store.get(run_id)
+        except RecordingNotFoundError:
+            return None
+
+    def _annotate(self, request: AnnotateRecording) -> None:
+        tags = [tag for tag in map(str.strip, request.tags.split(",")) if tag]
+        try:
+            stored = self._store.annotate(
+                request.run_id,
+                name=request.name,
+                notes=request.notes,
+                tags=tags,
+                expected=[request.revision],
+            )
+        except RecordingError as error:
+            self._send(RecordingRefused("Not changed", str(error)))
+            return
+        self._send(RecordingChanged(request.run_id, stored))
+
+    def _delete(self, request: DeleteRecording) -> None:
+        try:
+            self._store.delete(request.run_id, expected=[request.revision])
+        except RecordingError as error:
+            self._send(RecordingRefused("Not deleted", str(error)))
+            return
+        self._send(RecordingChanged(request.run_id, None))
