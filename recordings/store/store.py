@@ -16,6 +16,7 @@ from threading import Lock
 
 import platformdirs
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import (
@@ -25,7 +26,6 @@ from slipgrasp.recordings.exceptions import (
     RecordingWriteError,
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.annotations import Annotations

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.kernel.cache import cache_root, kernel_name
+from slipgrasp.core.kernel.cache import code_path
+from slipgrasp.core.kernel.compiler import kept_code
 from slipgrasp.core.run.simulator import prepare_kernel
 
 REPOSITORY = Path(__file__).parents[2]
@@ -59,20 +60,12 @@ def test_a_temporary_folder_serves_where_the_cache_cannot_be_written_and_is_remo
     assert not folder.exists()
 
 
-def unit_of(code):
-    """The name of the unit whose machine code a file holds: module.function-line.python.1.nbc."""
-    return code.name.split(".")[1]
-
-
 @pytest.mark.timeout(600)
 def test_what_is_missing_is_compiled_while_it_tells_how_far_it_is(tmp_path):
     """The nine smallest units, enough for two processes; a fresh checkout compiles them all."""
     prepare_kernel()
-    folder = tmp_path / kernel_name()
-    shutil.copytree(cache_root() / kernel_name(), folder)
-    codes = sorted(folder.rglob("*.nbc"), key=lambda path: path.stat().st_size)
-    smallest = list(dict.fromkeys(unit_of(code) for code in codes))[:9]
-    for code in codes:
-        if unit_of(code) in smallest:
-            code.unlink()
+    folder = tmp_path / code_path("").parent.name
+    folder.mkdir()
+    for path in sorted(kept_code(), key=lambda path: path.stat().st_size)[9:]:
+        shutil.copy(path, folder)
     assert float(python(RUN, tmp_path)) == pytest.approx(0.11293, abs=5e-6)
