@@ -99,7 +99,7 @@ _UNITS: dict[str, _Unit] = {}
 
 
 def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Declares a unit with its signature: numba types, or dtypes of records.
+    """Declares a unit with its signature: numba types, or dtypes of records; callees come first.
 
     In the kernel the decorated name is called like any function; from Python by `call`.
     """

@@ -27,6 +27,7 @@ from slipgrasp.core.kernel.guards import (
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import PROGRESS
+from slipgrasp.core.kernel.state import estimate_at, slip_velocity_at
 from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant
 
 # A guard is looked at where its least value may come this near to its level, as a share of the
@@ -43,9 +44,10 @@ def _coordinate(model: Record, discrete: Record, j: int) -> int:
     n = model.num_fingers
     if j < PER_CONTACT * n:
         i = j // PER_CONTACT
-        return 6 + n + i if j % PER_CONTACT == PHASE and discrete.phases[i] != 0 else -1
+        slips = j % PER_CONTACT == PHASE and discrete.phases[i] != 0
+        return slip_velocity_at(n, i) if slips else -1
     k = j - PER_CONTACT * n - 1
-    return 6 + 2 * n + k if k >= 0 and discrete.clamps[k] == 0 else -1
+    return estimate_at(n, k) if k >= 0 and discrete.clamps[k] == 0 else -1
 
 
 @compiled

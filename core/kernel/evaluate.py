@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 from slipgrasp.core.kernel import dynamics, kinematics, law, motion, reduced
 from slipgrasp.core.kernel.compiler import call, from_python
 from slipgrasp.core.kernel.controllability import find_controllable
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
+from slipgrasp.core.kernel.controllers.interface import adapt
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.model import pack_model
-from slipgrasp.core.kernel.records import STATE, Floats, Record, make_record
+from slipgrasp.core.kernel.records import Floats, Record, make_record
 from slipgrasp.core.kernel.regressor import multiply_regressor
+from slipgrasp.core.kernel.state import STATE, parts_of
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import Scenario
 
@@ -98,7 +100,7 @@ def evaluate_state(
         torques[:] = np.reshape(np.asarray(torque, dtype=float), (n, 2))
         _torques_to_forces(work.kin, n, torques, work.tip_forces)
     call(solve_plant, model, discrete, work)
-    call(update_rates, model, discrete, state, work)
+    call(adapt, model, discrete, state, work)
     return _collect(model, discrete, work, state, torques, n, p)
 
 
@@ -124,7 +126,7 @@ def _collect(
 ) -> StateEvaluation:
     size = 3 + n
     kin = work.kin
-    estimates = state.x[6 + 2 * n : 6 + 2 * n + p]
+    estimates = parts_of(state, n, p).estimates
     estimated_bias = np.zeros(size)
     believed, gravity = work.believed, model.hand.gravity
     _assemble_bias(kin, work.believed_dynamics, believed, gravity, discrete.beliefs, estimated_bias)

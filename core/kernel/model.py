@@ -14,16 +14,10 @@ from slipgrasp.core.kernel.controllers.kinds import KINDS
 from slipgrasp.core.kernel.dop853 import DOP853
 from slipgrasp.core.kernel.methods import DOPRI5, METHOD
 from slipgrasp.core.kernel.motion import MOTION, pack_motion
-from slipgrasp.core.kernel.records import (
-    MAX_COORDINATES,
-    MAX_FINGERS,
-    MAX_UNKNOWNS,
-    Floats,
-    Record,
-    make_record,
-)
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record, make_record
 from slipgrasp.core.kernel.sensors import ACTUATORS, SENSORS, pack_actuators, pack_sensors
-from slipgrasp.core.scenario import ControllerParameters, Scenario
+from slipgrasp.core.kernel.state import count_states
+from slipgrasp.core.scenario import MAX_UNKNOWNS, ControllerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
@@ -129,7 +123,7 @@ MODEL = np.dtype(
     [
         ("num_fingers", np.int64),  # n
         ("num_unknowns", np.int64),  # p
-        ("num_states", np.int64),  # 8 + 2 n + p
+        ("num_states", np.int64),  # of the integrated state
         ("hand", HAND),
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
@@ -150,7 +144,7 @@ def pack_model(scenario: Scenario) -> Record:
     n, p = len(scenario.fingers), len(scenario.estimates)
     record = make_record(MODEL)
     model = record.view(MODEL)
-    model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, 8 + 2 * n + p
+    model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, count_states(n, p)
     _pack_hand(scenario, n, model["hand"])
     _pack_truth(scenario, n, model["truth"])
     _pack_unknowns(scenario, p, model["unknowns"])

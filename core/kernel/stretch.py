@@ -12,6 +12,7 @@ from slipgrasp.core.kernel.jump import select_again
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import OUTLET, PROGRESS, emit, keep_old
+from slipgrasp.core.kernel.state import supplied_at
 from slipgrasp.core.kernel.tick import control_tick, leave_ticks, next_tick, restart_ticks
 
 
@@ -52,4 +53,4 @@ def _book_energy(model: Record, run: Record) -> None:
     update_mechanics(model, state, run.work)
     kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
     before = run.row.kinetic_energy + run.row.potential_energy
-    state.x[model.num_states - 2] += kinetic + potential - before
+    state.x[supplied_at(model)] += kinetic + potential - before

@@ -9,7 +9,8 @@ from slipgrasp.core.kernel.kinematics import KINEMATICS
 from slipgrasp.core.kernel.linear import FACTORS
 from slipgrasp.core.kernel.model import TRUTH
 from slipgrasp.core.kernel.quadratic import QUADRATIC
-from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
 
 # What stays fixed between two jumps.
 DISCRETE = np.dtype(
