@@ -19,6 +19,10 @@ import platformdirs
 from slipgrasp.core.file_lock import try_lock
 
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
+MODE_VARIABLE = "SLIPGRASP_KERNEL"
+# Where the variable says so, Python runs the kernel and there is no machine code.
+INTERPRETED = os.environ.get(MODE_VARIABLE) == "python"
+
 _FOLDER = "kernel"
 _DIGEST_BYTES = 32
 _PATIENCE = 0.05  # [s]
@@ -85,8 +89,8 @@ def only_process(meanwhile: Callable[[], None]) -> Iterator[None]:
 
 @cache
 def kernel_name() -> str:
-    """Name of this kernel: its sources and the compiler's version decide it."""
+    """Name of this kernel: its sources, the compiler's version and what runs it decide it."""
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())
-    return f"kernel-{digest.hexdigest()[:16]}"
+    return f"{'python' if INTERPRETED else 'kernel'}-{digest.hexdigest()[:16]}"

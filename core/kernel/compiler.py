@@ -7,9 +7,9 @@ unit, small functions are inlined as usual. The machine code of a unit is kept o
 something that decides it changes: to edit a control law recompiles the one or two units in
 which the law is inlined, to edit a docstring recompiles nothing.
 
-With the variable SLIPGRASP_KERNEL=python nothing is compiled: Python interprets the kernel, some
-thousand times slower and with the same results to rounding, so that a debugger stops in it and a
-coverage report counts its lines.
+With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
+thousands of times slower and with the same results to rounding, so that a debugger stops in it
+and a coverage report counts its lines.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from slipgrasp.core.kernel.cache import (
+    INTERPRETED,
     ROOT_VARIABLE,
     cache_root,
     code_path,
@@ -42,8 +43,6 @@ from slipgrasp.core.kernel.cache import (
 )
 from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.kernel.records import Record
-
-INTERPRETED = os.environ.get("SLIPGRASP_KERNEL") == "python"
 
 _OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
 _FEW_UNITS = 2

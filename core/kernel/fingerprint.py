@@ -54,7 +54,7 @@ def _compiler() -> str:
 @cache
 def _describe(function: FunctionType) -> tuple[bytes, tuple[FunctionType, ...]]:
     """What one function is made of, and the functions that are inlined in it."""
-    lines = [f"{function.__module__}.{function.__qualname__}"]
+    lines = [function.__qualname__]
     lines += _code_lines(function.__code__, documented=function.__doc__ is not None)
     inlined = []
     for name in function.__code__.co_names:

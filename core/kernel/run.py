@@ -172,7 +172,7 @@ def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Reco
         row.discrete.torques[i, 1] = discrete.torques[i, 1]
     for k in range(model.num_unknowns):
         row.discrete.clamps[k] = discrete.clamps[k]
-    row.discrete.squeeze = discrete.squeeze
+    row.discrete.added_grip = discrete.added_grip
     row.discrete.piece = discrete.piece
 
 

@@ -20,7 +20,7 @@ DISCRETE = np.dtype(
         ("clamps", np.int64, (MAX_UNKNOWNS,)),  # -1, 1: rests on its lower, upper bound
         ("torques", np.float64, (MAX_FINGERS, 2)),  # held by sampled control [N m]
         ("piece", np.int64),  # of the desired motion
-        ("squeeze", np.float64),  # what the grip reflex has added [N]
+        ("added_grip", np.float64),  # what the grip reflex has added [N]
     ],
     align=True,
 )

@@ -32,7 +32,7 @@ def command_grip(model: Record, discrete: Record, work: Record) -> int:
     law, body = model.law, work.believed.object_inertia
     grip = law.grip_force
     if law.kind == GRIP_REFLEX:
-        grip += discrete.squeeze
+        grip += discrete.added_grip
     for k in range(3):
         feedback = (
             law.position_gains[k] * room.error[k] + law.velocity_gains[k] * room.error_rate[k]
