@@ -19,6 +19,8 @@ from tests.core import executor_tasks as work
 from tests.core.test_executors import go_on, outcome_of
 from tests.waiting import PATIENCE, wait_until
 
+pytestmark = pytest.mark.usefixtures("kernel")
+
 CLIENT = """
 import sys
 from slipgrasp.core.executors import make_executor
