@@ -44,7 +44,7 @@ from slipgrasp.core.kernel.cache import (
 from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.kernel.records import Record
 
-_OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
+OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
 _FEW_UNITS = 2
 _LOCK = threading.Lock()
 
@@ -61,7 +61,7 @@ class _Unit:
     @cached_property
     def name(self) -> str:
         """Under which its machine code is kept."""
-        digest = fingerprint(self.function, self.signature, _OPTIONS)
+        digest = fingerprint(self.function, self.signature, OPTIONS)
         return f"{self.function.__name__}-{digest}"
 
     @property
@@ -71,7 +71,7 @@ class _Unit:
 
     def compile(self) -> int:
         """Compiles the unit and keeps its machine code; returns its address."""
-        unit = numba.cfunc(self.signature, **_OPTIONS)(self.function)
+        unit = numba.cfunc(self.signature, **OPTIONS)(self.function)
         library = unit._library.serialize_using_object_code()
         write_code(self.name, pickle.dumps((unit.native_name, library)))
         return int(unit.address or 0)
@@ -128,15 +128,9 @@ def compiled(function: Callable[..., Any]) -> Any:
     """
     if INTERPRETED:
         return function
-    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(
+    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(
         function
     )
-
-
-@cache
-def from_python(function: Any) -> Any:
-    """A `compiled` function, to be called from Python."""
-    return numba.njit(**_OPTIONS)(function.py_func)
 
 
 def call(unit: Any, *arguments: Any) -> Any:

@@ -1,15 +1,17 @@
-"""One state of a hand taken apart, for tests and for a look inside; not used by runs."""
+"""One state of a hand taken apart, by the functions of the kernel."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipgrasp.core.kernel import dynamics, kinematics, law, motion, reduced
-from slipgrasp.core.kernel.compiler import call, from_python
+from slipgrasp.core.kernel.cache import INTERPRETED
+from slipgrasp.core.kernel.compiler import OPTIONS, call
 from slipgrasp.core.kernel.controllability import find_controllable
 from slipgrasp.core.kernel.controllers.interface import adapt
 from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
@@ -19,6 +21,12 @@ from slipgrasp.core.kernel.regressor import multiply_regressor
 from slipgrasp.core.kernel.state import STATE, parts_of
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import Scenario
+
+
+def from_python(function: Any) -> Any:
+    """A function that the kernel inlines, to be called from Python."""
+    return function if INTERPRETED else numba.njit(**OPTIONS)(function.py_func)
+
 
 _apply_tip_forces = from_python(reduced.apply_tip_forces)
 _assemble_bias = from_python(reduced.assemble_bias)
