@@ -5,19 +5,15 @@ The adaptive laws command the same torque and change the estimates.
 
 from __future__ import annotations
 
-from numba import types
-
-from slipgrasp.core.kernel.compiler import compiled_apart
+from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.grasp import choose_grasp_force, keep_limits, minimise_forces
 from slipgrasp.core.kernel.kinematics import to_inertial_frame
-from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import inertial_force
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.kernel.wrench import distribute_wrench, find_squeeze, share_wrench
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
+@compiled
 def command_forces(model: Record, discrete: Record, work: Record) -> int:
     """Torque of Eq. 23 / 27 as tip forces u = J^-T tau in ``work.tip_forces``.
 

@@ -1,8 +1,8 @@
 """What every control law does: command a torque, and learn (docs/model.md, Controllers).
 
 A law sees the state as it is measured, the phases it believes in and what it believes of the
-masses and of friction, in the workspace; it writes tip forces, or rates of its estimates. Every
-law is compiled apart, so that a change in one is compiled without the others.
+masses and of friction, in the workspace; it writes tip forces, or rates of its estimates. What
+every evaluation of the theorems asks for is inlined; the other laws are compiled apart.
 """
 
 from __future__ import annotations

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from numba import types
-
-from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.linear import solve_transposed
-from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.regressor import multiply_regressor
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 
 @compiled
@@ -22,7 +18,7 @@ def weigh_error(law: Record, factors: Record, room: Record) -> None:
     solve_transposed(factors, law.num_fingers, room.weighted_error)
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)
+@compiled
 def gradient_rates(model: Record, discrete: Record, work: Record) -> None:
     """Writes U^T M~^-T E^T P xi to ``work.rates`` ``(p,)``: Eq. 24 without its gain."""
     weigh_error(model.law, work.estimated_factors, work.room)
