@@ -17,7 +17,7 @@ from slipgrasp.core.kernel.controllers.interface import adapt
 from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.model import pack_model
 from slipgrasp.core.kernel.records import Floats, Record, make_record
-from slipgrasp.core.kernel.regressor import multiply_regressor
+from slipgrasp.core.kernel.reduced import multiply_regressor
 from slipgrasp.core.kernel.state import STATE, parts_of
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import Scenario

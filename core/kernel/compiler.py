@@ -206,7 +206,7 @@ def compile_from_the_end() -> None:
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
     command = (
-        "import slipgrasp.core.kernel.entry; "
+        "import slipgrasp.core.kernel.advance; "
         "from slipgrasp.core.kernel.compiler import compile_from_the_end as go; go()"
     )
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)

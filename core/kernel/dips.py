@@ -167,7 +167,10 @@ def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
 
 @compiled
 def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
-    """The same for a guard that watches a coordinate of the state, whose slopes are known."""
+    """The share of the step at which guard ``j``, which watches a coordinate, is past its level.
+
+    The slopes of a coordinate are known: they give its values at the nodes of the step.
+    """
     guards, step, method = run.guards, run.step, model.method
     coordinate = _coordinate(model, run.discrete, j)
     least = min(guards.starts[j], guards.ends[j]) - guards.levels[j]

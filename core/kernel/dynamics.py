@@ -23,7 +23,7 @@ TIP_DYNAMICS = np.dtype(
     align=True,
 )
 
-# The same for every link with a mass of 1 kg: finger, link, entry.
+# What every link adds per mass: apparent inertia [1] and bias force [N/kg]; finger, link, entry.
 UNIT_DYNAMICS = np.dtype(
     [
         ("inertia", np.float64, (MAX_FINGERS, 2, 3)),

@@ -213,7 +213,7 @@ def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
 def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
-    """The same for the end of a step; marks the guards that have fired in it."""
+    """1 if any guard is past its level at the end of a step; marks those, which fired in it."""
     _update_values(model, discrete, state, work, guards)
     found = 0
     for j in range(guards.count):

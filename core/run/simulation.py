@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipgrasp.core.kernel import entry as kernel
+from slipgrasp.core.kernel import advance as kernel
 from slipgrasp.core.kernel.jump import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
@@ -89,7 +89,7 @@ class Simulation:
             return
         if self._model.sensors.noisy:
             provide_noise(self._run, self.scenario)
-        status = kernel.advance(
+        status = kernel.advance_run(
             self._model,
             self._run,
             self._outlet,

@@ -20,8 +20,7 @@ from slipgrasp.core.kernel.controllers.theorem_3 import gradient_rates
 from slipgrasp.core.kernel.kinematics import to_contact_frame
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, MODEL, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
-from slipgrasp.core.kernel.reduced import inertial_force
-from slipgrasp.core.kernel.regressor import unit_force
+from slipgrasp.core.kernel.reduced import inertial_force, unit_force
 from slipgrasp.core.kernel.state import STATE, estimate_at
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
