@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.recordings.exceptions import FolderInUseError, RecordingWriteError
-from slipgrasp.recordings.file.file_lock import try_lock
 
 LOCK_NAME = "service.lock"
 MAX_OWNER_LENGTH = 20

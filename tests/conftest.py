@@ -1,4 +1,4 @@
-"""What all tests share: the compiled kernel, and how the processes they start are to behave."""
+"""What all tests share: the clock, the browser, and how the processes they start are to behave."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from slipgrasp.core.run.simulator import prepare_kernel
 from tests.ensure_programs import FLAGS, HOW_TO_FIX, find_chromium
 from tests.waiting import PATIENCE
 
@@ -42,8 +41,6 @@ def pytest_sessionstart() -> None:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     # A shell that starts the tests in the background makes them, and their processes, deaf.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    # So that neither a test nor two processes at once do it.
-    prepare_kernel()
 
 
 class ForwardClock(datetime):
@@ -67,6 +64,14 @@ def clock() -> Iterator[None]:
         patch.setattr("slipgrasp.recordings.store.store.datetime", ForwardClock)
         patch.setattr("slipgrasp.recordings.study.study_store.datetime", ForwardClock)
         yield
+
+
+@pytest.fixture(scope="session")
+def kernel() -> None:
+    """Compiles the simulation, for tests that start processes which are not to wait for it."""
+    from slipgrasp.core.run.simulator import prepare_kernel
+
+    prepare_kernel()
 
 
 @pytest.fixture(scope="session")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import types
 
-from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
+from slipgrasp.core.kernel.dynamics import stored_energy
+from slipgrasp.core.kernel.flow import update_mechanics
 from slipgrasp.core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
 from slipgrasp.core.kernel.jump import (
     EVENT_STALL,
@@ -37,10 +40,17 @@ from slipgrasp.core.kernel.run import (
     keep_old,
 )
 from slipgrasp.core.kernel.sensing import noise_used_up
+from slipgrasp.core.kernel.state import supplied_at
 from slipgrasp.core.kernel.stepper import take_step
 from slipgrasp.core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
-from slipgrasp.core.kernel.stretch import begin_stretch
-from slipgrasp.core.kernel.tick import apply_command, control_tick, next_command, next_tick
+from slipgrasp.core.kernel.tick import (
+    apply_command,
+    control_tick,
+    leave_ticks,
+    next_command,
+    next_tick,
+    restart_ticks,
+)
 
 STALLED = 1e-9
 MAX_STALLS = 20
@@ -190,6 +200,46 @@ def _next_break(model: Record, run: Record, t_stop: float) -> float:
     return until
 
 
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)
+def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_ticks: int) -> int:
+    """Starts the run, or goes on after a timed change under new constants.
+
+    Args:
+        model: Constants from now on.
+        run: The run; at a later stretch the row before the change is already written.
+        outlet: Buffers for rows and phase changes.
+        first: 1 where the run starts here.
+        same_ticks: 1 where sampled control keeps its ticks (its period did not change).
+    """
+    run.begun = 1
+    if first == 0:
+        _book_energy(model, run)
+    if model.law.period == 0.0:
+        leave_ticks(model, run)
+    elif same_ticks == 0:
+        restart_ticks(run)
+        run.hold_until = np.inf
+    if model.law.period > 0.0 and run.now >= next_tick(model, run):
+        return control_tick(model, run, outlet, first, 1)
+    if model.law.period == 0.0 and run.hold_until == np.inf:
+        for i in range(model.num_fingers):
+            run.discrete.beliefs[i] = run.discrete.phases[i]
+    if first == 1:
+        emit(model, run, outlet, run.now, run.step.start)
+    keep_old(model, run)
+    return select_again(model, run, outlet)
+
+
+@compiled
+def _book_energy(model: Record, run: Record) -> None:
+    """Adds to the supplied energy what a timed change of mass or inertia brings in."""
+    state = run.step.start
+    update_mechanics(model, state, run.work)
+    kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
+    before = run.row.kinetic_energy + run.row.potential_energy
+    state.x[supplied_at(model)] += kinetic + potential - before
+
+
 @compiled
 def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
     """One step, cut at the first event in it, and the jump at its end if there is one."""
@@ -275,3 +325,19 @@ def advance(
         if status != RUNNING:
             return status
     return RUNNING
+
+
+def advance_run(
+    model: Record,
+    run: Record,
+    outlet: Record,
+    t_stop: float,
+    *,
+    first: bool,
+    same_ticks: bool,
+    max_steps: int,
+) -> int:
+    """Advances a run as `advance` does; from Python, without the GIL."""
+    flags = int(first), int(same_ticks)
+    status: int = call(advance, model, run, outlet, t_stop, *flags, max_steps)
+    return status

@@ -1,8 +1,4 @@
-"""Where the machine code of the kernel is kept.
-
-Numba names a cached function by its own file only, so a caller would keep stale code of a
-callee in another file. The cache folder therefore carries a digest of all kernel sources.
-"""
+"""Where the machine code of the kernel is kept: one file per unit, named by what decides it."""
 
 from __future__ import annotations
 
@@ -11,16 +7,25 @@ import hashlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 import numba
 import platformdirs
-from numba.core import config
+
+from slipgrasp.core.file_lock import try_lock
 
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
+MODE_VARIABLE = "SLIPGRASP_KERNEL"
+# Where the variable says so, Python runs the kernel and there is no machine code.
+INTERPRETED = os.environ.get(MODE_VARIABLE) == "python"
+
+_FOLDER = "kernel"
+_DIGEST_BYTES = 32
+_PATIENCE = 0.05  # [s]
 
 
 @cache
@@ -28,37 +33,64 @@ def cache_root() -> Path:
     """The user's cache folder, or a temporary one where that cannot be written."""
     root = Path(os.environ.get(ROOT_VARIABLE) or platformdirs.user_cache_dir("slipgrasp"))
     try:
-        (root / kernel_name()).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=root / kernel_name()):
+        (root / _FOLDER).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root / _FOLDER):
             return root
     except OSError:
-        temporary = tempfile.mkdtemp(prefix="slipgrasp-")
+        temporary = Path(tempfile.mkdtemp(prefix="slipgrasp-"))
         atexit.register(shutil.rmtree, temporary, ignore_errors=True)
-        return Path(temporary)
+        (temporary / _FOLDER).mkdir()
+        return temporary
+
+
+def code_path(name: str) -> Path:
+    """Where machine code of this name is kept; nothing need be there yet."""
+    return cache_root() / _FOLDER / f"{name}.code"
+
+
+def write_code(name: str, code: bytes) -> None:
+    """Keeps machine code, whole or not at all, whoever else writes it at the same time."""
+    path = code_path(name)
+    temporary = path.with_suffix(f".{os.getpid()}")
+    temporary.write_bytes(_digest(code) + code)
+    temporary.replace(path)
+
+
+def read_code(name: str) -> bytes | None:
+    """Machine code that has been kept; None if there is none, or the disk has spoilt it."""
+    path = code_path(name)
+    if not path.exists():
+        return None
+    content = path.read_bytes()
+    digest, code = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
+    return code if digest == _digest(code) else None
+
+
+def _digest(code: bytes) -> bytes:
+    return hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest()
 
 
 @contextmanager
-def in_cache_folder() -> Iterator[None]:
-    """Within it numba keeps what it compiles in the folder of this kernel."""
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(cache_root() / kernel_name())
-    try:
+def only_process(meanwhile: Callable[[], None]) -> Iterator[None]:
+    """Within it no other process compiles; where files cannot be locked, all may.
+
+    Args:
+        meanwhile: Called again and again while another one does.
+    """
+    with (cache_root() / _FOLDER / "lock").open("ab") as stream:
+        try:
+            while not try_lock(stream):
+                meanwhile()
+                time.sleep(_PATIENCE)
+        except OSError:
+            pass
         yield
-    finally:
-        config.CACHE_DIR = previous
-
-
-def functions_in_cache() -> set[str]:
-    """Names of the kernel functions whose machine code lies on disk."""
-    paths = (cache_root() / kernel_name()).rglob("*.nbc")
-    # A file is called module.function-line.python.number.nbc.
-    return {path.name.split(".")[1].rpartition("-")[0] for path in paths}
 
 
 @cache
 def kernel_name() -> str:
-    """Name of this kernel: its sources and the compiler's version decide it."""
+    """Name of this kernel: its sources, the compiler's version and what runs it decide it."""
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())
-    return f"kernel-{digest.hexdigest()[:16]}"
+    return f"{'python' if INTERPRETED else 'kernel'}-{digest.hexdigest()[:16]}"

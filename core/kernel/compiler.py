@@ -3,56 +3,50 @@
 A unit is called through its symbol by the others, as with the object files of a C program,
 so that the compiler sees every unit once. (Where numba's functions simply call each
 other, each is compiled again with each of its callers, which takes minutes here.) Within a
-unit, small functions are inlined as usual.
+unit, small functions are inlined as usual. The machine code of a unit is kept on disk until
+something that decides it changes: to edit a control law recompiles the one or two units in
+which the law is inlined, to edit a docstring recompiles nothing.
+
+With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
+thousands of times slower and with the same results to rounding, so that a debugger stops in it
+and a coverage report counts its lines.
 """
 
 from __future__ import annotations
 
 import ctypes
 import os
+import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import cache
+from collections.abc import Callable
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
 from llvmlite.binding import add_symbol
 from numba import types
-from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from slipgrasp.core.kernel.cache import (
+    INTERPRETED,
     ROOT_VARIABLE,
     cache_root,
-    functions_in_cache,
-    in_cache_folder,
+    code_path,
+    only_process,
+    read_code,
+    write_code,
 )
+from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.kernel.records import Record
 
-_OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
-_FEW_UNITS = 8
+OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
+_FEW_UNITS = 2
 _LOCK = threading.Lock()
-
-
-@contextmanager
-def _nothing_declared_meanwhile() -> Iterator[Any]:
-    """Numba's context, which does not look for new declarations; only compiling needs them.
-
-    Looking takes 10 ms for every unit, a third of the time in which the kernel is loaded.
-    """
-    context = cpu_target.target_context
-    # Whoever compiles takes this lock.
-    with global_compiler_lock:
-        context.refresh = lambda: None
-        try:
-            yield context
-        finally:
-            del context.refresh
 
 
 class _Unit:
@@ -64,38 +58,52 @@ class _Unit:
         self.symbol = f"slipgrasp_{function.__name__}"
         self.entry: Callable[..., Any] | None = None
 
+    @cached_property
+    def name(self) -> str:
+        """Under which its machine code is kept."""
+        digest = fingerprint(self.function, self.signature, OPTIONS)
+        return f"{self.function.__name__}-{digest}"
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether its machine code lies on disk."""
+        return code_path(self.name).exists()
+
     def compile(self) -> int:
-        """Compiles the unit into the cache, unless it is there; returns its address."""
-        with in_cache_folder():
-            unit = numba.cfunc(self.signature, cache=True, **_OPTIONS)(self.function)
+        """Compiles the unit and keeps its machine code; returns its address."""
+        unit = numba.cfunc(self.signature, **OPTIONS)(self.function)
+        library = unit._library.serialize_using_object_code()
+        write_code(self.name, pickle.dumps((unit.native_name, library)))
         return int(unit.address or 0)
 
     def load(self) -> None:
         """Makes the unit ready to be called, from Python and by other units."""
-        address = self._find_in_cache() or self.compile()
+        code = read_code(self.name)
+        address = self.compile() if code is None else _link(code)
         add_symbol(self.symbol, address)
         kinds = [_ctype(kind) for kind in self.signature.args]
         prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
         self.entry = prototype(address)
 
-    def _find_in_cache(self) -> int | None:
-        """Loads the machine code; None if it is still to be compiled."""
-        with in_cache_folder(), _nothing_declared_meanwhile() as context:
-            found = FunctionCache(self.function).load_overload(self.signature, context)
-        if found is None:
-            return None
-        name = found.fndesc.llvm_cfunc_wrapper_name
-        return int(found.library.get_pointer_to_function(name))
+
+def _link(code: bytes) -> int:
+    """Address of machine code from the disk."""
+    name, library = pickle.loads(code)
+    with global_compiler_lock:
+        linked = cpu_target.target_context.codegen().unserialize_library(library)
+        return int(linked.get_pointer_to_function(name))
 
 
 _UNITS: dict[str, _Unit] = {}
 
 
 def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Declares a unit with its signature: numba types, or dtypes of records.
+    """Declares a unit with its signature: numba types, or dtypes of records; callees come first.
 
     In the kernel the decorated name is called like any function; from Python by `call`.
     """
+    if INTERPRETED:
+        return lambda function: function
     kinds = [a if isinstance(a, types.Type) else _record_type(a) for a in arguments]
 
     def declare(function: Callable[..., Any]) -> Any:
@@ -118,19 +126,18 @@ def compiled(function: Callable[..., Any]) -> Any:
 
     Always inlined: passing the arrays of a record to a function costs more than the call.
     """
-    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(
+    if INTERPRETED:
+        return function
+    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(
         function
     )
 
 
-@cache
-def from_python(function: Any) -> Any:
-    """A `compiled` function, to be called from Python."""
-    return numba.njit(**_OPTIONS)(function.py_func)
-
-
 def call(unit: Any, *arguments: Any) -> Any:
     """Calls a unit from Python, without the GIL; loads the kernel first if need be."""
+    if INTERPRETED:
+        with np.errstate(all="ignore"):
+            return unit(*arguments)
     entry = _UNITS[unit.symbol].entry
     if entry is None:
         prepare_units()
@@ -139,37 +146,52 @@ def call(unit: Any, *arguments: Any) -> Any:
 
 
 def prepare_units(report: Callable[[float], None] | None = None) -> None:
-    """Loads or compiles all units, each once; safe from any thread.
+    """Loads or compiles all units, each once; safe from any thread and any process.
 
-    Where most must be compiled, a second process starts from the last unit while this one
+    Where several must be compiled, a second process starts from the last unit while this one
     starts from the first; what it leaves in the cache is only loaded here.
 
     Args:
         report: Called with the share of units that are ready, 0 to 1.
     """
+
+    def tell() -> None:
+        if report is not None:
+            report(share_ready())
+
     with _LOCK:
-        missing = len(_waiting_units())
-        second = _start_second_process() if missing > _FEW_UNITS else None
-        for unit in _UNITS.values():
-            if unit.entry is None:
-                if report is not None and missing:
-                    report(share_ready())
-                unit.load()
-        if second is not None:
-            second.kill()
-            second.wait()
+        if _missing_units():
+            with only_process(meanwhile=tell):
+                _load_units(tell)
+        else:
+            _load_units(lambda: None)
+
+
+def _load_units(tell: Callable[[], None]) -> None:
+    """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
+    second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
+    for unit in _UNITS.values():
+        if unit.entry is None:
+            tell()
+            unit.load()
+    if second is not None:
+        second.kill()
+        second.wait()
 
 
 def share_ready() -> float:
     """Share of the units that are loaded or lie compiled on disk, 0 to 1."""
-    return 1.0 - len(_waiting_units()) / len(_UNITS)
+    return 1.0 - len(_missing_units()) / max(len(_UNITS), 1)
 
 
-def _waiting_units() -> list[_Unit]:
+def _missing_units() -> list[_Unit]:
     """Units that are still to be compiled."""
-    unloaded = [unit for unit in _UNITS.values() if unit.entry is None]
-    names = functions_in_cache() if unloaded else set()
-    return [unit for unit in unloaded if unit.function.__name__ not in names]
+    return [unit for unit in _UNITS.values() if unit.entry is None and not unit.is_kept]
+
+
+def kept_code() -> list[Path]:
+    """Files of the units whose machine code lies on disk."""
+    return [code_path(unit.name) for unit in _UNITS.values() if unit.is_kept]
 
 
 def compile_from_the_end() -> None:
@@ -178,13 +200,13 @@ def compile_from_the_end() -> None:
         # Nothing is called here: any address satisfies the linker.
         add_symbol(unit.symbol, 1)
     for unit in reversed(_UNITS.values()):
-        if unit.function.__name__ not in functions_in_cache():
+        if not unit.is_kept:
             unit.compile()
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
     command = (
-        "import slipgrasp.core.kernel.entry; "
+        "import slipgrasp.core.kernel.advance; "
         "from slipgrasp.core.kernel.compiler import compile_from_the_end as go; go()"
     )
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)

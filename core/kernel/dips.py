@@ -27,6 +27,7 @@ from slipgrasp.core.kernel.guards import (
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import PROGRESS
+from slipgrasp.core.kernel.state import estimate_at, slip_velocity_at
 from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant
 
 # A guard is looked at where its least value may come this near to its level, as a share of the
@@ -43,9 +44,10 @@ def _coordinate(model: Record, discrete: Record, j: int) -> int:
     n = model.num_fingers
     if j < PER_CONTACT * n:
         i = j // PER_CONTACT
-        return 6 + n + i if j % PER_CONTACT == PHASE and discrete.phases[i] != 0 else -1
+        slips = j % PER_CONTACT == PHASE and discrete.phases[i] != 0
+        return slip_velocity_at(n, i) if slips else -1
     k = j - PER_CONTACT * n - 1
-    return 6 + 2 * n + k if k >= 0 and discrete.clamps[k] == 0 else -1
+    return estimate_at(n, k) if k >= 0 and discrete.clamps[k] == 0 else -1
 
 
 @compiled
@@ -165,7 +167,10 @@ def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
 
 @compiled
 def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
-    """The same for a guard that watches a coordinate of the state, whose slopes are known."""
+    """The share of the step at which guard ``j``, which watches a coordinate, is past its level.
+
+    The slopes of a coordinate are known: they give its values at the nodes of the step.
+    """
     guards, step, method = run.guards, run.step, model.method
     coordinate = _coordinate(model, run.discrete, j)
     least = min(guards.starts[j], guards.ends[j]) - guards.levels[j]

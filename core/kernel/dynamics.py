@@ -12,6 +12,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.state import Y, velocity_at
 
 # Apparent inertia and bias force of the fingers at their tips.
 TIP_DYNAMICS = np.dtype(
@@ -22,7 +23,7 @@ TIP_DYNAMICS = np.dtype(
     align=True,
 )
 
-# The same for every link with a mass of 1 kg: finger, link, entry.
+# What every link adds per mass: apparent inertia [1] and bias force [N/kg]; finger, link, entry.
 UNIT_DYNAMICS = np.dtype(
     [
         ("inertia", np.float64, (MAX_FINGERS, 2, 3)),
@@ -92,9 +93,9 @@ def combine_links(truth: Record, unit: Record, total: Record) -> None:
 @compiled
 def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tuple[float, float]:
     """Kinetic and potential energy [J] of object and fingers, heights from y = 0."""
-    kinetic, potential = 0.0, hand.gravity * truth.object_inertia[0] * state.x[1]
+    kinetic, potential = 0.0, hand.gravity * truth.object_inertia[0] * state.x[Y]
     for k in range(3):
-        kinetic += 0.5 * truth.object_inertia[k] * state.x[3 + k] ** 2
+        kinetic += 0.5 * truth.object_inertia[k] * state.x[velocity_at(k)] ** 2
     for i in range(hand.num_fingers):
         rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
         joint_height = hand.bases[i, 1]

@@ -6,20 +6,28 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
-from slipgrasp.core.kernel.controllers.interface import adapt, adapt_at_tick, command
+from slipgrasp.core.kernel.controllers.interface import adapt, command
 from slipgrasp.core.kernel.dynamics import combine_links, update_unit_dynamics
 from slipgrasp.core.kernel.kinematics import to_contact_frame, update_kinematics
 from slipgrasp.core.kernel.law import believe, demand_acceleration
 from slipgrasp.core.kernel.linear import factor, solve
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import STATE, Record
+from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import (
     apply_tip_forces,
     assemble_bias,
     assemble_inertia,
     inertial_force,
     torques_to_forces,
+)
+from slipgrasp.core.kernel.state import (
+    STATE,
+    dissipated_at,
+    estimate_at,
+    slip_at,
+    slip_velocity_at,
+    supplied_at,
+    velocity_at,
 )
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
@@ -77,20 +85,6 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
         work.forces[i, 0], work.forces[i, 1] = along, normal
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
-def update_rates(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
-    adapt(model, discrete, state, work)
-
-
-@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
-def learn_at_tick(
-    model: Record, discrete: Record, state: Record, work: Record, memory: Record
-) -> None:
-    """The same at a tick of sampled control, for laws with a memory too."""
-    adapt_at_tick(model, discrete, state, work, memory)
-
-
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STATE, STATE, WORKSPACE)
 def flow(
     model: Record, discrete: Record, t: float, state: Record, derivative: Record, work: Record
@@ -108,18 +102,18 @@ def flow(
         if update_command(model, discrete, t, state, work) == 0:
             work.tip_forces[0, 0] = np.nan
         solve_plant(model, discrete, work)
-        update_rates(model, discrete, state, work)
+        adapt(model, discrete, state, work)
     for k in range(3):
-        derivative.x[k] = state.x[3 + k]
-        derivative.x[3 + k] = work.acceleration[k]
+        derivative.x[k] = state.x[velocity_at(k)]
+        derivative.x[velocity_at(k)] = work.acceleration[k]
     for i in range(n):
-        derivative.x[6 + i] = state.x[6 + n + i]
-        derivative.x[6 + n + i] = work.acceleration[3 + i]
+        derivative.x[slip_at(i)] = state.x[slip_velocity_at(n, i)]
+        derivative.x[slip_velocity_at(n, i)] = work.acceleration[3 + i]
     for k in range(p):
-        derivative.x[6 + 2 * n + k] = 0.0 if discrete.clamps[k] != 0 else work.rates[k]
+        derivative.x[estimate_at(n, k)] = 0.0 if discrete.clamps[k] != 0 else work.rates[k]
     supplied, dissipated = _powers(model, discrete, state, work)
-    derivative.x[6 + 2 * n + p] = supplied
-    derivative.x[7 + 2 * n + p] = dissipated
+    derivative.x[supplied_at(model)] = supplied
+    derivative.x[dissipated_at(model)] = dissipated
 
 
 @compiled
@@ -132,8 +126,8 @@ def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tup
         supplied += work.tip_forces[i, 0] * kin.tip_velocities[i, 0]
         supplied += work.tip_forces[i, 1] * kin.tip_velocities[i, 1]
         # Not |s'|, whose kink at the end of a slip would make the step there tiny.
-        speed = discrete.phases[i] * state.x[6 + n + i]
+        speed = discrete.phases[i] * state.x[slip_velocity_at(n, i)]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
     for k in range(3):
-        supplied += model.load[k] * state.x[3 + k]
+        supplied += model.load[k] * state.x[velocity_at(k)]
     return supplied, dissipated

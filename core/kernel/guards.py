@@ -13,8 +13,10 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
+from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.state import STATE, estimate_at, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
 
 PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
 PER_CONTACT = 4
@@ -92,9 +94,9 @@ def _update_values(
             guards.values[base + PHASE] = friction_margin(model, discrete, work, i)
         else:
             guards.values[base + PHASE] = guard_value(
-                model, discrete, base + PHASE, state.x[6 + n + i]
+                model, discrete, base + PHASE, state.x[slip_velocity_at(n, i)]
             )
-        slip = state.x[6 + i]
+        slip = state.x[slip_at(i)]
         guards.values[base + NORMAL_FORCE] = work.forces[i, 1]
         guards.values[base + FACE] = min(
             model.hand.slip_maximum[i] - slip, slip - model.hand.slip_minimum[i]
@@ -105,7 +107,7 @@ def _update_values(
     for k in range(model.num_unknowns):
         j = base + 1 + k
         if discrete.clamps[k] == 0:
-            guards.values[j] = guard_value(model, discrete, j, state.x[6 + 2 * n + k])
+            guards.values[j] = guard_value(model, discrete, j, state.x[estimate_at(n, k)])
         else:
             guards.values[j] = discrete.clamps[k] * work.rates[k]
     same = model.law.period > 0.0 or _is_infeasible(work.room.violation) == guards.infeasible
@@ -211,7 +213,7 @@ def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
 def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
-    """The same for the end of a step; marks the guards that have fired in it."""
+    """1 if any guard is past its level at the end of a step; marks those, which fired in it."""
     _update_values(model, discrete, state, work, guards)
     found = 0
     for j in range(guards.count):

@@ -32,6 +32,7 @@ from slipgrasp.core.kernel.selection import (
     is_consistent,
     select_phases,
 )
+from slipgrasp.core.kernel.state import estimate_at, slip_at, slip_velocity_at
 
 (
     RUNNING,
@@ -92,8 +93,8 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
     n = model.num_fingers
     for i in range(n):
         # Slip velocities that counted as zero become exactly zero.
-        if abs(state.x[6 + n + i]) < REST_SPEED:
-            state.x[6 + n + i] = 0.0
+        if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED:
+            state.x[slip_velocity_at(n, i)] = 0.0
     return RUNNING
 
 
@@ -127,12 +128,11 @@ def consume_events(model: Record, run: Record) -> None:
     for i in range(n):
         base = PER_CONTACT * i
         if fired[base + PHASE] == 1 and run.discrete.phases[i] != 0:
-            state.x[6 + n + i] = 0.0
+            state.x[slip_velocity_at(n, i)] = 0.0
         if fired[base + FACE] == 1:
-            state.x[6 + i] = _nearer(
-                state.x[6 + i], model.hand.slip_minimum[i], model.hand.slip_maximum[i]
+            state.x[slip_at(i)] = _nearer(
+                state.x[slip_at(i)], model.hand.slip_minimum[i], model.hand.slip_maximum[i]
             )
-    offset = 6 + 2 * n
     for k in range(model.num_unknowns):
         if fired[PER_CONTACT * n + 1 + k] == 0:
             continue
@@ -140,8 +140,8 @@ def consume_events(model: Record, run: Record) -> None:
             run.discrete.clamps[k] = 0
             continue
         low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
-        bound = _nearer(state.x[offset + k], low, high)
-        state.x[offset + k] = bound
+        bound = _nearer(state.x[estimate_at(n, k)], low, high)
+        state.x[estimate_at(n, k)] = bound
         run.discrete.clamps[k] = 1 if bound == high else -1
         warn(run, CLAMPED)
 
@@ -155,10 +155,10 @@ def _nearer(value: float, low: float, high: float) -> float:
 @compiled
 def _clamp_estimates(model: Record, run: Record) -> None:
     """After a jump, which rates take part in: estimates at a bound rest there or leave it."""
-    offset = 6 + 2 * model.num_fingers
     for k in range(model.num_unknowns):
         low, high = model.unknowns.minimum[k], model.unknowns.maximum[k]
-        value, rate = run.step.start.x[offset + k], run.work.rates[k]
+        at = estimate_at(model.num_fingers, k)
+        value, rate = run.step.start.x[at], run.work.rates[k]
         clamp = 0
         if value >= high - ESTIMATE_BAND and rate > 0.0:
             clamp, value = 1, high
@@ -167,7 +167,7 @@ def _clamp_estimates(model: Record, run: Record) -> None:
         if clamp != 0 and run.discrete.clamps[k] == 0:
             warn(run, CLAMPED)
         run.discrete.clamps[k] = clamp
-        run.step.start.x[offset + k] = min(max(value, low), high)
+        run.step.start.x[at] = min(max(value, low), high)
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64)

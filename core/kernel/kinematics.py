@@ -6,6 +6,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
 
 LEAST_SINE = 1e-3
 
@@ -36,10 +37,10 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
     constraint holds to rounding at all times.
     """
     n = hand.num_fingers
-    cosine, sine = np.cos(state.x[2]), np.sin(state.x[2])
-    omega = state.x[5]
+    cosine, sine = np.cos(state.x[ANGLE]), np.sin(state.x[ANGLE])
+    omega = state.x[velocity_at(ANGLE)]
     for i in range(n):
-        slip, slip_velocity = state.x[6 + i], state.x[6 + n + i]
+        slip, slip_velocity = state.x[slip_at(i)], state.x[slip_velocity_at(n, i)]
         tx = cosine * hand.tangents[i, 0] - sine * hand.tangents[i, 1]
         ty = sine * hand.tangents[i, 0] + cosine * hand.tangents[i, 1]
         px = hand.anchors[i, 0] + slip * hand.tangents[i, 0]
@@ -47,11 +48,11 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
         rx, ry = cosine * px - sine * py, sine * px + cosine * py
         kin.tangents[i, 0], kin.tangents[i, 1] = tx, ty
         kin.arms[i, 0], kin.arms[i, 1] = rx, ry
-        kin.tip_velocities[i, 0] = state.x[3] - omega * ry + slip_velocity * tx
-        kin.tip_velocities[i, 1] = state.x[4] + omega * rx + slip_velocity * ty
+        kin.tip_velocities[i, 0] = state.x[velocity_at(X)] - omega * ry + slip_velocity * tx
+        kin.tip_velocities[i, 1] = state.x[velocity_at(Y)] + omega * rx + slip_velocity * ty
         kin.bias[i, 0] = -omega * (omega * rx + 2.0 * slip_velocity * ty)
         kin.bias[i, 1] = -omega * (omega * ry - 2.0 * slip_velocity * tx)
-        _solve_finger(hand, i, state.x[0] + rx, state.x[1] + ry, kin)
+        _solve_finger(hand, i, state.x[X] + rx, state.x[Y] + ry, kin)
 
 
 @compiled

@@ -10,6 +10,7 @@ from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.motion import desired_motion
 from slipgrasp.core.kernel.records import Integers, Record
+from slipgrasp.core.kernel.state import estimate_at, slip_at, slip_velocity_at, velocity_at
 
 LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
 
@@ -17,16 +18,16 @@ LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
 @compiled
 def believe(truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
     """Fills ``believed`` with what the controller knows and what it estimates."""
-    believed.num_fingers = truth.num_fingers
-    first = 6 + 2 * truth.num_fingers
+    n = truth.num_fingers
+    believed.num_fingers = n
     for k in range(3):
         believed.object_inertia[k] = truth.object_inertia[k]
-    for i in range(truth.num_fingers):
+    for i in range(n):
         believed.friction[i] = truth.friction[i]
         for link in range(2):
             believed.link_masses[i, link] = truth.link_masses[i, link]
     for k in range(unknowns.count):
-        kind, finger, value = unknowns.kinds[k], unknowns.fingers[k], state.x[first + k]
+        kind, finger, value = unknowns.kinds[k], unknowns.fingers[k], state.x[estimate_at(n, k)]
         if kind == OBJECT_MASS:
             believed.object_inertia[0] = value
             believed.object_inertia[1] = value
@@ -51,7 +52,7 @@ def demand_acceleration(
     for k in range(3):
         position, velocity, acceleration = desired_motion(motion, piece, t, k)
         room.error[k] = position - state.x[k]
-        room.error_rate[k] = velocity - state.x[3 + k]
+        room.error_rate[k] = velocity - state.x[velocity_at(k)]
         room.demand[k] = (
             acceleration
             + law.velocity_gains[k] * room.error_rate[k]
@@ -59,14 +60,14 @@ def demand_acceleration(
         )
     for i in range(n):
         k = 3 + i
-        room.error[k] = -state.x[6 + i]
-        room.error_rate[k] = -state.x[6 + n + i]
+        room.error[k] = -state.x[slip_at(i)]
+        room.error_rate[k] = -state.x[slip_velocity_at(n, i)]
         room.demand[k] = 0.0
         if belief[i] != 0:
             room.demand[k] = law.velocity_gains[k] * room.error_rate[k]
             if law.slip_stop > 0.0:
                 # Little more than stops it within one period: the rest would push the others.
-                speed = max(belief[i] * state.x[6 + n + i], 0.0)
+                speed = max(belief[i] * state.x[slip_velocity_at(n, i)], 0.0)
                 brake = min(law.slip_stop, speed / law.period + LEAST_BRAKE * law.slip_stop)
                 room.demand[k] -= belief[i] * brake
 
@@ -76,13 +77,13 @@ def lyapunov_value(
     law: Record, truth: Record, unknowns: Record, state: Record, room: Record
 ) -> float:
     """V of Eq. 44 for the errors in ``room``."""
-    value, first = 0.0, 6 + 2 * law.num_fingers
-    for k in range(3 + law.num_fingers):
+    value, n = 0.0, law.num_fingers
+    for k in range(3 + n):
         e, rate = room.error[k], room.error_rate[k]
         value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
         value += law.lyapunov_22[k] * rate * rate
     for k in range(unknowns.count):
-        deviation = true_value(truth, unknowns, k) - state.x[first + k]
+        deviation = true_value(truth, unknowns, k) - state.x[estimate_at(n, k)]
         value += deviation**2 / law.adaptation_gains[k]
     return value
 

@@ -9,12 +9,12 @@ from slipgrasp.core.kernel.records import MAX_COORDINATES, Floats, Integers, Rec
 
 # Factors of the reduced inertia M~ in its moving coordinates: those of the object and of the
 # slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out. Where all
-# stick, M~ is symmetric and of size 3, and its inverse is formed; otherwise LU factors.
+# stick, M~ is symmetric and of order 3, and its inverse is formed; otherwise LU factors.
 FACTORS = np.dtype(
     [
-        ("size", np.int64),
+        ("order", np.int64),
         ("coordinates", np.int64, (MAX_COORDINATES,)),  # which moves in each row
-        ("inverse", np.float64, (6,)),  # of size 3: 00, 01, 02, 11, 12, 22
+        ("inverse", np.float64, (6,)),  # of order 3: 00, 01, 02, 11, 12, 22
         ("lu", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
         ("pivots", np.int64, (MAX_COORDINATES,)),
         ("determinant", np.float64),  # of M~; 0 where a pivot vanishes
@@ -35,7 +35,7 @@ def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
         if phases[i] != 0:
             factors.coordinates[size] = 3 + i
             size += 1
-    factors.size = size
+    factors.order = size
     if size == 3:
         _invert(matrix, factors)
     else:
@@ -75,7 +75,7 @@ def _apply_inverse(factors: Record, n: int, vector: Floats) -> None:
 @compiled
 def _factor_general(matrix: Floats, factors: Record) -> None:
     """LU factors, rows exchanged by size."""
-    size, lu = factors.size, factors.lu
+    size, lu = factors.order, factors.lu
     for k in range(3):
         factors.coordinates[k] = k
     for row in range(size):
@@ -108,10 +108,10 @@ def _factor_general(matrix: Floats, factors: Record) -> None:
 @compiled
 def solve(factors: Record, n: int, vector: Floats) -> None:
     """Overwrites ``vector`` ``(3 + n,)`` with the solution of M~ x = vector, 0 in stick."""
-    if factors.size == 3:
+    if factors.order == 3:
         _apply_inverse(factors, n, vector)
         return
-    size, lu, part = factors.size, factors.lu, factors.part
+    size, lu, part = factors.order, factors.lu, factors.part
     for k in range(size):
         part[k] = vector[factors.coordinates[k]]
     for k in range(size):
@@ -131,10 +131,10 @@ def solve(factors: Record, n: int, vector: Floats) -> None:
 @compiled
 def solve_transposed(factors: Record, n: int, vector: Floats) -> None:
     """Overwrites ``vector`` ``(3 + n,)`` with M~^-T vector; 0 in stick, where nobody asks."""
-    if factors.size == 3:
+    if factors.order == 3:
         _apply_inverse(factors, n, vector)
         return
-    size, lu, part = factors.size, factors.lu, factors.part
+    size, lu, part = factors.order, factors.lu, factors.part
     for k in range(size):
         part[k] = vector[factors.coordinates[k]]
     for i in range(size):
@@ -155,7 +155,7 @@ def solve_transposed(factors: Record, n: int, vector: Floats) -> None:
 def _scatter_moving(factors: Record, n: int, vector: Floats) -> None:
     for k in range(3 + n):
         vector[k] = 0.0
-    for k in range(factors.size):
+    for k in range(factors.order):
         vector[factors.coordinates[k]] = factors.part[k]
 
 
@@ -165,9 +165,9 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
     norm, inverse_norm = 0.0, 0.0
     for k in range(3):
         factors.coordinates[k] = k
-    for j in range(factors.size):
+    for j in range(factors.order):
         total = 0.0
-        for i in range(factors.size):
+        for i in range(factors.order):
             total += abs(float(matrix[factors.coordinates[i], factors.coordinates[j]]))
         norm = max(norm, total)
         inverse_norm = max(inverse_norm, _inverse_column_sum(factors, n, j, column))
@@ -177,7 +177,7 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
 @compiled
 def _inverse_column_sum(factors: Record, n: int, j: int, column: Floats) -> float:
     total = 0.0
-    if factors.size == 3:
+    if factors.order == 3:
         for i in range(3):
             # Rows 00, 01, 02, 11, 12, 22 of the symmetric inverse.
             total += abs(factors.inverse[i + j if i * j == 0 else i + j + 1])

@@ -51,7 +51,7 @@ def pack_method(
         nodes: One per slope, those for values inside the step included.
         matrix: Per slope, the (column, coefficient) pairs that are not zero.
         error: Weights of the slopes in the error.
-        correction: The same in a second error of lower order; empty if none.
+        correction: Weights of the slopes in a second error of lower order; empty if none.
         dense: Per term of the interpolant from the third on, like ``matrix``.
     """
     packed = np.zeros(1, METHOD)

@@ -13,16 +13,15 @@ import numpy as np
 from slipgrasp.core.kernel.dop853 import DOP853
 from slipgrasp.core.kernel.methods import DOPRI5, METHOD
 from slipgrasp.core.kernel.motion import MOTION, pack_motion
-from slipgrasp.core.kernel.records import (
-    MAX_COORDINATES,
-    MAX_FINGERS,
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record, make_record
+from slipgrasp.core.kernel.state import count_states
+from slipgrasp.core.scenario import (
+    CONTROL_LAWS,
+    LAW_FACTS,
     MAX_UNKNOWNS,
-    Floats,
-    Record,
-    make_record,
+    ControllerParameters,
+    Scenario,
 )
-from slipgrasp.core.kernel.sensors import ACTUATORS, SENSORS, pack_actuators, pack_sensors
-from slipgrasp.core.scenario import CONTROL_LAWS, LAW_FACTS, ControllerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.unknowns import parse_unknown
@@ -110,6 +109,32 @@ LAW = np.dtype(
     align=True,
 )
 
+# What is measured, and how well.
+SENSORS = np.dtype(
+    [
+        ("perfect", np.int64),  # 1: everything below is off
+        ("noisy", np.int64),
+        ("position_noise", np.float64),  # standard deviations, SI units
+        ("velocity_noise", np.float64),
+        ("acceleration_noise", np.float64),
+        ("true_accelerations", np.int64),
+        ("filter_time", np.float64),  # [s]
+        ("true_phases", np.int64),
+        ("slip_threshold", np.float64),  # [m/s]
+        ("slip_delay", np.float64),  # [s]
+    ],
+    align=True,
+)
+
+# What the joints can give.
+ACTUATORS = np.dtype(
+    [
+        ("torque_limit", np.float64),  # inf where none [N m]
+        ("torque_rate_limit", np.float64),  # inf where none [N m/s]
+    ],
+    align=True,
+)
+
 # Accuracy and limits of the integration.
 NUMERICS = np.dtype(
     [
@@ -129,7 +154,7 @@ MODEL = np.dtype(
     [
         ("num_fingers", np.int64),  # n
         ("num_unknowns", np.int64),  # p
-        ("num_states", np.int64),  # 8 + 2 n + p
+        ("num_states", np.int64),  # of the integrated state
         ("hand", HAND),
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
@@ -150,14 +175,14 @@ def pack_model(scenario: Scenario) -> Record:
     n, p = len(scenario.fingers), len(scenario.estimates)
     record = make_record(MODEL)
     model = record.view(MODEL)
-    model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, 8 + 2 * n + p
+    model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, count_states(n, p)
     _pack_hand(scenario, n, model["hand"])
     _pack_truth(scenario, n, model["truth"])
     _pack_unknowns(scenario, p, model["unknowns"])
     _pack_law(scenario.controller, n, p, model["law"])
     _pack_learning(scenario, p, model["law"])
-    pack_sensors(scenario, model["sensors"])
-    pack_actuators(scenario, model["actuators"])
+    _pack_sensors(scenario, model["sensors"])
+    _pack_actuators(scenario, model["actuators"])
     _pack_limits(scenario, model["law"])
     pack_motion(scenario.trajectory, model["motion"])
     simulation, numerics = scenario.simulation, model["numerics"]
@@ -251,6 +276,27 @@ def _pack_limits(scenario: Scenario, law: np.void) -> None:
     law["minimum_normal_force"] = controller.minimum_normal_force
     law["maximum_normal_force"] = np.inf if largest is None else largest
     law["torque_limit"] = np.inf if torque_limit is None else torque_limit
+
+
+def _pack_sensors(scenario: Scenario, sensors: np.void) -> None:
+    """Writes what is measured, and how well."""
+    sensing = scenario.sensing
+    noise = sensing.position_noise, sensing.velocity_noise, sensing.acceleration_noise
+    sensors["position_noise"], sensors["velocity_noise"], sensors["acceleration_noise"] = noise
+    sensors["noisy"] = any(noise)
+    sensors["true_accelerations"] = sensing.true_accelerations
+    sensors["filter_time"] = sensing.acceleration_filter_time
+    sensors["true_phases"] = sensing.true_phases
+    sensors["slip_threshold"] = sensing.slip_threshold
+    sensors["slip_delay"] = sensing.slip_delay
+    sensors["perfect"] = sensing.true_accelerations and sensing.true_phases and not any(noise)
+
+
+def _pack_actuators(scenario: Scenario, actuators: np.void) -> None:
+    """Writes what the joints can give."""
+    for name in ACTUATORS.names or ():
+        limit = getattr(scenario.actuation, name)
+        actuators[name] = np.inf if limit is None else limit
 
 
 def solve_lyapunov(

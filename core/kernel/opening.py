@@ -8,9 +8,10 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.kinematics import to_contact_frame
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import STATE, Record
+from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import tip_acceleration, torques_to_forces
 from slipgrasp.core.kernel.selection import REST_SPEED, SELECTION_ROOM, distance_inside
+from slipgrasp.core.kernel.state import STATE, slip_velocity_at
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 LEAST_GAP = 1e-9  # [m/s^2]
@@ -51,7 +52,7 @@ def find_opening(
     combinations = 1
     for i in range(n):
         room.previous[i], room.beliefs[i] = discrete.phases[i], discrete.beliefs[i]
-        room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
+        room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0
         combinations *= 4 if room.free[i] == 1 else 2
     found = -1
     for count in range(1, n + 1):

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import MAX_FINGERS, MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_FINGERS
 
 _CACHE_LINE = 64
 
@@ -20,12 +20,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 
 MAX_COORDINATES = 3 + MAX_FINGERS
-MAX_STATE = 8 + 2 * MAX_FINGERS + MAX_UNKNOWNS
 MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)
-
-# Pose (3), its velocity (3), slip (n), slip velocity (n), estimates (p), energy supplied by
-# the torques and dissipated by friction; or the derivative of all that.
-STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
 
 def make_record(layout: np.dtype) -> Record:

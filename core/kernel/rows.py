@@ -1,23 +1,53 @@
-"""Writes one row of the trace, in the order of `slipgrasp.core.trace.trace.SIGNALS`."""
+"""Writes one row of the trace, every signal at the place `slipgrasp.core.trace.trace` gives it."""
 
 from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Sequence
 
 import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllability import find_controllable
+from slipgrasp.core.kernel.controllers.interface import adapt
 from slipgrasp.core.kernel.dynamics import stored_energy
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import friction_margin, present_friction
 from slipgrasp.core.kernel.kinematics import joint_angle
 from slipgrasp.core.kernel.law import lyapunov_value, true_value
 from slipgrasp.core.kernel.linear import condition
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, STATE, Floats, Record
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
+from slipgrasp.core.kernel.state import (
+    STATE,
+    dissipated_at,
+    estimate_at,
+    slip_at,
+    slip_velocity_at,
+    supplied_at,
+    velocity_at,
+)
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.trace.trace import JOINTS_PER_FINGER, SIGNALS, Signal, TraceShape
+
+
+def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int]:
+    """Columns of signals: a number, and how many more there are per finger and per unknown."""
+
+    def columns(n: int, p: int) -> int:
+        shape = TraceShape(n, ("",) * p)
+        return sum(shape.width(signal) for signal in signals)
+
+    return columns(0, 0), columns(1, 0) - columns(0, 0), columns(0, 1) - columns(0, 0)
+
+
+# First column of every signal, by its name, and the end of a row.
+_Places = namedtuple("_Places", [signal.name for signal in SIGNALS])
+AT = _Places._make(_columns_before(SIGNALS[:index]) for index in range(len(SIGNALS)))
+END = _columns_before(SIGNALS)
 
 LARGEST = 1e300
 MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS).num_columns
@@ -61,7 +91,7 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
     for k in range(model.num_unknowns):
         if discrete.clamps[k] != 0:
             # The guard of an estimate that rests on a bound looks at its rate.
-            update_rates(model, discrete, row.state, work)
+            adapt(model, discrete, row.state, work)
             break
     kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
     row.kinetic_energy, row.potential_energy = kinetic, potential
@@ -80,58 +110,75 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE)
 def fill_row(model: Record, row: Record, work: Record) -> None:
     """Writes the values of an evaluated row, which are finite as what it is made of is."""
-    n, state, values = model.num_fingers, row.state.x, row.values
-    values[0] = row.time
-    at = _put(values, 1, state, 0, 6)
-    at = _put(values, at, work.acceleration, 0, 3)
-    at = _put(values, at, work.room.error, 0, 3)
-    at = _put(values, at, model.load, 0, 3)
-    values[at] = find_controllable(model, row.discrete, work)
-    at = _put(values, at + 1, work.shares, 0, 3)
-    at = _put(values, at, state, 6, 2 * n)
-    at = _put(values, at, work.acceleration, 3, n)
-    for i in range(n):
-        values[at + i] = row.discrete.phases[i]
-        values[at + n + i] = row.discrete.beliefs[i]
-        values[at + 2 * n + i] = work.forces[i, 0]
-        values[at + 3 * n + i] = work.forces[i, 1]
-        values[at + 4 * n + i] = friction_margin(model, row.discrete, work, i)
-        values[at + 5 * n + i] = present_friction(model, row.discrete, i)
-    at += 6 * n
-    for i in range(n):
-        for joint in range(2):
-            values[at + 2 * i + joint] = joint_angle(work.kin, i, joint)
-            values[at + 2 * n + 2 * i + joint] = work.kin.joint_velocities[i, joint]
-            values[at + 4 * n + 2 * i + joint] = row.torques[i, joint]
-    at = _put_controller(model, row.state, work, values, at + 6 * n)
-    values[at] = row.kinetic_energy
-    values[at + 1] = row.potential_energy
-    values[at + 2] = state[model.num_states - 2]
-    values[at + 3] = state[model.num_states - 1]
-    row.length = at + 4
+    _set(model, row, AT.times, 0, row.time)
+    _set_object(model, row, work)
+    for i in range(model.num_fingers):
+        _set_contact(model, row, work, i)
+    _set_controller(model, row, work)
+    _set(model, row, AT.kinetic_energy, 0, row.kinetic_energy)
+    _set(model, row, AT.potential_energy, 0, row.potential_energy)
+    _set(model, row, AT.supplied_energy, 0, row.state.x[supplied_at(model)])
+    _set(model, row, AT.dissipated_energy, 0, row.state.x[dissipated_at(model)])
+    row.length = _column(model, END)
 
 
 @compiled
-def _put(values: Floats, at: int, source: Floats, start: int, count: int) -> int:
-    for k in range(count):
-        values[at + k] = source[start + k]
-    return at + count
+def _column(model: Record, place: tuple[int, int, int]) -> int:
+    return place[0] + place[1] * model.num_fingers + place[2] * model.num_unknowns
 
 
 @compiled
-def _put_controller(model: Record, state: Record, work: Record, values: Floats, at: int) -> int:
-    n, p = model.num_fingers, model.num_unknowns
-    for k in range(p):
-        values[at + k] = state.x[6 + 2 * n + k]
-        values[at + p + k] = true_value(model.truth, model.unknowns, k)
-    at += 2 * p
-    values[at] = _finite(lyapunov_value(model.law, model.truth, model.unknowns, state, work.room))
-    values[at + 1] = work.room.violation
-    values[at + 2] = _finite(condition(work.inertia, work.factors, n, work.column))
-    values[at + 3] = _finite(
-        condition(work.estimated_inertia, work.estimated_factors, n, work.column)
-    )
-    return at + 4
+def _set(model: Record, row: Record, place: tuple[int, int, int], k: int, value: float) -> None:
+    """Writes entry ``k`` of a signal."""
+    row.values[_column(model, place) + k] = value
+
+
+@compiled
+def _set_object(model: Record, row: Record, work: Record) -> None:
+    rank = find_controllable(model, row.discrete, work)
+    _set(model, row, AT.input_rank, 0, rank)
+    for k in range(3):
+        _set(model, row, AT.object_pose, k, row.state.x[k])
+        _set(model, row, AT.object_velocity, k, row.state.x[velocity_at(k)])
+        _set(model, row, AT.object_acceleration, k, work.acceleration[k])
+        _set(model, row, AT.tracking_error, k, work.room.error[k])
+        _set(model, row, AT.external_wrench, k, model.load[k])
+        _set(model, row, AT.controllability, k, work.shares[k])
+
+
+@compiled
+def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
+    """What belongs to contact ``i`` and to the joints of its finger."""
+    n, discrete = model.num_fingers, row.discrete
+    _set(model, row, AT.slip, i, row.state.x[slip_at(i)])
+    _set(model, row, AT.slip_velocity, i, row.state.x[slip_velocity_at(n, i)])
+    _set(model, row, AT.slip_acceleration, i, work.acceleration[3 + i])
+    _set(model, row, AT.phase, i, discrete.phases[i])
+    _set(model, row, AT.believed_phase, i, discrete.beliefs[i])
+    _set(model, row, AT.tangential_force, i, work.forces[i, 0])
+    _set(model, row, AT.normal_force, i, work.forces[i, 1])
+    _set(model, row, AT.friction_margin, i, friction_margin(model, discrete, work, i))
+    _set(model, row, AT.friction_coefficient, i, present_friction(model, discrete, i))
+    for joint in range(JOINTS_PER_FINGER):
+        k = JOINTS_PER_FINGER * i + joint
+        _set(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
+        _set(model, row, AT.joint_velocity, k, work.kin.joint_velocities[i, joint])
+        _set(model, row, AT.joint_torque, k, row.torques[i, joint])
+
+
+@compiled
+def _set_controller(model: Record, row: Record, work: Record) -> None:
+    n, truth, unknowns = model.num_fingers, model.truth, model.unknowns
+    for k in range(model.num_unknowns):
+        _set(model, row, AT.estimates, k, row.state.x[estimate_at(n, k)])
+        _set(model, row, AT.true_parameters, k, true_value(truth, unknowns, k))
+    value = lyapunov_value(model.law, truth, unknowns, row.state, work.room)
+    _set(model, row, AT.lyapunov_value, 0, _finite(value))
+    _set(model, row, AT.grasp_violation, 0, work.room.violation)
+    value = condition(work.inertia, work.factors, n, work.column)
+    _set(model, row, AT.inertia_condition, 0, _finite(value))
+    value = condition(work.estimated_inertia, work.estimated_factors, n, work.column)
+    _set(model, row, AT.estimated_inertia_condition, 0, _finite(value))
 
 
 @compiled

@@ -11,8 +11,6 @@ from slipgrasp.core.kernel.guards import GUARDS
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import (
     MAX_FINGERS,
-    MAX_UNKNOWNS,
-    STATE,
     Floats,
     Record,
     make_record,
@@ -21,10 +19,11 @@ from slipgrasp.core.kernel.records import (
 from slipgrasp.core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from slipgrasp.core.kernel.selection import SELECTION_ROOM
 from slipgrasp.core.kernel.sensing import NOISE_TICKS, SENSES
+from slipgrasp.core.kernel.state import STATE
 from slipgrasp.core.kernel.stepper import STEP
 from slipgrasp.core.kernel.tally import TALLY, add_to_tally, make_tally
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.scenario import MAX_CHATTER_CHANGES
+from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_UNKNOWNS
 
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED = range(4)
@@ -173,7 +172,7 @@ def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Reco
         row.discrete.torques[i, 1] = discrete.torques[i, 1]
     for k in range(model.num_unknowns):
         row.discrete.clamps[k] = discrete.clamps[k]
-    row.discrete.squeeze = discrete.squeeze
+    row.discrete.added_grip = discrete.added_grip
     row.discrete.piece = discrete.piece
 
 

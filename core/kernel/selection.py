@@ -9,7 +9,8 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.flow import flow
 from slipgrasp.core.kernel.guards import FORCE_BAND, friction_margin
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import MAX_FINGERS, STATE, Integers, Record
+from slipgrasp.core.kernel.records import MAX_FINGERS, Integers, Record
+from slipgrasp.core.kernel.state import STATE, slip_velocity_at
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
@@ -209,7 +210,7 @@ def select_phases(
     for i in range(n):
         room.previous[i] = discrete.phases[i]
         room.beliefs[i] = discrete.beliefs[i]
-        room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
+        room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0
         room.loose[i] = 0
         excess = excess or _has_static_excess(model, i)
         combinations *= 3 if room.free[i] == 1 else 1
@@ -245,5 +246,5 @@ def is_consistent(
     """1 if the present phases are consistent under the torque of the present belief, else 0."""
     n = model.num_fingers
     for i in range(n):
-        room.free[i] = 1 if abs(state.x[6 + n + i]) < REST_SPEED else 0
+        room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0
     return 1 if _judge(model, discrete, t, state, work, room) == _CONSISTENT else 0

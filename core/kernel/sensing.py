@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
-from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, STATE, Floats, Record
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.state import STATE, reduced_at, slip_velocity_at
 
 NOISE_TICKS = 256
 SAME_TIME = 1e-9
@@ -47,7 +48,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
         senses.measured.x[k] = state.x[k]
     if sensors.noisy == 1:
         for k in range(size):
-            at, rate = _places(model.num_fingers, k)
+            at, rate = reduced_at(model.num_fingers, k)
             senses.measured.x[at] += sensors.position_noise * senses.noise[row, k]
             senses.measured.x[rate] += sensors.velocity_noise * senses.noise[row, size + k]
     if sensors.true_accelerations == 0:
@@ -55,14 +56,6 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
     else:
         senses.num_filtered = 0
     senses.num_ticks += 1
-
-
-@compiled
-def _places(n: int, k: int) -> tuple[int, int]:
-    """Where position and velocity of reduced coordinate k stand in the state."""
-    if k < 3:
-        return k, 3 + k
-    return 3 + k, 3 + n + k
 
 
 @compiled
@@ -76,7 +69,7 @@ def _difference(model: Record, senses: Record, torques: Floats, now: float) -> N
     if seen > 1:
         share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
     for k in range(size):
-        _, rate = _places(model.num_fingers, k)
+        _, rate = reduced_at(model.num_fingers, k)
         velocity = senses.measured.x[rate]
         if seen > 0:
             slope = (velocity - senses.velocities[k]) / elapsed
@@ -96,7 +89,7 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
     for i in range(n):
         seen = discrete.phases[i]
         if sensors.true_phases == 0:
-            velocity = senses.measured.x[6 + n + i]
+            velocity = senses.measured.x[slip_velocity_at(n, i)]
             seen = 0
             if abs(velocity) > sensors.slip_threshold:
                 seen = 1 if velocity > 0.0 else -1

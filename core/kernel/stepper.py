@@ -13,7 +13,8 @@ from slipgrasp.core.kernel.flow import flow
 from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import MAX_STATE, STATE, Floats, Record
+from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.kernel.state import MAX_STATE, STATE
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 # A step from ``start`` to ``end`` with its slopes.

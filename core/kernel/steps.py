@@ -29,6 +29,7 @@ from slipgrasp.core.kernel.run import (
     evaluate_at,
     store_row,
 )
+from slipgrasp.core.kernel.state import ANGLE, dissipated_at, supplied_at, velocity_at
 from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant, take_step
 
 LEAST_STEP = 1e-13
@@ -74,7 +75,7 @@ def _turns_fast(model: Record, run: Record) -> bool:
 
     There the kinetic energy depends on the state more than any coordinate of it tells.
     """
-    fastest = abs(float(run.step.end.x[5]))
+    fastest = abs(float(run.step.end.x[velocity_at(ANGLE)]))
     for i in range(model.num_fingers):
         for joint in range(2):
             fastest = max(fastest, abs(float(run.work.kin.joint_velocities[i, joint])))
@@ -93,7 +94,7 @@ def _ledger_error(model: Record, run: Record, h: float) -> float:
     flow(model, run.discrete, run.now + h, step.end, run.selection.derivative, run.work)
     end, kinetic = _energy(model, run, step.end)
     share = max(LEDGER_SHARE * numerics.relative_tolerance, ENERGY_ROUNDING)
-    scale = kinetic + abs(float(step.end.x[model.num_states - 2]))
+    scale = kinetic + abs(float(step.end.x[supplied_at(model)]))
     allowed = numerics.absolute_tolerance + share * scale
     return max(abs(end - start), abs(middle - start)) / allowed
 
@@ -103,7 +104,7 @@ def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
     """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
     update_kinematics(model.hand, state, run.work.kin)
     kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
-    supplied, dissipated = state.x[model.num_states - 2], state.x[model.num_states - 1]
+    supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
     return kinetic + potential - supplied + dissipated, kinetic
 
 
@@ -168,7 +169,7 @@ def _gives_back(model: Record, run: Record, h: float) -> bool:
     if not slips or h < LEAST_LEDGER_STEP:
         return False
     step, last = run.step, model.method.num_dense + 2
-    j = model.num_states - 1
+    j = dissipated_at(model)
     before, output = 0.0, run.outputs
     while True:
         share = min(1.0, (output / model.numerics.output_rate - run.now) / h)

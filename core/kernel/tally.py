@@ -10,6 +10,7 @@ from slipgrasp.core.kernel.guards import friction_margin
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
 from slipgrasp.core.kernel.rows import ROW
+from slipgrasp.core.kernel.state import slip_at
 from slipgrasp.core.kernel.workspace import WORKSPACE
 
 # Sums so far, and what the last row adds to the integrals (by the trapezoidal rule).
@@ -54,7 +55,7 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
     if tally.rows == 0:
         tally.start = tally.time = row.time
         for i in range(n):
-            tally.slip[i] = row.state.x[6 + i]
+            tally.slip[i] = row.state.x[slip_at(i)]
     elif tally.rows == 1 and row.time == tally.start:
         for i in range(n):
             tally.least_margin[i] = np.inf
@@ -62,7 +63,7 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
     effort_rate = 0.0
     tally.slipping = 0
     for i in range(n):
-        slip = row.state.x[6 + i]
+        slip = row.state.x[slip_at(i)]
         tally.slip_path[i] += abs(slip - tally.slip[i])
         tally.slip[i] = slip
         if tally.rows == 0 or work.forces[i, 1] > tally.peak_normal_force[i]:

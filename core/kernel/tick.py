@@ -6,7 +6,8 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.flow import flow, learn_at_tick, update_command, update_mechanics
+from slipgrasp.core.kernel.controllers.interface import adapt_at_tick
+from slipgrasp.core.kernel.flow import flow, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import arm_guards
 from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, settle
 from slipgrasp.core.kernel.model import MODEL
@@ -30,6 +31,7 @@ from slipgrasp.core.kernel.sensing import (
     trust,
     trust_in_contact,
 )
+from slipgrasp.core.kernel.state import estimate_at
 
 SAME_TICK = 1e-9
 
@@ -50,13 +52,13 @@ def restart_ticks(run: Record) -> None:
 @compiled
 def _advance_estimates(model: Record, run: Record, elapsed: float) -> None:
     """One Euler step of the estimates over the period that ends now, projected on their bounds."""
-    offset = 6 + 2 * model.num_fingers
     for k in range(model.num_unknowns):
-        value = run.step.start.x[offset + k] + elapsed * run.pending_rates[k]
+        at = estimate_at(model.num_fingers, k)
+        value = run.step.start.x[at] + elapsed * run.pending_rates[k]
         bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
         if bounded != value:
             warn(run, CLAMPED)
-        run.step.start.x[offset + k] = bounded
+        run.step.start.x[at] = bounded
 
 
 @compiled
@@ -94,7 +96,7 @@ def _learn(model: Record, run: Record) -> None:
         run.memory.contact_trust[i] = trust_in_contact(model, senses, run.now, i)
         run.memory.directions[i] = discrete.phases[i] if seen_at_once else discrete.beliefs[i]
     if model.sensors.perfect == 1:
-        learn_at_tick(model, discrete, state, work, run.memory)
+        adapt_at_tick(model, discrete, state, work, run.memory)
     else:
         measure_acceleration(model, senses, discrete, work)
         update_mechanics(model, senses.measured, work)
@@ -104,7 +106,7 @@ def _learn(model: Record, run: Record) -> None:
             if k >= 3 and model.sensors.true_accelerations == 0 and discrete.beliefs[k - 3] == 0:
                 work.acceleration[k] = 0.0  # believed to be 0, and not just by the filter's noise
         torques_to_forces(work.kin, n, senses.torques, work.tip_forces)
-        learn_at_tick(model, discrete, senses.measured, work, run.memory)
+        adapt_at_tick(model, discrete, senses.measured, work, run.memory)
     # Differences of the velocity say nothing before there are two of them.
     informed = model.sensors.true_accelerations == 1 or senses.num_filtered > 1
     for k in range(model.num_unknowns):

@@ -9,7 +9,8 @@ from slipgrasp.core.kernel.kinematics import KINEMATICS
 from slipgrasp.core.kernel.linear import FACTORS
 from slipgrasp.core.kernel.model import TRUTH
 from slipgrasp.core.kernel.quadratic import QUADRATIC
-from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE, MAX_UNKNOWNS
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
 
 # What stays fixed between two jumps.
 DISCRETE = np.dtype(
@@ -19,7 +20,7 @@ DISCRETE = np.dtype(
         ("clamps", np.int64, (MAX_UNKNOWNS,)),  # -1, 1: rests on its lower, upper bound
         ("torques", np.float64, (MAX_FINGERS, 2)),  # held by sampled control [N m]
         ("piece", np.int64),  # of the desired motion
-        ("squeeze", np.float64),  # what the grip reflex has added [N]
+        ("added_grip", np.float64),  # what the grip reflex has added [N]
     ],
     align=True,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipgrasp.core.kernel import entry as kernel
+from slipgrasp.core.kernel import advance as kernel
 from slipgrasp.core.kernel.jump import LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
@@ -15,6 +15,7 @@ from slipgrasp.core.kernel.run import (
     rows_in,
 )
 from slipgrasp.core.kernel.sensing import NOISE_TICKS
+from slipgrasp.core.kernel.state import StateParts, parts_of
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
@@ -88,7 +89,7 @@ class Simulation:
             return
         if self._model.sensors.noisy:
             _provide_noise(self._run, self.scenario)
-        status = kernel.advance(
+        status = kernel.advance_run(
             self._model,
             self._run,
             self._outlet,
@@ -161,8 +162,7 @@ class Simulation:
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""
         outcome = self.outcome or Outcome.STOPPED
-        first = 6 + 2 * self.shape.num_contacts
-        estimates = self._run.step.start.x[first : first + len(self.shape.unknowns)]
+        estimates = self._state().estimates
         return RunSummary(
             scenario=self.scenario,
             outcome=outcome,
@@ -193,8 +193,11 @@ class Simulation:
 
     def _slips(self) -> tuple[np.ndarray, np.ndarray]:
         """Slip of every fingertip and its velocity [m, m/s]."""
-        n, state = self.shape.num_contacts, self._run.step.start.x
-        return state[6 : 6 + n], state[6 + n : 6 + 2 * n]
+        state = self._state()
+        return state.slip, state.slip_velocity
+
+    def _state(self) -> StateParts:
+        return _present_state(self._run, self.scenario)
 
     def _begin_stretch(self, changes: list[Change]) -> None:
         """Goes over to the constants that hold from now on."""
@@ -227,12 +230,14 @@ class Simulation:
 
 def _initial_run(scenario: Scenario) -> Record:
     run = make_progress()
-    offset = 6 + 2 * len(scenario.fingers)
-    run.step.start.x[:3] = scenario.trajectory.start
-    run.step.start.x[offset : offset + len(scenario.estimates)] = [
-        estimate.initial for estimate in scenario.estimates
-    ]
+    state = _present_state(run, scenario)
+    state.pose[:] = scenario.trajectory.start
+    state.estimates[:] = [estimate.initial for estimate in scenario.estimates]
     return run
+
+
+def _present_state(run: Record, scenario: Scenario) -> StateParts:
+    return parts_of(run.step.start, len(scenario.fingers), len(scenario.estimates))
 
 
 def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
@@ -240,8 +245,7 @@ def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
     head, _, tail = change.parameter.partition(".")
     index, _, field = tail.partition(".")
     if head == "estimates" and field == "initial":
-        offset = 6 + 2 * len(scenario.fingers)
-        run.step.start.x[offset + int(index)] = scenario.estimates[int(index)].initial
+        _present_state(run, scenario).estimates[int(index)] = scenario.estimates[int(index)].initial
         run.pending_rates[int(index)] = 0.0
 
 

@@ -8,12 +8,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.recordings.exceptions import (
     RecordingBusyError,
     RecordingExistsError,
     RecordingWriteError,
 )
-from slipgrasp.recordings.file.file_lock import try_lock
 
 PART_SUFFIX = ".part"
 RECORDING_PART = ".mcap.part"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
@@ -18,7 +19,6 @@ from slipgrasp.recordings.exceptions import (
     RecordingError,
 )
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.file.reader import read_as_stated, read_unfinished
 from slipgrasp.recordings.file.recorder import REGULAR_SUFFIX
 from slipgrasp.recordings.file.writer import write_recording

@@ -19,6 +19,7 @@ from typing import Self
 
 import platformdirs
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import (
@@ -30,7 +31,6 @@ from slipgrasp.recordings.exceptions import (
     UploadError,
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.annotations import Annotations

@@ -20,6 +20,7 @@ from typing import BinaryIO, Self
 import numpy as np
 from mcap.opcode import Opcode
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.exceptions import (
@@ -30,7 +31,6 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.file.atomic_file import atomic_file, part_of, sync_folder
 from slipgrasp.recordings.file.container import MESSAGE_HEAD, ChannelBlock, McapContainer
 from slipgrasp.recordings.file.documents import STUDY_PROFILE
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.study.documents import (
     CHANNEL,
     DEFINITION,

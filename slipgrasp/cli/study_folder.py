@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from slipgrasp.cli.status import CommandError
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.exceptions import RecordingBusyError, RecordingError, RecordingExistsError
 from slipgrasp.recordings.file.atomic_file import atomic_file, part_of
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.study.documents import definition_document
 from slipgrasp.recordings.study.reader import open_study, read_rows_so_far
 from slipgrasp.recordings.study.results import StudyResults

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.evaluate import evaluate_state
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_composite import at_ticks
+from tests.state_evaluation import evaluate_state
 
 CASE_2 = load_scenario("paper-case-2")
 SAMPLED = {

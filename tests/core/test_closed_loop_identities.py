@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from slipgrasp.core.kernel.evaluate import StateEvaluation, evaluate_state
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -28,6 +27,7 @@ from tests.references.hands import (
     random_scenario,
     random_state,
 )
+from tests.state_evaluation import StateEvaluation, evaluate_state
 
 pytestmark = pytest.mark.slow
 

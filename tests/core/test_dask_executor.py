@@ -19,7 +19,7 @@ from tests.core import executor_tasks as work
 from tests.core.test_executors import go_on, outcome_of
 from tests.waiting import PATIENCE, wait_until
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("kernel")]
 
 CLIENT = """
 import sys

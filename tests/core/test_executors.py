@@ -33,6 +33,9 @@ list(executor.map(wait_until_asked, [sys.argv[1]], should_stop=lambda: False))
 """
 
 
+pytestmark = pytest.mark.usefixtures("kernel")
+
+
 def go_on():
     return False
 

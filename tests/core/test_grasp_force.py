@@ -5,12 +5,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from slipgrasp.core.kernel.evaluate import evaluate_state
 from slipgrasp.core.scenario.loading import with_values
 from tests.references.closed_loop import ClosedLoop
 from tests.references.grasp import Limits, least_violation
 from tests.references.hand import friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
+from tests.state_evaluation import evaluate_state
 
 pytestmark = pytest.mark.slow
 

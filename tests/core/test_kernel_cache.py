@@ -7,8 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import types
 
-from slipgrasp.core.kernel.cache import cache_root, kernel_name
+from slipgrasp.core.kernel.cache import code_path, read_code, write_code
+from slipgrasp.core.kernel.compiler import compiled, kept_code
+from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.run.simulator import prepare_kernel
 
 pytestmark = pytest.mark.slow
@@ -61,20 +64,68 @@ def test_a_temporary_folder_serves_where_the_cache_cannot_be_written_and_is_remo
     assert not folder.exists()
 
 
-def unit_of(code):
-    """The name of the unit whose machine code a file holds: module.function-line.python.1.nbc."""
-    return code.name.split(".")[1]
-
-
 @pytest.mark.timeout(600)
 def test_what_is_missing_is_compiled_while_it_tells_how_far_it_is(tmp_path):
     """The nine smallest units, enough for two processes; a fresh checkout compiles them all."""
     prepare_kernel()
-    folder = tmp_path / kernel_name()
-    shutil.copytree(cache_root() / kernel_name(), folder)
-    codes = sorted(folder.rglob("*.nbc"), key=lambda path: path.stat().st_size)
-    smallest = list(dict.fromkeys(unit_of(code) for code in codes))[:9]
-    for code in codes:
-        if unit_of(code) in smallest:
-            code.unlink()
+    folder = tmp_path / code_path("").parent.name
+    folder.mkdir()
+    for path in sorted(kept_code(), key=lambda path: path.stat().st_size)[9:]:
+        shutil.copy(path, folder)
     assert float(python(RUN, tmp_path)) == pytest.approx(0.11293, abs=5e-6)
+
+
+def function_of(source):
+    """The function that a module with this source defines, as the kernel's modules do."""
+    names = {"compiled": compiled, "LIMIT": 2.0}
+    exec(source, names)
+    return names["f"]
+
+
+def digest_of(source):
+    return fingerprint(function_of(source), types.float64(types.float64), {})
+
+
+PLAIN = """
+@compiled
+def g(x):
+    return LIMIT * x
+
+def f(x):
+    '''Says what it does.'''
+    return g(x) + 1.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "changes"),
+    [
+        ("Says what it does.", "Says it\n\n    at length.", False),
+        ("    return g", "    # why\n\n    return g", False),
+        ("def g(x):", "def g(x):  # inlined", False),
+        ("1.0", "1.5", True),
+        ("LIMIT * x", "LIMIT + x", True),
+        ("LIMIT * x", "3.0 * x", True),
+    ],
+)
+def test_only_what_decides_the_machine_code_changes_the_name_it_is_kept_under(old, new, changes):
+    assert (digest_of(PLAIN.replace(old, new)) != digest_of(PLAIN)) == changes
+
+
+def test_a_constant_that_is_changed_elsewhere_changes_the_name():
+    changed = function_of(PLAIN)
+    changed.__globals__["LIMIT"] = 2.5
+    name = fingerprint(changed, types.float64(types.float64), {})
+    assert name != digest_of(PLAIN)
+
+
+def test_machine_code_that_the_disk_has_spoilt_counts_as_missing():
+    name = "spoilt-by-a-test"
+    try:
+        write_code(name, b"code")
+        assert read_code(name) == b"code"
+        code_path(name).write_bytes(code_path(name).read_bytes()[:-1])
+        assert read_code(name) is None
+    finally:
+        code_path(name).unlink()
+    assert read_code(name) is None

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from slipgrasp.core.kernel.evaluate import StateEvaluation, evaluate_state
 from slipgrasp.core.scenario import Scenario
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.controller import regressor
 from tests.references.hand import State
 from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
+from tests.state_evaluation import StateEvaluation, evaluate_state
 
 pytestmark = pytest.mark.slow
 

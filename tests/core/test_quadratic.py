@@ -5,9 +5,10 @@ import pytest
 from scipy.optimize import linprog
 
 from slipgrasp.core.kernel import quadratic
-from slipgrasp.core.kernel.compiler import call, from_python
+from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.records import make_record
 from tests.references.grasp import minimise
+from tests.state_evaluation import from_python
 
 largest_violation = from_python(quadratic.largest_violation)
 

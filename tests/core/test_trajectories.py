@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.evaluate import evaluate_motion
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from tests.references.trajectory import trajectory_of
+from tests.state_evaluation import evaluate_motion
 
 START = (1.466, 0.366, 0.0)
 NEXT = (1.5, 0.4, 0.1)

@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from slipgrasp.core.kernel.evaluate import StateEvaluation, evaluate_state
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State, friction_rows
 from tests.references.hands import random_estimates, random_scenario, random_state
 from tests.references.pinocchio_hand import FingerTerms, PinocchioHand
+from tests.state_evaluation import StateEvaluation, evaluate_state
 
 pytestmark = pytest.mark.slow
 

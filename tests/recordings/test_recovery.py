@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.faults.damage import assert_prefix, small_run, write_part
 from benchmarks.faults.disk import KINDS, FailingFile, growing_files
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
@@ -19,7 +20,6 @@ from slipgrasp.recordings.exceptions import (
     RecordingError,
 )
 from slipgrasp.recordings.file.atomic_file import part_of
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.file.reader import read_back, read_recording, read_unfinished
 from slipgrasp.recordings.file.recovery import recover, recover_orphans
 from slipgrasp.recordings.file.writer import RecordingWriter, write_recording

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.core.executors import make_executor
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.recordings.exceptions import RecordingNotFoundError, StorageFullError
 from slipgrasp.recordings.file.atomic_file import part_of
-from slipgrasp.recordings.file.file_lock import try_lock
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.documents import StudyEnd

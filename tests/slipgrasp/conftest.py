@@ -78,14 +78,6 @@ class CommandLine:
         return [sys.executable, "-m", "slipgrasp", *map(str, arguments)]
 
 
-@pytest.fixture(scope="session")
-def kernel() -> None:
-    """Compiles the simulation once, before the first command is timed."""
-    from slipgrasp.core.run.simulator import prepare_kernel
-
-    prepare_kernel()
-
-
 @pytest.fixture
 def slipgrasp(tmp_path, kernel) -> CommandLine:
     return CommandLine(tmp_path)

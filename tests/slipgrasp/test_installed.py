@@ -13,9 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from numba.core.caching import _CacheLocator
 
-from slipgrasp.core.kernel.cache import ROOT_VARIABLE, cache_root, kernel_name
 from slipgrasp.core.run.simulator import prepare_kernel
 from tests.waiting import PATIENCE
 
@@ -50,18 +48,6 @@ def wheel(tmp_path_factory):
     return built
 
 
-def lend_machine_code(cache, kernel):
-    """Gives an installed kernel what is compiled here already: to compile takes a minute.
-
-    Numba names its folders by where the sources lie; what these are is in the name above it.
-    """
-    prepare_kernel()
-    shutil.copytree(cache_root() / kernel_name(), cache / kernel_name())
-    folder = _CacheLocator.get_suitable_cache_subpath
-    compiled_here = cache / kernel_name() / folder(ROOT / "core" / "kernel" / "run.py")
-    compiled_here.rename(cache / kernel_name() / folder(kernel / "run.py"))
-
-
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory):
     """An environment with the wheel in it, and a folder full of packages with the old names."""
@@ -79,7 +65,8 @@ def installed(wheel, tmp_path_factory):
     for room in ROOMS:
         (folder / room).mkdir(parents=True)
         (folder / room / "__init__.py").write_text(f"raise RuntimeError('the foreign {room}')")
-    lend_machine_code(place / "cache", packages / "slipgrasp" / "core" / "kernel")
+    # The installed kernel is the same code, and finds what is compiled here.
+    prepare_kernel()
     return SimpleNamespace(
         python=python,
         command=environment / "bin" / "slipgrasp",
@@ -90,7 +77,6 @@ def installed(wheel, tmp_path_factory):
                 **os.environ,
                 "PYTHONPATH": str(folder),
                 "SLIPGRASP_DATA": str(folder / "data"),
-                ROOT_VARIABLE: str(place / "cache"),
             },
             "text": True,
         },

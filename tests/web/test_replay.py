@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
-from slipgrasp.core.kernel import entry
+from slipgrasp.core.kernel import advance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.display_name import name_run
@@ -40,7 +40,7 @@ def refuse_to_simulate(*_: object, **__: object) -> None:
 @pytest.fixture
 def no_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     """From here on nothing can be simulated."""
-    monkeypatch.setattr(entry, "advance", refuse_to_simulate)
+    monkeypatch.setattr(advance, "advance_run", refuse_to_simulate)
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def replay_page(browser: Browser, replaying: RunningServer) -> Iterator[Page]:
     """A page that shows the recording, for which nothing may be simulated."""
     with visitors_of(browser, replaying) as visitors:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(entry, "advance", refuse_to_simulate)
+            patch.setattr(advance, "advance_run", refuse_to_simulate)
             page = visitors.open_to_look()
             page.get_by_text("Replay of evidence.mcap").wait_for()
         yield page
@@ -110,7 +110,7 @@ def test_the_pictures_of_a_live_run_and_of_its_replay_are_equal(
     live_charts, live_values = chart_pictures(page), chart_values(page)
     slipping = np.abs(live - PHASES[ContactPhase.SLIP_FORWARD]).max(axis=2) < 30
     assert slipping.sum() > 150
-    monkeypatch.setattr(entry, "advance", refuse_to_simulate)
+    monkeypatch.setattr(advance, "advance_run", refuse_to_simulate)
     page.get_by_role("tab", name="Recordings").click()
     page.locator(".sg-row").get_by_label("Open ").click()
     page.get_by_text("Replay of").wait_for(state="attached")

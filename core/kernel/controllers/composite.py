@@ -13,14 +13,17 @@ instead of a constant gain. Reference: Slotine & Li, Applied Nonlinear Control, 
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 
-from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.theorem_3 import gradient_rates
 from slipgrasp.core.kernel.kinematics import to_contact_frame
-from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
-from slipgrasp.core.kernel.records import MAX_FINGERS, MAX_UNKNOWNS, Record
-from slipgrasp.core.kernel.reduced import inertial_force
-from slipgrasp.core.kernel.regressor import unit_force
+from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, MODEL, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.reduced import inertial_force, unit_force
+from slipgrasp.core.kernel.state import STATE, estimate_at
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
 
 # What the law remembers from tick to tick, and its intermediate values.
 COMPOSITE_MEMORY = np.dtype(
@@ -41,7 +44,44 @@ SURPRISE = 36.0  # squared error over its variance from which what was known no 
 LEAST_TRUST = 1e-3
 
 
+@compiled_apart(types.void, MODEL, STATE, COMPOSITE_MEMORY, types.float64, types.float64)
+def _take_row(model: Record, state: Record, memory: Record, error: float, variance: float) -> None:
+    """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates in ``state``."""
+    law, n, count = model.law, model.num_fingers, model.num_unknowns
+    row, covariance = memory.row, memory.covariance
+    for k in range(count):
+        error -= row[k] * (memory.estimates[k] - state.x[estimate_at(n, k)])
+    spread = _multiply_covariance(count, memory)
+    if spread == 0.0:
+        return
+    if error * error > SURPRISE * (variance + spread):
+        for k in range(count):
+            if row[k] != 0.0:
+                covariance[k, k] = max(covariance[k, k], law.prior_variances[k])
+        spread = _multiply_covariance(count, memory)
+    scale = 1.0 / (variance + spread)
+    for j in range(count):
+        memory.estimates[j] += scale * memory.gain[j] * error
+        for k in range(j + 1):
+            # Both halves alike: forgetting would blow up the least difference between them.
+            covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
+            covariance[k, j] = covariance[j, k]
+
+
 @compiled
+def _multiply_covariance(count: int, memory: Record) -> float:
+    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
+    spread = 0.0
+    for j in range(count):
+        total = 0.0
+        for k in range(count):
+            total += memory.covariance[j, k] * memory.row[k]
+        memory.gain[j] = total
+        spread += memory.row[j] * total
+    return spread
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
 def learn(model: Record, discrete: Record, state: Record, work: Record, memory: Record) -> None:
     """Writes to ``work.rates`` the rates that bring the estimates to their next values.
 
@@ -52,8 +92,7 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
         work: At the measured state, with its acceleration and the torque that acts.
         memory: Covariance of the estimates, updated.
     """
-    law, count = model.law, model.num_unknowns
-    offset = 6 + 2 * model.num_fingers
+    law, n, count = model.law, model.num_fingers, model.num_unknowns
     if memory.begun == 0:
         memory.begun = 1
         for j in range(count):
@@ -62,7 +101,7 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
             memory.covariance[j, j] = law.prior_variances[j]
     gradient_rates(model, discrete, work)
     for k in range(count):
-        memory.estimates[k] = state.x[offset + k]
+        memory.estimates[k] = state.x[estimate_at(n, k)]
     if memory.trust > LEAST_TRUST:
         _take_object_rows(model, state, work, memory)
         _take_slip_rows(model, state, work, memory)
@@ -73,7 +112,7 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
             tracking += memory.covariance[j, k] * work.rates[k]
         memory.gain[j] = tracking
     for k in range(count):
-        learnt = (memory.estimates[k] - state.x[offset + k]) / law.period
+        learnt = (memory.estimates[k] - state.x[estimate_at(n, k)]) / law.period
         work.rates[k] = learnt + memory.gain[k]
         if (
             model.unknowns.kinds[k] == FRICTION
@@ -162,43 +201,6 @@ def _fill_slip_row(
             fx, fy = unit_force(work.kin, work.unit, i, unknowns.links[k], work.acceleration)
             own_along, own_normal = to_contact_frame(work.kin, i, fx, fy)
             memory.row[k] = -own_along - direction * work.believed.friction[i] * own_normal
-
-
-@compiled
-def _take_row(model: Record, state: Record, memory: Record, error: float, variance: float) -> None:
-    """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates in ``state``."""
-    law, count, row, covariance = model.law, model.num_unknowns, memory.row, memory.covariance
-    offset = 6 + 2 * model.num_fingers
-    for k in range(count):
-        error -= row[k] * (memory.estimates[k] - state.x[offset + k])
-    spread = _multiply_covariance(count, memory)
-    if spread == 0.0:
-        return
-    if error * error > SURPRISE * (variance + spread):
-        for k in range(count):
-            if row[k] != 0.0:
-                covariance[k, k] = max(covariance[k, k], law.prior_variances[k])
-        spread = _multiply_covariance(count, memory)
-    scale = 1.0 / (variance + spread)
-    for j in range(count):
-        memory.estimates[j] += scale * memory.gain[j] * error
-        for k in range(j + 1):
-            # Both halves alike: forgetting would blow up the least difference between them.
-            covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
-            covariance[k, j] = covariance[j, k]
-
-
-@compiled
-def _multiply_covariance(count: int, memory: Record) -> float:
-    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
-    spread = 0.0
-    for j in range(count):
-        total = 0.0
-        for k in range(count):
-            total += memory.covariance[j, k] * memory.row[k]
-        memory.gain[j] = total
-        spread += memory.row[j] * total
-    return spread
 
 
 @compiled

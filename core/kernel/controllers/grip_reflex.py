@@ -11,7 +11,7 @@ def squeeze_harder(model: Record, discrete: Record) -> None:
     """Adds what one control period of slip adds to the grip."""
     for i in range(model.num_fingers):
         if discrete.beliefs[i] != 0:
-            discrete.squeeze += model.law.grip_rate * model.law.period
+            discrete.added_grip += model.law.grip_rate * model.law.period
             break
     most = max(model.law.maximum_normal_force - model.law.grip_force, 0.0)
-    discrete.squeeze = min(discrete.squeeze, most)
+    discrete.added_grip = min(discrete.added_grip, most)

@@ -2,19 +2,25 @@
 
 A law sees the state as it is measured, the phases it believes in and what it believes of the
 masses and of friction, in the workspace; it writes tip forces, or rates of its estimates. Which
-law does what is decided by the facts of `slipgrasp.core.scenario.laws.ControlLaw`.
+law does what is decided by the facts of `slipgrasp.core.scenario.laws.ControlLaw`. What every
+evaluation of the theorems asks for is inlined; the other laws are compiled apart.
 """
 
 from __future__ import annotations
 
-from slipgrasp.core.kernel.compiler import compiled
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.certainty_equivalence import command_forces
-from slipgrasp.core.kernel.controllers.composite import learn
+from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY, learn
 from slipgrasp.core.kernel.controllers.grip_reflex import squeeze_harder
 from slipgrasp.core.kernel.controllers.pd_gravity import command_grip
 from slipgrasp.core.kernel.controllers.theorem_3 import gradient_rates
 from slipgrasp.core.kernel.controllers.theorem_4 import pull_back
+from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.state import STATE, estimate_at
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 
 @compiled
@@ -29,11 +35,11 @@ def command(model: Record, discrete: Record, work: Record) -> int:
         return command_forces(model, discrete, work)
     grip = law.grip_force
     if law.reacts_to_slip:
-        grip += discrete.squeeze
+        grip += discrete.added_grip
     return command_grip(model, work, grip)
 
 
-@compiled
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
     count = model.num_unknowns
@@ -44,15 +50,25 @@ def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
     gradient_rates(model, discrete, work)
     sigma = pull_back(model.law, state, count) if model.law.pulls_back else 0.0
     for k in range(count):
-        estimate = state.x[6 + 2 * model.num_fingers + k]
+        estimate = state.x[estimate_at(model.num_fingers, k)]
         work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
 
 
-@compiled
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
 def adapt_at_tick(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
-    """Rates of the estimates at a tick of sampled control, and the grip's answer to slip."""
+    """Rates of the estimates until the next tick of sampled control; here laws with a memory learn.
+
+    The grip also answers here to slip.
+
+    Args:
+        model: Constants of the run.
+        discrete: What the controller believes, and what the grip reflex has added.
+        state: As measured.
+        work: Evaluated there, under the torque that acts; the rates are written to it.
+        memory: Of a law that has one.
+    """
     if model.law.has_memory:
         learn(model, discrete, state, work, memory)
         return

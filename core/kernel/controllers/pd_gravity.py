@@ -7,13 +7,17 @@ those the controller believes in at the start.
 
 from __future__ import annotations
 
-from slipgrasp.core.kernel.compiler import compiled
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.workspace import WORKSPACE
 from slipgrasp.core.kernel.wrench import share_wrench
 
 
-@compiled
+@compiled_apart(types.int64, MODEL, WORKSPACE, types.float64)
 def command_grip(model: Record, work: Record, grip: float) -> int:
     """Torque of PD control with a grip, as tip forces u = J^-T tau in ``work.tip_forces``.
 

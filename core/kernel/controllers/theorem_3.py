@@ -5,7 +5,7 @@ from __future__ import annotations
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.linear import solve_transposed
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.regressor import multiply_regressor
+from slipgrasp.core.kernel.reduced import multiply_regressor
 
 
 @compiled

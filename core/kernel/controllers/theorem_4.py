@@ -6,12 +6,13 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.state import estimate_at
 
 
 @compiled
 def pull_back(law: Record, state: Record, count: int) -> float:
     """sigma_s of Eq. 29."""
-    square, first = 0.0, 6 + 2 * law.num_fingers
+    square = 0.0
     for k in range(count):
-        square += state.x[first + k] ** 2
+        square += state.x[estimate_at(law.num_fingers, k)] ** 2
     return min(max(np.sqrt(square) / law.estimate_norm_bound - 1.0, 0.0), 1.0)

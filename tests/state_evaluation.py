@@ -1,22 +1,32 @@
-"""One state of a hand taken apart, for tests and for a look inside; not used by runs."""
+"""One state of a hand taken apart, by the functions of the kernel."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipgrasp.core.kernel import dynamics, kinematics, law, motion, reduced
-from slipgrasp.core.kernel.compiler import call, from_python
+from slipgrasp.core.kernel.cache import INTERPRETED
+from slipgrasp.core.kernel.compiler import OPTIONS, call
 from slipgrasp.core.kernel.controllability import find_controllable
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics, update_rates
+from slipgrasp.core.kernel.controllers.interface import adapt
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.model import pack_model
-from slipgrasp.core.kernel.records import STATE, Floats, Record, make_record
-from slipgrasp.core.kernel.regressor import multiply_regressor
+from slipgrasp.core.kernel.records import Floats, Record, make_record
+from slipgrasp.core.kernel.reduced import multiply_regressor
+from slipgrasp.core.kernel.state import STATE, parts_of
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import Scenario
+
+
+def from_python(function: Any) -> Any:
+    """A function that the kernel inlines, to be called from Python."""
+    return function if INTERPRETED else numba.njit(**OPTIONS)(function.py_func)
+
 
 _apply_tip_forces = from_python(reduced.apply_tip_forces)
 _assemble_bias = from_python(reduced.assemble_bias)
@@ -98,7 +108,7 @@ def evaluate_state(
         torques[:] = np.reshape(np.asarray(torque, dtype=float), (n, 2))
         _torques_to_forces(work.kin, n, torques, work.tip_forces)
     call(solve_plant, model, discrete, work)
-    call(update_rates, model, discrete, state, work)
+    call(adapt, model, discrete, state, work)
     return _collect(model, discrete, work, state, torques, n, p)
 
 
@@ -124,7 +134,7 @@ def _collect(
 ) -> StateEvaluation:
     size = 3 + n
     kin = work.kin
-    estimates = state.x[6 + 2 * n : 6 + 2 * n + p]
+    estimates = parts_of(state, n, p).estimates
     estimated_bias = np.zeros(size)
     believed, gravity = work.believed, model.hand.gravity
     _assemble_bias(kin, work.believed_dynamics, believed, gravity, discrete.beliefs, estimated_bias)
