@@ -44,8 +44,13 @@ class RunningServer:
 
     def client(self, timeout: float = PATIENCE) -> httpx2.Client:
         # Nothing here is encrypted, and loading certificates takes longer than most tests.
+        # A connection that idles on a slow machine would be closed under the next request.
         return httpx2.Client(
-            base_url=f"{self.url}/api/v1", timeout=timeout, trust_env=False, verify=False
+            base_url=f"{self.url}/api/v1",
+            timeout=timeout,
+            trust_env=False,
+            verify=False,
+            limits=httpx2.Limits(max_keepalive_connections=0),
         )
 
 
