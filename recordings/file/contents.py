@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.metrics import METRICS, metrics_of_trace
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
@@ -39,6 +39,7 @@ from slipgrasp.recordings.file.schemas import (
     signals_in,
 )
 from slipgrasp.recordings.file.state_hash import StateHash
+from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH
 
 FIRST_FORMAT_WITH_HASHES = 2
 
@@ -176,12 +177,21 @@ class Contents:
         if stop is None:
             raise self._damaged("how the run ended is missing")
         try:
-            ending = read_stop(stop)
+            ending = read_stop(stop, self._later_metrics(Outcome(stop["outcome"])))
         except (KeyError, ValueError) as error:
             raise self._damaged("how the run ended is malformed") from error
         if not ending.metrics.are_of(self.shape.num_contacts):
             raise self._damaged("its metrics do not belong to its samples")
         return ending
+
+    def _later_metrics(self, outcome: Outcome) -> dict[str, Any]:
+        """The metrics that are newer than the format of the file, from its samples."""
+        version = int(self.metadata[START]["format"])
+        later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
+        if not later:
+            return {}
+        computed = metrics_of_trace(self._trace(), self._phase_changes(), outcome)
+        return {name: getattr(computed, name) for name in later}
 
     def _scenario_document(self) -> bytes:
         document = self.attachments.get(SCENARIO_ATTACHMENT)

@@ -142,8 +142,12 @@ def _canonical(document: Mapping[str, str]) -> bytes:
     return json.dumps(dict(document), sort_keys=True).encode()
 
 
-def read_stop(document: Mapping[str, str]) -> Ending:
+def read_stop(document: Mapping[str, str], later: Mapping[str, Any]) -> Ending:
     """The inverse of `stop_document`.
+
+    Args:
+        document: The end of a recording.
+        later: Values of the metrics that are newer than its format.
 
     Raises:
         KeyError: If an entry is missing.
@@ -153,10 +157,16 @@ def read_stop(document: Mapping[str, str]) -> Ending:
         outcome=Outcome(document["outcome"]),
         reason=_read(Reason | None, document["reason"]),
         warnings=_read(tuple[RunWarning, ...], document["warnings"]),
-        metrics=_read(Metrics, document["metrics"]),
+        metrics=_read_metrics(document["metrics"], later),
         counts=_read(dict[str, int], document["counts"]),
         state_hash=document.get("state_hash", ""),
     )
+
+
+def _read_metrics(text: str, later: Mapping[str, Any]) -> Metrics:
+    if later:
+        text = _to_json({**later, **_read(dict[str, Any], text)})
+    return _read(Metrics, text)
 
 
 def stop_is_unchanged(stop: Mapping[str, str], documents: bytes) -> bool:

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,10 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
+from slipgrasp.recordings.exceptions import DamagedRecordingError
+from slipgrasp.recordings.file import documents
 from slipgrasp.recordings.file.reader import read_as_stated, read_recording
+from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FORMAT_VERSION
 from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
 
@@ -112,3 +115,23 @@ def test_a_recording_of_any_format_reads_back_and_is_written_in_the_present_one(
     write_recording(run, tmp_path / "present.mcap")
 
     same_run(read_recording(tmp_path / "present.mcap"), run)
+
+
+def test_a_metric_that_is_newer_than_a_file_is_computed_from_its_samples(
+    short_run, monkeypatch, tmp_path
+):
+    with monkeypatch.context() as past:
+        past.setattr(documents, "asdict", lambda value: without_effort(asdict(value)))
+        write_recording(short_run, tmp_path / "older.mcap")
+    with pytest.raises(DamagedRecordingError, match="how the run ended is malformed"):
+        read_recording(tmp_path / "older.mcap")
+
+    monkeypatch.setitem(FIRST_FORMAT_WITH, "torque_effort", FORMAT_VERSION + 1)
+    metrics = read_recording(tmp_path / "older.mcap").metrics
+
+    assert metrics.torque_effort == pytest.approx(short_run.metrics.torque_effort, rel=1e-2)
+    assert without_effort(asdict(metrics)) == without_effort(asdict(short_run.metrics))
+
+
+def without_effort(values):
+    return {name: value for name, value in values.items() if name != "torque_effort"}
