@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+import re
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -27,9 +28,9 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from slipgrasp import load_scenario, simulate, with_values
 from slipgrasp.server.settings import Settings
 from slipgrasp.web.app import create_dashboard_app
-from tests.ensure_programs import find_chromium
+from tests.ensure_programs import FLAGS, find_chromium
 from tests.server.serving import RunningServer, serve
-from tests.web.conftest import FLAGS, PATIENCE
+from tests.waiting import PATIENCE
 from tests.web.driving import pause, pause_at, set_number
 
 FOLDER = Path(__file__).parent / "images" / "dashboard"
@@ -209,7 +210,7 @@ def _take_one(
 ) -> None:
     width, height = size
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=theme)
-    page.set_default_timeout(PATIENCE)
+    page.set_default_timeout(1000 * PATIENCE)
     tell(page, stage)
     # Nothing is to look as if the mouse were on it.
     page.mouse.move(width / 2, 2)
@@ -231,7 +232,7 @@ def _open(page: Page, url: str, **query: str | float) -> None:
     """Opens the dashboard at full resolution, which viser else lowers on a slow machine."""
     more = "".join(f"&{key}={value}" for key, value in query.items())
     page.goto(f"{url}/?fixedDpr=1{more}")
-    page.get_by_text("Held", exact=True).wait_for()
+    page.get_by_text(re.compile("^Held")).first.wait_for()
     page.add_style_tag(content=_NO_WARNING)
     # The words for those who are here for the first time would cover what came out.
     page.locator("[data-sg-welcomed]").click()

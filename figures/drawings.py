@@ -22,6 +22,7 @@ _PANELS: dict[str, Callable[[RunResult], tuple[Panel, ...]]] = {
     "forces": force_panels,
 }
 
+_PAPER_KINDS = (SCHEMATIC, "tracking", "estimates", "forces")
 _PAPER_NUMBERS = {"paper-case-1": (4, 5, 6, 7), "paper-case-2": (4, 8, 9, 10)}
 
 
@@ -31,13 +32,14 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
     Returns:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
         anything is estimated) and ``forces``; in a scenario equal to one of the paper's
-        presets ``fig-4-schematic`` and so on.
+        presets ``fig-4-schematic`` and so on, where the paper has such a figure.
     """
     kinds = (SCHEMATIC, *_PANELS)
     names = {kind: kind for kind in kinds}
     for preset, numbers in _PAPER_NUMBERS.items():
         if scenario == load_scenario(preset):
-            names = {kind: f"fig-{n}-{kind}" for kind, n in zip(kinds, numbers, strict=True)}
+            numbered = zip(_PAPER_KINDS, numbers, strict=True)
+            names |= {kind: f"fig-{number}-{kind}" for kind, number in numbered}
     if not scenario.estimates:
         del names["estimates"]
     return names

@@ -14,7 +14,7 @@ PAGES = (
 )
 KINDS = (
     *("parameter", "signal", "chart", "metric", "control law", "export format", "REST filter"),
-    *("engine", "figure", "panel", "CLI command", "preset"),
+    *("integration method", "executor", "outcome", "figure", "panel", "CLI command", "preset"),
 )
 
 
