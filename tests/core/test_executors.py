@@ -19,7 +19,6 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import wait_until
 
-pytestmark = pytest.mark.slow
 
 SCRIPT = """
 import sys
@@ -33,7 +32,7 @@ list(executor.map(wait_until_asked, [sys.argv[1]], should_stop=lambda: False))
 """
 
 
-pytestmark = pytest.mark.usefixtures("kernel")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("kernel")]
 
 
 def go_on():

@@ -10,6 +10,8 @@ import pytest
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
+pytestmark = pytest.mark.slow
+
 RUN = """
 import sys
 import numba.core.compiler
