@@ -19,6 +19,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import wait_until
 
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("kernel")]
 
 SCRIPT = """
 import sys
@@ -30,9 +31,6 @@ for finished in executor.map(process_id, [0], should_stop=lambda: False):
     print(finished.result, flush=True)
 list(executor.map(wait_until_asked, [sys.argv[1]], should_stop=lambda: False))
 """
-
-
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("kernel")]
 
 
 def go_on():
