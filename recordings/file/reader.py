@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -141,19 +141,34 @@ def _open(path: str | PathLike[str]) -> Iterator[BinaryIO]:
         raise RecordingError(f"cannot read '{path}': {error.strerror}") from error
 
 
-@dataclass(slots=True)
 class TopicColumns:
-    """What was read of one topic so far."""
+    """What was read of one topic so far; memory grows in place, so that nothing is kept twice.
 
-    layout: MessageLayout
-    count: int = 0
-    blocks: list[Columns] = field(default_factory=list)
+    Args:
+        layout: How its messages are laid out.
+    """
+
+    def __init__(self, layout: MessageLayout) -> None:
+        self.layout = layout
+        self.count = 0
+        self._columns = {name: empty.copy() for name, empty in layout.unpack([]).items()}
+
+    def append(self, block: Columns) -> None:
+        """Adds messages, with one array per field."""
+        count = self.count + len(block["t"])
+        for name, values in block.items():
+            column = self._columns[name]
+            if count > len(column):
+                # Nobody else has seen the array yet.
+                column.resize((count + count // 4, *column.shape[1:]), refcheck=False)
+            column[self.count : count] = values
+        self.count = count
 
     def joined(self) -> Columns:
-        """All messages so far as one array per field."""
-        return {
-            name: np.concatenate([block[name] for block in self.blocks]) for name in self.blocks[0]
-        }
+        """All messages as one array per field; no more can be added then."""
+        for column in self._columns.values():
+            column.resize((self.count, *column.shape[1:]), refcheck=False)
+        return self._columns
 
 
 class _Reading:
@@ -224,7 +239,7 @@ class _Reading:
         except (KeyError, TypeError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
         for topic, layout in layouts_of(self._shape, version).items():
-            self._topics[topic.name] = TopicColumns(layout, blocks=[layout.unpack([])])
+            self._topics[topic.name] = TopicColumns(layout)
 
     def _take_channel(self, channel: Channel) -> None:
         """Channels of topics that another program added are left alone."""
@@ -246,8 +261,7 @@ class _Reading:
         count = columns.count + len(messages.sequences)
         if messages.sequences != list(range(columns.count, count)):
             raise self._damaged(f"messages of {topic} are missing or out of order")
-        columns.count = count
-        columns.blocks.append(block)
+        columns.append(block)
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self._name, finding)
