@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -28,13 +29,24 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.chunks import layouts_of
 from slipgrasp.recordings.file.contents import Contents
-from slipgrasp.recordings.file.documents import PROFILE, START, STUDY_PROFILE, read_shape
+from slipgrasp.recordings.file.documents import (
+    PROFILE,
+    SCENARIO_ATTACHMENT,
+    START,
+    STUDY_PROFILE,
+    read_scenario,
+    read_shape,
+)
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
+from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
 """No simulation lasts as long [s]."""
+
+EVENTS_TO_SPARE = 20_000
+"""Samples beside those at the output rate and at phase changes: at jumps and timed changes."""
 
 Columns = dict[str, NDArray[Any]]
 
@@ -185,6 +197,7 @@ class _Reading:
         self._shape: TraceShape | None = None
         self._topics: dict[str, TopicColumns] = {}
         self._channels: dict[int, TopicColumns] = {}
+        self._is_amount_checked = False
         self.whole_bytes = 0
 
     def contents(self) -> Contents:
@@ -247,7 +260,31 @@ class _Reading:
         if columns is not None:
             self._channels[channel.id] = columns
 
+    def _check_amount(self) -> None:
+        """Compares how much there is to be with what a run of the scenario can have given.
+
+        It is done once, before the first message is looked at.
+        """
+        index, scenario = self._scanner.index, self._attachments.get(SCENARIO_ATTACHMENT)
+        if self._is_amount_checked or index is None or scenario is None or self._shape is None:
+            return
+        self._is_amount_checked = True
+        try:
+            simulation = read_scenario(scenario).simulation
+        except ValueError as error:
+            raise self._damaged(f"its scenario is not valid: {error}") from error
+        counts = {c.layout.topic: index.message_counts[n] for n, c in self._channels.items()}
+        changes = counts.get(PHASE_CHANGES, 0)
+        regular = math.ceil(simulation.duration * simulation.output_rate)
+        samples = max(counts.get(topic, 0) for topic in SAMPLE_TOPICS)
+        # Each event gives two samples, of which each contact may change its phase at most once.
+        if samples > regular + 2 * changes + EVENTS_TO_SPARE:
+            raise self._damaged(f"it states {samples} samples, more than its scenario gives")
+        if changes > self._shape.num_contacts * (samples + EVENTS_TO_SPARE):
+            raise self._damaged(f"it states {changes} phase changes at {samples} samples")
+
     def _take_messages(self, messages: ChannelMessages) -> None:
+        self._check_amount()
         columns = self._channels[messages.channel]
         topic = columns.layout.topic.name
         try:
