@@ -36,6 +36,7 @@ from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import add_openapi, operation_id
+from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
     docs,
@@ -112,6 +113,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.run_service = service
         app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
         app.state.file_cache = FileCache()
+        app.state.recording_reads = RecordingReads()
         service.start()
         studies_kept = StudyStore(settings.data_directory, store)
         study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)

@@ -217,8 +217,9 @@ class Contents:
             raise self._damaged("it holds a number that is not finite")
         if (np.diff(arrays[TIME_SIGNAL.name]) < 0.0).any():
             raise self._damaged("its samples are not in time order")
+        num_samples = len(arrays[TIME_SIGNAL.name])
         missing = [signal for signal in SIGNALS if signal.name not in arrays]
-        arrays |= {signal.name: self._zeros(signal, len(times)) for signal in missing}
+        arrays |= {signal.name: self._zeros(signal, num_samples) for signal in missing}
         absent = frozenset(signal.name for signal in missing)
         return Trace(shape=self.shape, absent=absent, **arrays)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
@@ -77,11 +77,14 @@ class Unfinished:
     unread_bytes: int
 
 
-def read_recording(path: str | PathLike[str]) -> RunResult:
+def read_recording(
+    path: str | PathLike[str], *, should_stop: Callable[[], bool] = lambda: False
+) -> RunResult:
     """Reads a recording back into the run it was written from.
 
     Args:
         path: The MCAP file.
+        should_stop: Asked again and again whether nobody needs it any more.
 
     Returns:
         The run: scenario, trace (bit for bit), phase changes, outcome, reason, warnings
@@ -93,34 +96,38 @@ def read_recording(path: str | PathLike[str]) -> RunResult:
         NewerRecordingError: If a newer version of this program wrote it.
         DamagedRecordingError: If it is not complete and unchanged, or states an ending, phase
             changes or metrics that its samples do not give.
-        RecordingError: If it cannot be opened.
+        RecordingError: If it cannot be opened, or reading it was stopped.
     """
-    result = read_as_stated(path)
+    result = read_as_stated(path, should_stop)
     if found := contradictions_of(result):
         raise ContradictoryRecordingError(str(path), found)
     return result
 
 
-def read_as_stated(path: str | PathLike[str]) -> RunResult:
+def read_as_stated(
+    path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
+) -> RunResult:
     """Reads a recording also where what it states of the run contradicts its samples.
 
     Raises:
         RecordingError: As `read_recording` otherwise.
     """
-    read = read_back(path)
+    read = read_back(path, should_stop)
     if not read.is_unaltered:
         raise AlteredRecordingError(str(path))
     return read.result
 
 
-def read_back(path: str | PathLike[str]) -> ReadBack:
+def read_back(
+    path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
+) -> ReadBack:
     """Reads a recording also where it was altered and every checksum made to fit.
 
     Raises:
         RecordingError: As `read_recording`.
     """
     with _open(path) as stream:
-        contents = _Reading(stream, str(path)).contents()
+        contents = _Reading(stream, str(path)).contents(should_stop)
         return ReadBack(contents.result(), contents.is_unaltered())
 
 
@@ -200,12 +207,14 @@ class _Reading:
         self._is_amount_checked = False
         self.whole_bytes = 0
 
-    def contents(self) -> Contents:
+    def contents(self, should_stop: Callable[[], bool] = lambda: False) -> Contents:
         """Reads the file, to its end or as far as it is whole."""
         records = self._scanner.records()
         self._check_header(next(records))
         try:
             for record in records:
+                if should_stop():
+                    raise RecordingError(f"nobody needs '{self._name}' any more")
                 self._take(record)
                 self.whole_bytes = self._scanner.offset
         except DamagedRecordingError:
