@@ -99,7 +99,8 @@ class RecordingReads:
             if entry.readers == 0:
                 del self._shared[key]
                 entry.is_left.set()
-                entry.holder and entry.holder.cancel()
+                if entry.holder is not None:
+                    entry.holder.cancel()
 
     async def _hold(self, entry: _Shared, path: Path, size: int) -> None:
         """Reads a file and keeps the memory taken until it is cancelled."""
