@@ -25,10 +25,18 @@ from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.server.addresses import API_PATH, ESTIMATE_PATH, STUDIES_PATH, UPLOAD_PATH
 from slipgrasp.server.http.access import AccessGuard
 from slipgrasp.server.http.body_limit import BodyLimit
+from slipgrasp.server.http.connections import (
+    BACKLOG,
+    KEEP_ALIVE_SECONDS,
+    BoundedConnection,
+    note_failed_accepts,
+)
 from slipgrasp.server.http.errors import add_error_handlers
 from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
+from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import add_openapi, operation_id
+from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
     docs,
@@ -105,6 +113,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.run_service = service
         app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
         app.state.file_cache = FileCache()
+        app.state.recording_reads = RecordingReads()
         service.start()
         studies_kept = StudyStore(settings.data_directory, store)
         study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
@@ -124,6 +133,11 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
 class StoppableServer(uvicorn.Server):
     """Sets ``app.state.stopping`` before it waits for the answers that are still going on."""
 
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Starts the application and its listeners."""
+        note_failed_accepts(asyncio.get_running_loop())
+        await super().startup(sockets)
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Ends answers, then the application."""
         if isinstance(self.config.app, FastAPI):
@@ -137,6 +151,10 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         app,
         host=settings.host,
         port=settings.port,
+        http=BoundedConnection,
+        backlog=BACKLOG,
+        timeout_keep_alive=KEEP_ALIVE_SECONDS,
+        log_config=log_config(),
         log_level="warning",
         timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_SECONDS,
         ws_max_size=MAX_VIEWER_MESSAGE_BYTES,

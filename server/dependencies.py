@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Query, Request
@@ -16,6 +17,7 @@ from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
 from slipgrasp.server.http.waiting import WaitPreference
+from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
@@ -80,15 +82,24 @@ def get_stored_run(run_id: str, request: Request) -> StoredRun:
     return get_run_service(request).get(run_id)
 
 
-def open_stored_run(run_id: str, request: Request) -> RunResult:
-    """The saved run of that id, read back.
+def get_recording_reads(request: Request) -> RecordingReads:
+    """What reads whole recordings for the application that answers."""
+    reads: RecordingReads = request.app.state.recording_reads
+    return reads
+
+
+async def open_stored_run(
+    stored: Annotated[StoredRun, Depends(get_stored_run)], request: Request
+) -> AsyncIterator[RunResult]:
+    """The saved run of that id, read back, until it is answered.
 
     Raises:
-        RunUnfinishedError: If it has not ended.
-        RecordingNotFoundError: If there is none.
         RecordingError: If its file is damaged.
+        ServiceBusyError: If there is no memory for it.
     """
-    return get_run_service(request).open(run_id)
+    reads = get_recording_reads(request)
+    async with reads.shared(stored.path, stored.id, request.is_disconnected) as result:
+        yield result
 
 
 def get_study_service(request: Request) -> StudyService:
@@ -204,6 +215,7 @@ RunServiceDep = Annotated[RunService, Depends(get_run_service)]
 EndedRunIdDep = Annotated[str, Depends(check_ended)]
 RunResultDep = Annotated[RunResult, Depends(open_stored_run)]
 StoredRunDep = Annotated[StoredRun, Depends(get_stored_run)]
+RecordingReadsDep = Annotated[RecordingReads, Depends(get_recording_reads)]
 RunCreateDep = Annotated[RunCreate, Depends(read_run_create)]
 RunUpdateDep = Annotated[RunUpdate, Depends(read_run_update)]
 RunsQueryDep = Annotated[RunsQuery, Query()]

@@ -10,6 +10,7 @@ from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.server.app import create_app
 from slipgrasp.server.settings import Settings
+from slipgrasp.server.viewer.frame_filter import FrameFilter
 from slipgrasp.server.viewer.relay import add_viewer_routes
 from slipgrasp.web.dashboard import Dashboard
 from slipgrasp.web.model.replay import Source
@@ -36,6 +37,11 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
             await run_in_threadpool(app.state.dashboard.close)
 
     app = create_app(settings, live)
-    relay = add_viewer_routes(app, lambda: app.state.dashboard.port, head=head_html())
+    relay = add_viewer_routes(
+        app,
+        lambda: app.state.dashboard.port,
+        head=head_html(),
+        find_faults=lambda: FrameFilter().find_fault,
+    )
     add_page_routes(app, relay)
     return app

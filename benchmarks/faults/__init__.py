@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.faults.bombs import defuse_all
+from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.kills import kill_writers
@@ -22,6 +23,8 @@ KILLS = 100
 SERVICE_KILLS = 20
 WORKER_KILLS = 100
 FLIPS = 2000
+IDLE, SLOW, CROWD_SECONDS = 1500, 200, 20.0
+READERS, READ_DURATION, READ_SIGNALS = 40, 57.0, "t,slip,phase_0"
 
 
 def run(_docs: Path | None = None) -> list[Table]:
@@ -29,6 +32,8 @@ def run(_docs: Path | None = None) -> list[Table]:
     kills, services = kill_writers(KILLS, seed=1), kill_services(SERVICE_KILLS, seed=1)
     workers = kill_workers(WORKER_KILLS, seed=1)
     cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
+    crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
+    readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
     failures, power = fail_every_write(), cut_the_power(seed=1)
     rows = (
         (
@@ -64,6 +69,17 @@ def run(_docs: Path | None = None) -> list[Table]:
         (
             "power cut: what was not synced is lost",
             f"{power.moments} moments, never more than {power.longest_loss:.2f} s lost",
+        ),
+        (
+            f"{crowd.idle} idle connections and {crowd.slow} slow senders",
+            f"a new client is answered within {crowd.slowest:.2f} s (target 1 s), "
+            f"log {crowd.log_bytes / 1e3:.1f} kB (1 MB)",
+        ),
+        (
+            f"{READERS} clients ask at once for signals of {readers.size / 1e6:.0f} MB",
+            ", ".join(f"{n} answered {status}" for status, n in sorted(readers.statuses.items()))
+            + f"; memory {readers.peak / 1e6:.0f} MB (1 GB), health "
+            f"p95 {1e3 * readers.health_p95:.0f} ms (100 ms)",
         ),
     )
     return [Table("faults", ("what happens to a recording", "what is left"), rows), defuse_all()]

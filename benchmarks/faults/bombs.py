@@ -9,14 +9,16 @@ import sys
 import tempfile
 import time
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
+from numpy.typing import NDArray
 
 from benchmarks.faults.damage import small_run
 from benchmarks.memory import peak_memory
@@ -24,6 +26,7 @@ from benchmarks.report import Table
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.chunks import ChunkWriter
 from slipgrasp.recordings.file.container import MAGIC, McapContainer
@@ -44,13 +47,16 @@ _READER = """
 import json, sys
 from pathlib import Path
 from benchmarks.faults.bombs import defuse
-print(json.dumps(defuse(Path(sys.argv[1]))))
+from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+reads = (read_recording, read_unfinished)[: int(sys.argv[2])]
+print(json.dumps(defuse(Path(sys.argv[1]), reads)))
 """
 
 MAX_SECONDS = 1.0
 MAX_MEGABYTES = 64.0
 CHUNK = 1 << 23
 FOREIGN = 77
+NO_ROWS = np.empty((0, 0))
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _RECORD = struct.Struct("<BQ")
@@ -175,8 +181,32 @@ def _many_changes(bomb: Bomb) -> None:
     _finish_run(bomb, json.dumps({**scenario, "changes": [change] * 15_000}).encode())
 
 
-def _finish_run(bomb: Bomb, scenario: bytes) -> None:
-    """A run with another scenario, all hashes made to fit."""
+def _many_samples(bomb: Bomb) -> None:
+    run = small_run()
+    last = np.repeat(run.trace.to_rows()[-1:], 10_000, axis=0)
+    _finish_run(bomb, scenario_document(run.scenario), last, repeats=100)
+
+
+def _many_phase_changes(bomb: Bomb) -> None:
+    run = small_run()
+    change = PhaseChange(
+        time=run.end_time,
+        contact=0,
+        from_phase=ContactPhase.STICK,
+        to_phase=ContactPhase.SLIP_FORWARD,
+    )
+    rows = run.trace.to_rows()[:0]
+    _finish_run(bomb, scenario_document(run.scenario), rows, [change] * 20_000, repeats=50)
+
+
+def _finish_run(
+    bomb: Bomb,
+    scenario: bytes,
+    rows: NDArray[np.float64] = NO_ROWS,
+    changes: Sequence[PhaseChange] = (),
+    repeats: int = 0,
+) -> None:
+    """A run with another scenario, and more samples and phase changes, all hashes made to fit."""
     run, container = small_run(), bomb.container
     container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
     documents = documents_hash(bomb.start, scenario)
@@ -192,6 +222,8 @@ def _finish_run(bomb: Bomb, scenario: bytes) -> None:
             )
         )
     chunks.write(run.trace.to_rows(), run.phase_changes)
+    for _ in range(repeats):
+        chunks.write(rows, changes)
     by_channel = container.message_counts
     counts = {topic.name: by_channel[lay.channel] for topic, lay in chunks.layouts.items()}
     container.add_metadata(STOP, stop_document(run, counts, documents, chunks.state))
@@ -226,11 +258,19 @@ BOMBS: dict[str, Callable[[Bomb], None]] = {
     "an index of 64 MiB": _huge_index,
 }
 
+WHOLE_BOMBS: dict[str, Callable[[Bomb], None]] = {
+    "a million samples of a run of a few": _many_samples,
+    "a million phase changes of a run of a few": _many_phase_changes,
+}
+"""Those of which a reader that recovers what is whole keeps the beginning."""
 
-def write_bombs(folder: Path) -> dict[str, Path]:
+
+def write_bombs(
+    folder: Path, bombs: Mapping[str, Callable[[Bomb], None]] = BOMBS
+) -> dict[str, Path]:
     """Writes every hostile file; each is sealed with a fitting index and checksums."""
     paths = {}
-    for i, (name, make) in enumerate(BOMBS.items()):
+    for i, (name, make) in enumerate(bombs.items()):
         paths[name] = folder / f"{i}.mcap"
         with paths[name].open("wb") as stream:
             bomb = Bomb(stream)
@@ -240,8 +280,10 @@ def write_bombs(folder: Path) -> dict[str, Path]:
     return paths
 
 
-def defuse(path: Path) -> tuple[float, float, list[str]]:
-    """Reads a hostile file in both ways, in this process.
+def defuse(
+    path: Path, reads: Sequence[Callable[[Path], object]] = (read_recording, read_unfinished)
+) -> tuple[float, float, list[str]]:
+    """Reads a hostile file in these ways, in this process.
 
     Returns:
         The longer time [s], growth of the process's peak memory [MB], and what was said.
@@ -250,14 +292,14 @@ def defuse(path: Path) -> tuple[float, float, list[str]]:
         AssertionError: If it is read as a recording.
     """
     before, seconds, findings = peak_memory(), [], []
-    for read in (read_recording, read_unfinished):
+    for read in reads:
         started = time.perf_counter()
         try:
             read(path)
         except RecordingError as error:
             findings.append(str(error))
         seconds.append(time.perf_counter() - started)
-    assert len(findings) == 2, f"{path} was read as a recording"
+    assert len(findings) == len(reads), f"{path} was read as a recording"
     return max(seconds), (peak_memory() - before) / 1e6, findings
 
 
@@ -267,17 +309,20 @@ def defuse_all() -> Table:
     Raises:
         AssertionError: If one is not refused within the limits.
     """
-    found = []
-    with tempfile.TemporaryDirectory() as folder:
-        for name, path in write_bombs(Path(folder)).items():
-            command = [sys.executable, "-c", _READER, str(path)]
-            answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-            seconds, megabytes, findings = json.loads(answer)
-            finding = findings[0].partition("damaged: ")[2]
-            found.append(Defused(name, path.stat().st_size, seconds, megabytes, finding))
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as other:
+        found = [_measure(*file, 2) for file in write_bombs(Path(folder)).items()]
+        found += [_measure(*file, 1) for file in write_bombs(Path(other), WHOLE_BOMBS).items()]
     for bomb in found:
         assert bomb.seconds < MAX_SECONDS and bomb.megabytes < MAX_MEGABYTES, bomb
     return _table(found)
+
+
+def _measure(name: str, path: Path, num_reads: int) -> Defused:
+    command = [sys.executable, "-c", _READER, str(path), str(num_reads)]
+    answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    seconds, megabytes, findings = json.loads(answer)
+    finding = findings[0].partition("damaged: ")[2]
+    return Defused(name, path.stat().st_size, seconds, megabytes, finding)
 
 
 def _table(found: Sequence[Defused]) -> Table:

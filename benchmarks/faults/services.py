@@ -14,7 +14,7 @@ import urllib.request
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX
 
@@ -99,12 +99,12 @@ def _restart(folder: Path) -> tuple[list[dict[str, Any]], float]:
             service.terminate()
 
 
-def start_service(folder: Path) -> tuple[subprocess.Popen[str], str]:
+def start_service(
+    folder: Path, log: IO[bytes] | int = subprocess.DEVNULL
+) -> tuple[subprocess.Popen[str], str]:
     """A service on a folder, and its URL; it is ready."""
     command = [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)]
-    service = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
+    service = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
     assert service.stdout is not None
     return service, service.stdout.readline().strip()
 

@@ -13,7 +13,7 @@ from slipgrasp.core.run.metrics import METRICS, metrics_of_trace
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
+from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
 from slipgrasp.recordings.exceptions import (
     AlteredRecordingError,
@@ -42,6 +42,7 @@ from slipgrasp.recordings.file.state_hash import StateHash
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH
 
 FIRST_FORMAT_WITH_HASHES = 2
+_HASHED_AT_ONCE = 10_000
 
 Columns = dict[str, NDArray[Any]]
 
@@ -162,7 +163,9 @@ class Contents:
     def _state_hash(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> bytes:
         version = int(self.metadata[START]["format"])
         state = StateHash(version)
-        state.add_samples(trace.to_rows(signals_in(version)))
+        for start in range(0, len(trace), _HASHED_AT_ONCE):
+            rows = trace[start : start + _HASHED_AT_ONCE]
+            state.add_samples(rows.to_rows(signals_in(version)))
         state.add_phase_changes(changes)
         return state.digest()
 
@@ -224,11 +227,15 @@ class Contents:
             raise self._damaged("it holds a number that is not finite")
         if (np.diff(arrays[TIME_SIGNAL.name]) < 0.0).any():
             raise self._damaged("its samples are not in time order")
-        zeros = np.zeros((len(arrays[TIME_SIGNAL.name]), self.shape.num_columns))
-        blank = Trace.from_rows(self.shape, zeros)
-        absent = frozenset(signal.name for signal in SIGNALS) - arrays.keys()
-        arrays |= {name: getattr(blank, name) for name in absent}
+        num_samples = len(arrays[TIME_SIGNAL.name])
+        missing = [signal for signal in SIGNALS if signal.name not in arrays]
+        arrays |= {signal.name: self._zeros(signal, num_samples) for signal in missing}
+        absent = frozenset(signal.name for signal in missing)
         return Trace(shape=self.shape, absent=absent, **arrays)
+
+    def _zeros(self, signal: Signal, count: int) -> NDArray[Any]:
+        shape = (count,) if signal.per == "" else (count, self.shape.width(signal))
+        return np.zeros(shape, np.int8 if signal.holds_phases else np.float64)
 
     def _phase_changes(self) -> tuple[PhaseChange, ...]:
         columns = self.columns[PHASE_CHANGES.name]

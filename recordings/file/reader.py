@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -28,13 +29,24 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.chunks import layouts_of
 from slipgrasp.recordings.file.contents import Contents
-from slipgrasp.recordings.file.documents import PROFILE, START, STUDY_PROFILE, read_shape
+from slipgrasp.recordings.file.documents import (
+    PROFILE,
+    SCENARIO_ATTACHMENT,
+    START,
+    STUDY_PROFILE,
+    read_scenario,
+    read_shape,
+)
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
+from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
 """No simulation lasts as long [s]."""
+
+EVENTS_TO_SPARE = 20_000
+"""Samples beside those at the output rate and at phase changes: at jumps and timed changes."""
 
 Columns = dict[str, NDArray[Any]]
 
@@ -65,11 +77,14 @@ class Unfinished:
     unread_bytes: int
 
 
-def read_recording(path: str | PathLike[str]) -> RunResult:
+def read_recording(
+    path: str | PathLike[str], *, should_stop: Callable[[], bool] = lambda: False
+) -> RunResult:
     """Reads a recording back into the run it was written from.
 
     Args:
         path: The MCAP file.
+        should_stop: Asked again and again whether nobody needs it any more.
 
     Returns:
         The run: scenario, trace (bit for bit), phase changes, outcome, reason, warnings
@@ -81,34 +96,38 @@ def read_recording(path: str | PathLike[str]) -> RunResult:
         NewerRecordingError: If a newer version of this program wrote it.
         DamagedRecordingError: If it is not complete and unchanged, or states an ending, phase
             changes or metrics that its samples do not give.
-        RecordingError: If it cannot be opened.
+        RecordingError: If it cannot be opened, or reading it was stopped.
     """
-    result = read_as_stated(path)
+    result = read_as_stated(path, should_stop)
     if found := contradictions_of(result):
         raise ContradictoryRecordingError(str(path), found)
     return result
 
 
-def read_as_stated(path: str | PathLike[str]) -> RunResult:
+def read_as_stated(
+    path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
+) -> RunResult:
     """Reads a recording also where what it states of the run contradicts its samples.
 
     Raises:
         RecordingError: As `read_recording` otherwise.
     """
-    read = read_back(path)
+    read = read_back(path, should_stop)
     if not read.is_unaltered:
         raise AlteredRecordingError(str(path))
     return read.result
 
 
-def read_back(path: str | PathLike[str]) -> ReadBack:
+def read_back(
+    path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
+) -> ReadBack:
     """Reads a recording also where it was altered and every checksum made to fit.
 
     Raises:
         RecordingError: As `read_recording`.
     """
     with _open(path) as stream:
-        contents = _Reading(stream, str(path)).contents()
+        contents = _Reading(stream, str(path)).contents(should_stop)
         return ReadBack(contents.result(), contents.is_unaltered())
 
 
@@ -141,19 +160,34 @@ def _open(path: str | PathLike[str]) -> Iterator[BinaryIO]:
         raise RecordingError(f"cannot read '{path}': {error.strerror}") from error
 
 
-@dataclass(slots=True)
 class TopicColumns:
-    """What was read of one topic so far."""
+    """What was read of one topic so far; memory grows in place, so that nothing is kept twice.
 
-    layout: MessageLayout
-    count: int = 0
-    blocks: list[Columns] = field(default_factory=list)
+    Args:
+        layout: How its messages are laid out.
+    """
+
+    def __init__(self, layout: MessageLayout) -> None:
+        self.layout = layout
+        self.count = 0
+        self._columns = {name: empty.copy() for name, empty in layout.unpack([]).items()}
+
+    def append(self, block: Columns) -> None:
+        """Adds messages, with one array per field."""
+        count = self.count + len(block["t"])
+        for name, values in block.items():
+            column = self._columns[name]
+            if count > len(column):
+                # Nobody else has seen the array yet.
+                column.resize((count + count // 4, *column.shape[1:]), refcheck=False)
+            column[self.count : count] = values
+        self.count = count
 
     def joined(self) -> Columns:
-        """All messages so far as one array per field."""
-        return {
-            name: np.concatenate([block[name] for block in self.blocks]) for name in self.blocks[0]
-        }
+        """All messages as one array per field; no more can be added then."""
+        for column in self._columns.values():
+            column.resize((self.count, *column.shape[1:]), refcheck=False)
+        return self._columns
 
 
 class _Reading:
@@ -170,14 +204,17 @@ class _Reading:
         self._shape: TraceShape | None = None
         self._topics: dict[str, TopicColumns] = {}
         self._channels: dict[int, TopicColumns] = {}
+        self._is_amount_checked = False
         self.whole_bytes = 0
 
-    def contents(self) -> Contents:
+    def contents(self, should_stop: Callable[[], bool] = lambda: False) -> Contents:
         """Reads the file, to its end or as far as it is whole."""
         records = self._scanner.records()
         self._check_header(next(records))
         try:
             for record in records:
+                if should_stop():
+                    raise RecordingError(f"nobody needs '{self._name}' any more")
                 self._take(record)
                 self.whole_bytes = self._scanner.offset
         except DamagedRecordingError:
@@ -224,7 +261,7 @@ class _Reading:
         except (KeyError, TypeError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
         for topic, layout in layouts_of(self._shape, version).items():
-            self._topics[topic.name] = TopicColumns(layout, blocks=[layout.unpack([])])
+            self._topics[topic.name] = TopicColumns(layout)
 
     def _take_channel(self, channel: Channel) -> None:
         """Channels of topics that another program added are left alone."""
@@ -232,7 +269,31 @@ class _Reading:
         if columns is not None:
             self._channels[channel.id] = columns
 
+    def _check_amount(self) -> None:
+        """Compares how much there is to be with what a run of the scenario can have given.
+
+        It is done once, before the first message is looked at.
+        """
+        index, scenario = self._scanner.index, self._attachments.get(SCENARIO_ATTACHMENT)
+        if self._is_amount_checked or index is None or scenario is None or self._shape is None:
+            return
+        self._is_amount_checked = True
+        try:
+            simulation = read_scenario(scenario).simulation
+        except ValueError as error:
+            raise self._damaged(f"its scenario is not valid: {error}") from error
+        counts = {c.layout.topic: index.message_counts[n] for n, c in self._channels.items()}
+        changes = counts.get(PHASE_CHANGES, 0)
+        regular = math.ceil(simulation.duration * simulation.output_rate)
+        samples = max(counts.get(topic, 0) for topic in SAMPLE_TOPICS)
+        # Each event gives two samples, of which each contact may change its phase at most once.
+        if samples > regular + 2 * changes + EVENTS_TO_SPARE:
+            raise self._damaged(f"it states {samples} samples, more than its scenario gives")
+        if changes > self._shape.num_contacts * (samples + EVENTS_TO_SPARE):
+            raise self._damaged(f"it states {changes} phase changes at {samples} samples")
+
     def _take_messages(self, messages: ChannelMessages) -> None:
+        self._check_amount()
         columns = self._channels[messages.channel]
         topic = columns.layout.topic.name
         try:
@@ -246,8 +307,7 @@ class _Reading:
         count = columns.count + len(messages.sequences)
         if messages.sequences != list(range(columns.count, count)):
             raise self._damaged(f"messages of {topic} are missing or out of order")
-        columns.count = count
-        columns.blocks.append(block)
+        columns.append(block)
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self._name, finding)

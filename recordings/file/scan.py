@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from io import BytesIO
 from typing import BinaryIO, TypeVar
 
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -32,19 +33,31 @@ from mcap.records import (
     Schema,
     Statistics,
 )
+from numpy.typing import NDArray
 
 from slipgrasp.recordings.exceptions import DamagedRecordingError, ForeignRecordingError
-from slipgrasp.recordings.file.container import FOOTER_LENGTH, MAGIC, MESSAGE_HEAD, summary_checksum
+from slipgrasp.recordings.file.container import FOOTER_LENGTH, MAGIC, summary_checksum
+from slipgrasp.recordings.file.packing import MESSAGE_HEAD, OPCODE_AND_LENGTH_BYTES
 
 MAX_CHUNK_BYTES = 1 << 23
 MAX_RECORD_BYTES = 1 << 20
 MAX_SUMMARY_BYTES = 1 << 25
 MAX_RECORDS_PER_KIND = 256
 MAX_UNWANTED_MESSAGES = 250_000
+MAX_UNPACKED_PER_BYTE = 16
+UNPACKED_TO_SPARE = 1 << 24
+"""Chunks of a hand at rest shrink to a sixth; a small file is not held to any such measure."""
+
 
 _RECORD_HEAD = struct.Struct("<BQ")
+_SIZE = struct.Struct("<Q")
 _FOOTER_HEAD = _RECORD_HEAD.pack(Opcode.FOOTER, FOOTER_LENGTH)
 _TAIL_BYTES = _RECORD_HEAD.size + FOOTER_LENGTH + len(MAGIC)
+
+_KIND_BYTES = OPCODE_AND_LENGTH_BYTES + 2
+"""What of a message's head says how long it is and of which channel."""
+
+_LONGEST_ROW = 64
 
 Record = TypeVar(
     "Record",
@@ -68,6 +81,23 @@ class ChannelMessages:
     sequences: list[int] = field(default_factory=list)
     log_times: list[int] = field(default_factory=list)
     payloads: list[bytes] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class StatedIndex:
+    """What a file says at its end of what it holds.
+
+    Attributes:
+        start: Where the index begins.
+        message_counts: Messages by channel.
+        num_attachments: How many attachments there are.
+        unpacked_bytes: Size of all chunks unpacked; None where it does not say.
+    """
+
+    start: int
+    message_counts: Counter[int]
+    num_attachments: int
+    unpacked_bytes: int | None
 
 
 class RecordScanner:
@@ -103,6 +133,13 @@ class RecordScanner:
         self._num_wanted = 0
         self._num_unwanted = 0
         self._indexes_left = 0
+        self._unpacked_left = MAX_UNPACKED_PER_BYTE * self._size + UNPACKED_TO_SPARE
+        self._index: StatedIndex | None = None
+
+    @property
+    def index(self) -> StatedIndex | None:
+        """What the file says that it holds, known before its first record; None if unfinished."""
+        return self._index
 
     @property
     def offset(self) -> int:
@@ -153,7 +190,51 @@ class RecordScanner:
         if self._size < len(MAGIC) + _TAIL_BYTES or self._stream.read() != MAGIC:
             finding = "its end is missing; 'slipgrasp recover' keeps what it holds"
             raise self._damaged(finding)
+        self._index = self._read_index()
+        self._check_unpacked(self._index.unpacked_bytes or 0)
         self._stream.seek(self._offset)
+
+    def _read_index(self) -> StatedIndex:
+        """Reads the index first, so that nothing is unpacked of a file that claims too much."""
+        self._stream.seek(self._size - _TAIL_BYTES)
+        tail = self._stream.read(_TAIL_BYTES)
+        if not tail.startswith(_FOOTER_HEAD):
+            raise self._damaged("its footer is malformed")
+        footer = self._parse(Footer, tail[_RECORD_HEAD.size : -len(MAGIC)])
+        length = self._size - _TAIL_BYTES - footer.summary_start
+        if footer.summary_start < len(MAGIC) or length < 0:
+            raise self._damaged("the checksum of its index does not match")
+        if length > MAX_SUMMARY_BYTES:
+            raise self._damaged("its index is larger than any that is read")
+        self._stream.seek(footer.summary_start)
+        summary = self._stream.read(length)
+        expected = summary_checksum(summary, footer.summary_start, footer.summary_offset_start)
+        if footer.summary_crc not in (0, expected):
+            raise self._damaged("the checksum of its index does not match")
+        return self._parse_index(footer.summary_start, summary)
+
+    def _parse_index(self, start: int, summary: bytes) -> StatedIndex:
+        statistics: Statistics | None = None
+        sizes: list[int] = []
+        offset = 0
+        while offset + _RECORD_HEAD.size <= len(summary):
+            opcode, length = _RECORD_HEAD.unpack_from(summary, offset)
+            offset += _RECORD_HEAD.size
+            body = summary[offset : offset + length]
+            if opcode == Opcode.STATISTICS:
+                statistics = self._parse(Statistics, body)
+            elif opcode == Opcode.CHUNK_INDEX and length >= _SIZE.size:
+                # The last number of the record, whatever stands before it.
+                sizes += _SIZE.unpack_from(body, len(body) - _SIZE.size)
+            offset += length
+        if statistics is None:
+            raise self._damaged("its index has no statistics")
+        counts = Counter(statistics.channel_message_counts)
+        return StatedIndex(start, counts, statistics.attachment_count, sum(sizes) or None)
+
+    def _check_unpacked(self, size: int) -> None:
+        if size > self._unpacked_left:
+            raise self._damaged(f"{self._size} bytes claim to hold more than {size} unpacked ones")
 
     def _next_record(self) -> tuple[int, bytes]:
         if self._size - self._offset < _RECORD_HEAD.size + self._tail:
@@ -195,8 +276,8 @@ class RecordScanner:
             end = body + length
             if end > len(data):
                 break
-            if opcode == Opcode.MESSAGE and end >= offset + MESSAGE_HEAD.size:
-                self._take_message(data, offset, end, blocks)
+            if opcode == Opcode.MESSAGE and end >= offset + MESSAGE_HEAD.itemsize:
+                end = self._take_messages(data, offset, blocks)
             elif opcode == Opcode.SCHEMA:
                 yield self._parse(Schema, data[body:end])
             elif opcode == Opcode.CHANNEL:
@@ -208,29 +289,46 @@ class RecordScanner:
             raise self._damaged("a chunk does not consist of whole messages")
         yield from blocks.values()
 
-    def _take_message(
-        self, data: bytes, start: int, end: int, blocks: dict[int, ChannelMessages]
-    ) -> None:
-        _, _, channel, sequence, log_time, _ = MESSAGE_HEAD.unpack_from(data, start)
-        self._message_counts[channel] += 1
+    def _take_messages(self, data: bytes, start: int, blocks: dict[int, ChannelMessages]) -> int:
+        """Takes the rows of messages that begin here and are alike; returns where they end."""
+        lengths = _row_at(data, start)
+        period = sum(lengths)
+        rows = _rows_alike(data, start, lengths)
+        for length in lengths:
+            records = rows[:, :length]
+            rows = rows[:, length:]
+            self._take_block(records, blocks)
+        return start + len(rows) * period
+
+    def _take_block(self, records: NDArray[np.uint8], blocks: dict[int, ChannelMessages]) -> None:
+        """Takes messages of one channel and length, ``(messages, bytes)``."""
+        heads = np.ascontiguousarray(records[:, : MESSAGE_HEAD.itemsize]).view(MESSAGE_HEAD)[:, 0]
+        channel, count = int(heads["channel"][0]), len(records)
+        self._message_counts[channel] += count
+        if self._index and self._message_counts[channel] > self._index.message_counts[channel]:
+            raise self._damaged("its messages are not as many as its index says")
         if not self._is_wanted(channel):
-            self._num_unwanted += 1
+            self._num_unwanted += count
             # A recording of ours shows each sample in two display topics at most.
             if self._num_unwanted > MAX_UNWANTED_MESSAGES + self._num_wanted:
                 raise self._damaged("it holds more messages of other programs than are read")
             return
-        self._num_wanted += 1
+        self._num_wanted += count
         block = blocks.get(channel)
         if block is None:
             block = blocks[channel] = ChannelMessages(channel)
-        block.sequences.append(sequence)
-        block.log_times.append(log_time)
-        block.payloads.append(data[start + MESSAGE_HEAD.size : end])
+        block.sequences += heads["sequence"].tolist()
+        block.log_times += heads["log_time"].tolist()
+        payloads = records[:, MESSAGE_HEAD.itemsize :].tobytes()
+        size = records.shape[1] - MESSAGE_HEAD.itemsize
+        block.payloads += [payloads[i * size : (i + 1) * size] for i in range(count)]
 
     def _decompress(self, chunk: Chunk) -> bytes:
         size = chunk.uncompressed_size
         if size > MAX_CHUNK_BYTES:
             raise self._damaged(f"a chunk claims {size} bytes, at most {MAX_CHUNK_BYTES} are read")
+        self._check_unpacked(size)
+        self._unpacked_left -= size
         if chunk.compression == "":
             return chunk.data
         if chunk.compression != "zstd":
@@ -245,39 +343,54 @@ class RecordScanner:
         return data
 
     def _check_ending(self, data_end: DataEnd, checksum: int) -> None:
-        """Compares checksums; 0 stands for none, as other programs write it."""
+        """Compares checksums, 0 stands for none, and what the index says with what was found."""
         if data_end.data_section_crc not in (0, checksum):
             raise self._damaged("the checksum of its data does not match")
-        start = self._offset
-        if self._tail == 0:
+        if self._index is None:
             return
-        if self._size - start > MAX_SUMMARY_BYTES:
-            raise self._damaged("its index is larger than any that is read")
-        rest = self._read(self._size - start)
-        footer = self._parse(Footer, rest[-FOOTER_LENGTH - len(MAGIC) : -len(MAGIC)])
-        summary = rest[:-_TAIL_BYTES]
-        if not rest[len(summary) :].startswith(_FOOTER_HEAD):
-            raise self._damaged("its footer is malformed")
-        expected = summary_checksum(summary, footer.summary_start, footer.summary_offset_start)
-        if footer.summary_start != start or footer.summary_crc not in (0, expected):
+        if self._index.start != self._offset:
             raise self._damaged("the checksum of its index does not match")
-        self._check_statistics(summary)
-
-    def _check_statistics(self, summary: bytes) -> None:
-        """Compares what the index says there is with what was found."""
-        offset = 0
-        while offset + _RECORD_HEAD.size <= len(summary):
-            opcode, length = _RECORD_HEAD.unpack_from(summary, offset)
-            offset += _RECORD_HEAD.size
-            if opcode == Opcode.STATISTICS:
-                found = self._parse(Statistics, summary[offset : offset + length])
-                break
-            offset += length
-        else:
-            raise self._damaged("its index has no statistics")
-        counts = Counter(found.channel_message_counts)
-        if counts != self._message_counts or found.attachment_count != self._counts[Attachment]:
+        found = self._message_counts, self._counts[Attachment]
+        if found != (self._index.message_counts, self._index.num_attachments):
             raise self._damaged("its messages are not as many as its index says")
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self._name, finding)
+
+
+def _row_at(data: bytes, start: int) -> list[int]:
+    """Lengths of the message records from here until a channel comes again: a row of them."""
+    lengths: list[int] = []
+    channels: set[bytes] = set()
+    while len(lengths) < _LONGEST_ROW and start + MESSAGE_HEAD.itemsize <= len(data):
+        opcode, length = _RECORD_HEAD.unpack_from(data, start)
+        end = start + _RECORD_HEAD.size + length
+        channel = data[start + OPCODE_AND_LENGTH_BYTES : start + _KIND_BYTES]
+        is_message = opcode == Opcode.MESSAGE and end >= start + MESSAGE_HEAD.itemsize
+        if not is_message or end > len(data) or channel in channels:
+            break
+        channels.add(channel)
+        lengths.append(end - start)
+        start = end
+    return lengths
+
+
+def _rows_alike(data: bytes, start: int, lengths: list[int]) -> NDArray[np.uint8]:
+    """All rows from here whose messages have these lengths and the first one's channels.
+
+    What a run records of a sample lies together, so that a chunk is mostly one such table;
+    messages one by one take ten times as long to read.
+    """
+    period = sum(lengths)
+    starts = np.cumsum([0, *lengths[:-1]])
+    kinds = (starts[:, None] + np.arange(_KIND_BYTES)).ravel()
+    count = (len(data) - start) // period
+    table = np.frombuffer(data, np.uint8, count * period, start).reshape(count, period)
+    alike, step = 1, 1
+    # Only as far ahead as was alike so far: else a change with every row would cost its square.
+    while alike < count:
+        other = np.flatnonzero((table[alike : alike + step, kinds] != table[0, kinds]).any(axis=1))
+        if len(other):
+            return table[: alike + other[0]]
+        alike, step = min(alike + step, count), 2 * step
+    return table

@@ -1,24 +1,29 @@
-"""A limit on request bodies that holds while they arrive, not after."""
+"""Limits on size and slowness of request bodies that hold while they arrive, not after."""
 
 from __future__ import annotations
 
+import asyncio
+import time
 from collections.abc import Mapping
 
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from slipgrasp.server.exceptions import BodyTooLargeError
+from slipgrasp.server.exceptions import BodyTooLargeError, BodyTooSlowError
 from slipgrasp.server.http.errors import problem_response
+
+GRACE_SECONDS = 20.0
+SLOWEST_BYTES_PER_SECOND = 10_000.0
 
 
 class BodyLimit:
-    """ASGI middleware: answers 413 to a body that is, or turns out to be, too large.
+    """ASGI middleware: answers 413 to a body that is, or turns out to be, too large, 408 if slow.
 
     Starlette's ``RequestBodyLimitMiddleware`` has one limit for all paths, asks the application
     before it looks at what is declared, and may answer in plain text and keep the connection.
 
     Args:
-        app: The application behind it, which answers `BodyTooLargeError`.
+        app: The application behind it, which answers `BodyTooLargeError` and `BodyTooSlowError`.
         max_bytes: Largest body.
         larger: Paths to which a larger one may be sent, and how large.
     """
@@ -42,19 +47,43 @@ class BodyLimit:
             headers = {"Connection": "close"}
             await problem_response(413, str(error), headers=headers)(scope, receive, send)
             return
-        await self._app(scope, _counted(receive, max_bytes), send)
+        body = _Body(receive, send, max_bytes)
+        await self._app(scope, body.receive, body.send)
 
 
-def _counted(receive: Receive, max_bytes: int) -> Receive:
-    received = 0
+class _Body:
+    """A body on its way, watched until it is whole or somebody answers without it."""
 
-    async def receive_counted() -> Message:
-        nonlocal received
-        message = await receive()
-        if message["type"] == "http.request":
-            received += len(message.get("body", b""))
-            if received > max_bytes:
-                raise BodyTooLargeError(max_bytes)
+    def __init__(self, receive: Receive, send: Send, max_bytes: int) -> None:
+        self._receive = receive
+        self._send = send
+        self._max_bytes = max_bytes
+        self._received = 0
+        self._due = time.monotonic() + GRACE_SECONDS
+        self._is_watched = True
+
+    async def send(self, message: Message) -> None:
+        """Passes the answer on; what of the body is then still to come is only thrown away."""
+        self._is_watched = False
+        await self._send(message)
+
+    async def receive(self) -> Message:
+        """Passes the body on, piece by piece.
+
+        Raises:
+            BodyTooLargeError: If it is.
+            BodyTooSlowError: If it hardly arrives.
+        """
+        if not self._is_watched:
+            return await self._receive()
+        due = self._due + self._received / SLOWEST_BYTES_PER_SECOND
+        try:
+            async with asyncio.timeout(due - time.monotonic()):
+                message = await self._receive()
+        except TimeoutError:
+            raise BodyTooSlowError from None
+        self._received += len(message.get("body", b""))
+        if self._received > self._max_bytes:
+            raise BodyTooLargeError(self._max_bytes)
+        self._is_watched = message.get("more_body", False)
         return message
-
-    return receive_counted

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import time
 from collections.abc import AsyncIterator, Callable
 from enum import Enum, auto
 
@@ -12,7 +10,7 @@ from python_multipart.exceptions import FormParserError
 from python_multipart.multipart import parse_options_header
 from starlette.requests import ClientDisconnect, Request
 
-from slipgrasp.server.exceptions import BodyTooSlowError, UnreadableBodyError, UnsupportedBodyError
+from slipgrasp.server.exceptions import UnreadableBodyError, UnsupportedBodyError
 
 FORM = "multipart/form-data"
 RAW_TYPES = (
@@ -24,9 +22,6 @@ RAW_TYPES = (
     "",
 )
 
-GRACE_SECONDS = 20.0
-SLOWEST_BYTES_PER_SECOND = 10_000.0
-
 
 async def file_pieces(request: Request) -> AsyncIterator[bytes]:
     """Yields the file of a request piece by piece; of a form, the first file.
@@ -34,11 +29,10 @@ async def file_pieces(request: Request) -> AsyncIterator[bytes]:
     Raises:
         UnsupportedBodyError: If the body is declared as something that is no file.
         UnreadableBodyError: If it is no whole form, a form without a file, or its end is missing.
-        BodyTooSlowError: If it hardly arrives.
     """
     declared = request.headers.get("content-type", "")
     content_type, options = parse_options_header(declared)
-    pieces = _patient_pieces(request)
+    pieces = _pieces(request)
     if content_type.decode("latin-1") == FORM:
         pieces = _first_file(pieces, options.get(b"boundary", b""))
     elif content_type.decode("latin-1").strip().lower() not in RAW_TYPES:
@@ -47,24 +41,13 @@ async def file_pieces(request: Request) -> AsyncIterator[bytes]:
         yield piece
 
 
-async def _patient_pieces(request: Request) -> AsyncIterator[bytes]:
-    """The body, as long as its sender keeps to the slowest speed there may be."""
-    started, received = time.monotonic(), 0
-    stream = request.stream()
-    while True:
-        due = started + GRACE_SECONDS + received / SLOWEST_BYTES_PER_SECOND
-        try:
-            async with asyncio.timeout(due - time.monotonic()):
-                piece = await anext(stream, None)
-        except TimeoutError:
-            raise BodyTooSlowError from None
-        except ClientDisconnect as error:
-            raise UnreadableBodyError("its sender has gone", "complete") from error
-        if piece is None:
-            return
-        received += len(piece)
-        if piece:
-            yield piece
+async def _pieces(request: Request) -> AsyncIterator[bytes]:
+    try:
+        async for piece in request.stream():
+            if piece:
+                yield piece
+    except ClientDisconnect as error:
+        raise UnreadableBodyError("its sender has gone", "complete") from error
 
 
 class _Place(Enum):

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
 from slipgrasp.recordings.compare.comparison import compare
-from slipgrasp.recordings.file.reader import read_as_stated
-from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.recordings.file.reader import read_as_stated, read_recording
+from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.dependencies import RecordingReadsDep, RunServiceDep
 from slipgrasp.server.http.downloads import BINARY_SCHEMA, PNG, SVG
 from slipgrasp.server.http.errors import ProblemPublic
+from slipgrasp.server.reading import DIFF_COST
 from slipgrasp.server.runs.diff import DiffFigureQuery, DiffPublic, DiffQuery
 
 MEDIA_TYPES = {"svg": SVG, "png": PNG}
@@ -19,11 +22,15 @@ MEDIA_TYPES = {"svg": SVG, "png": PNG}
 router = APIRouter(prefix="/diff", tags=["diff"])
 
 
-@router.get("", responses=ProblemPublic.responses((404, 409, 422)))
-def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> DiffPublic:
+@router.get("", responses=ProblemPublic.responses((404, 409, 422, 503)))
+def diff_runs(
+    query: Annotated[DiffQuery, Query()], service: RunServiceDep, reads: RecordingReadsDep
+) -> DiffPublic:
     """What tells two runs apart: parameters, phase changes, columns and metrics."""
-    a, b = (read_as_stated(service.get(run_id).path) for run_id in (query.a, query.b))
-    return DiffPublic.from_comparison(compare(a, b, query.tolerance))
+    stored = [service.get(run_id) for run_id in (query.a, query.b)]
+    with reads.room_in_thread(_cost(stored)):
+        a, b = (read_as_stated(run.path) for run in stored)
+        return DiffPublic.from_comparison(compare(a, b, query.tolerance))
 
 
 @router.get(
@@ -36,17 +43,26 @@ def diff_runs(query: Annotated[DiffQuery, Query()], service: RunServiceDep) -> D
                 media_type: {"schema": BINARY_SCHEMA} for media_type in MEDIA_TYPES.values()
             },
         },
-        **ProblemPublic.responses((404, 409, 422)),
+        **ProblemPublic.responses((404, 409, 422, 503)),
     },
 )
-def draw_diff(query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep) -> Response:
+def draw_diff(
+    query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep, reads: RecordingReadsDep
+) -> Response:
     """Two runs over each other, their difference below."""
     # matplotlib takes a second to load, and most servers never draw.
     from slipgrasp.figures.comparison import draw_comparison
     from slipgrasp.figures.files import save_figure
 
-    a, b = (service.open(run_id) for run_id in (query.a, query.b))
-    figure = draw_comparison(compare(a, b, query.tolerance), a, b, (query.a, query.b))
+    stored = [service.get(run_id) for run_id in (query.a, query.b)]
     picture = io.BytesIO()
-    save_figure(figure, picture, query.format)
+    with reads.room_in_thread(_cost(stored)):
+        a, b = (read_recording(run.path) for run in stored)
+        figure = draw_comparison(compare(a, b, query.tolerance), a, b, (query.a, query.b))
+        save_figure(figure, picture, query.format)
     return Response(picture.getvalue(), media_type=MEDIA_TYPES[query.format])
+
+
+def _cost(runs: Iterable[StoredRun]) -> int:
+    """How much memory their comparison may take."""
+    return round(DIFF_COST * sum(run.size for run in runs))

@@ -16,6 +16,7 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
     FileCacheDep,
+    RecordingReadsDep,
     RunResultDep,
     StoredRunDep,
 )
@@ -28,11 +29,12 @@ from slipgrasp.server.http.downloads import (
 )
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.file_cache import FileCache
+from slipgrasp.server.reading import TABLE_COST, RecordingReads
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
-_TABLE_PROBLEMS = (404, 409, 422, 507)
+_TABLE_PROBLEMS = (404, 409, 422, 503, 507)
 
 
 @router.get(
@@ -43,12 +45,13 @@ _TABLE_PROBLEMS = (404, 409, 422, 507)
             "description": "Columns by name, their units, and how many values each has.",
             "model": SignalsPublic,
         },
-        **ProblemPublic.responses((404, 409, 422)),
+        **ProblemPublic.responses((404, 409, 422, 503)),
     },
 )
 def read_signals(
     stored: StoredRunDep,
     result: RunResultDep,
+    reads: RecordingReadsDep,
     names: Annotated[
         str,
         Query(
@@ -62,7 +65,8 @@ def read_signals(
     """What was recorded of a run, column by column; an event gives two values at one time."""
     wanted = [name.strip() for name in names.split(",")] if names else []
     columns = select_columns(result, wanted)
-    return StreamingResponse(encode_columns(stored.id, columns), media_type="application/json")
+    pieces = reads.in_threads(encode_columns(stored.id, columns))
+    return StreamingResponse(pieces, media_type="application/json")
 
 
 @router.head("/{run_id}/recording", include_in_schema=False)
@@ -83,7 +87,11 @@ def read_recording_file(stored: StoredRunDep, asked: DownloadRequestDep) -> Resp
 
 
 def _table(
-    export: ExportFormat, stored: StoredRun, asked: DownloadRequest, cache: FileCache
+    export: ExportFormat,
+    stored: StoredRun,
+    asked: DownloadRequest,
+    cache: FileCache,
+    reads: RecordingReads,
 ) -> Response:
     """The signals of a recording in a format; their tag is known without writing them."""
     try:
@@ -92,7 +100,8 @@ def _table(
         raise RecordingNotFoundError(stored.id) from None
 
     def make(stream: BinaryIO) -> None:
-        export.write(read_recording(stored.path), stream)
+        with reads.room_in_thread(round(TABLE_COST * stored.size)):
+            export.write(read_recording(stored.path), stream)
 
     download = Download(
         tag=tag,
@@ -107,9 +116,12 @@ def _add_table(export: ExportFormat) -> None:
     """Adds the route of a format."""
 
     def read_signals_as(
-        stored: StoredRunDep, asked: DownloadRequestDep, cache: FileCacheDep
+        stored: StoredRunDep,
+        asked: DownloadRequestDep,
+        cache: FileCacheDep,
+        reads: RecordingReadsDep,
     ) -> Response:
-        return _table(export, stored, asked, cache)
+        return _table(export, stored, asked, cache, reads)
 
     path = f"/{{run_id}}/signals.{export.name}"
     router.add_api_route(path, read_signals_as, methods=["HEAD"], include_in_schema=False)

@@ -20,7 +20,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.exceptions import RecordingNotFoundError, RecordingWriteError
-from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record, unsaved
 from slipgrasp.recordings.file.recovery import recover_orphans
 from slipgrasp.recordings.store.description import Description
@@ -200,16 +199,6 @@ class RunService:
         """
         self.check_ended(run_id)
         return self.store.get(run_id)
-
-    def open(self, run_id: str) -> RunResult:
-        """Reads a run back.
-
-        Raises:
-            RunUnfinishedError: If it has not ended.
-            RecordingNotFoundError: If there is none.
-            RecordingError: If its file is damaged.
-        """
-        return read_recording(self.get(run_id).path)
 
     def stop(self, run_id: str) -> PendingRun | StoredRun | Description:
         """Ends a run soon and keeps what was simulated; one that has ended stays as it is.

@@ -48,14 +48,24 @@ CONTENT_POLICY = "; ".join(
 
 _HEAD = b"<head>"
 _PROTOCOL_PREFIX = "viser-v"
-_GOING_AWAY, _UNSUPPORTED_DATA, _TRY_AGAIN_LATER = 1001, 1003, 1013
+_GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 
 _logger = logging.getLogger(__name__)
 
+FindFault = Callable[[bytes], str]
+
+
+def _find_none(_message: bytes) -> str:
+    return ""
+
 
 def add_viewer_routes(
-    app: FastAPI, upstream_port: Callable[[], int], path: str = "/", head: str = ""
+    app: FastAPI,
+    upstream_port: Callable[[], int],
+    path: str = "/",
+    head: str = "",
+    find_faults: Callable[[], FindFault] = lambda: _find_none,
 ) -> ViewerRelay:
     """Serves viser's page and websocket at one path of an application.
 
@@ -64,6 +74,8 @@ def add_viewer_routes(
         upstream_port: Gives viser's internal port, asked once per viewer.
         path: Where, ``/`` or such as ``/viewer/``.
         head: HTML to begin the head of the page with.
+        find_faults: Gives, for each viewer, what says why one of its messages may not pass;
+            all pass if left out.
 
     Returns:
         The relay, which knows whether there is room for another viewer.
@@ -71,7 +83,7 @@ def add_viewer_routes(
     Raises:
         RuntimeError: If viser's page has no head that something can be put into.
     """
-    relay = ViewerRelay(upstream_port, head)
+    relay = ViewerRelay(upstream_port, head, find_faults)
     bare = path.rstrip("/")
     # The page drops a trailing slash from its own address to get that of its websocket.
     app.add_api_websocket_route(bare or "/", relay.connect)
@@ -94,13 +106,20 @@ class ViewerRelay:
     Args:
         upstream_port: Gives viser's internal port.
         head: HTML to begin the head of the page with.
+        find_faults: Gives, for each viewer, what says why one of its messages may not pass.
 
     Raises:
         RuntimeError: If viser's page has no head that something can be put into.
     """
 
-    def __init__(self, upstream_port: Callable[[], int], head: str = "") -> None:
+    def __init__(
+        self,
+        upstream_port: Callable[[], int],
+        head: str = "",
+        find_faults: Callable[[], FindFault] = lambda: _find_none,
+    ) -> None:
         self._upstream_port = upstream_port
+        self._find_faults = find_faults
         self._page = _with_head(_read_page(), head)
         self._num_viewers = 0
         self._turned_away_at = -math.inf
@@ -143,14 +162,14 @@ class ViewerRelay:
             return
         try:
             await viewer.accept(subprotocol=upstream.subprotocol)
-            await _exchange(viewer, upstream)
+            await _exchange(viewer, upstream, self._find_faults())
         finally:
             await _hang_up(upstream)
 
 
-async def _exchange(viewer: WebSocket, upstream: ClientConnection) -> None:
+async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
     tasks = [
-        asyncio.create_task(_pass_up(viewer, upstream)),
+        asyncio.create_task(_pass_up(viewer, upstream, find_fault)),
         asyncio.create_task(_pass_down(viewer, upstream)),
     ]
     try:
@@ -170,8 +189,8 @@ async def _hang_up(upstream: ClientConnection) -> None:
         upstream.transport.abort()
 
 
-async def _pass_up(viewer: WebSocket, upstream: ClientConnection) -> None:
-    """Passes what a viewer sends; viser takes bytes only."""
+async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
+    """Passes what a viewer sends and what may pass; viser takes bytes only."""
     while True:
         message = await viewer.receive()
         if message["type"] == "websocket.disconnect":
@@ -179,6 +198,10 @@ async def _pass_up(viewer: WebSocket, upstream: ClientConnection) -> None:
         content = message.get("bytes")
         if content is None:
             await viewer.close(_UNSUPPORTED_DATA, "binary messages only")
+            return
+        if fault := find_fault(content):
+            _logger.warning("closed a viewer: %s", fault)
+            await viewer.close(_POLICY_VIOLATION, fault)
             return
         try:
             await upstream.send(content)

@@ -4,11 +4,13 @@ import itertools
 
 import pytest
 
-from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, defuse, write_bombs
+from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, WHOLE_BOMBS, defuse, write_bombs
+from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services
+from slipgrasp.recordings.file.reader import read_recording
 
 pytestmark = pytest.mark.slow
 
@@ -54,3 +56,20 @@ def test_hostile_files_are_refused_in_little_memory(tmp_path):
         _, megabytes, findings = defuse(path)
         assert megabytes < MAX_MEGABYTES, name
         assert all(len(finding) < 500 for finding in findings), name
+
+
+def test_a_file_that_states_more_than_its_scenario_gives_is_refused_unread(tmp_path):
+    for path in write_bombs(tmp_path, WHOLE_BOMBS).values():
+        _, megabytes, findings = defuse(path, [read_recording])
+        assert "it states 10000" in findings[0]
+        assert megabytes < MAX_MEGABYTES
+
+
+def test_a_crowd_that_asks_for_nothing_keeps_nobody_from_being_answered():
+    crowd = hold_connections(idle=30, slow=10, seconds=0.5)
+    assert crowd.log_bytes < 10_000
+
+
+def test_readers_of_one_recording_share_it():
+    readers = read_signals(clients=6, duration=2.0, names="t,slip")
+    assert readers.statuses == {200: 6}

@@ -16,7 +16,7 @@ from mcap.writer import Writer
 
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
-from slipgrasp.server.http import upload_body
+from slipgrasp.server.http import body_limit
 from slipgrasp.server.routes.recordings import MAX_UPLOADS
 from tests.server.raw_http import exchange
 from tests.server.serving import RunningServer, patient_settings, serve
@@ -216,7 +216,7 @@ def test_a_client_that_goes_away_leaves_nothing(server, client, folder, content)
 
 
 def test_a_client_that_hardly_sends_is_cut_off(server, folder, content, monkeypatch) -> None:
-    monkeypatch.setattr(upload_body, "GRACE_SECONDS", 0.3)
+    monkeypatch.setattr(body_limit, "GRACE_SECONDS", 0.3)
     before = files_of(folder)
     head = upload_head(server.port, f"Content-Length: {len(content)}")
     answer = exchange(server.port, head, content[:100])

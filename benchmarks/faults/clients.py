@@ -1,0 +1,164 @@
+"""Many clients at once: who ask for nothing, send slowly, or want all of a large recording."""
+
+from __future__ import annotations
+
+import http.client
+import socket
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from benchmarks.faults.services import start_service
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.file.recorder import record
+from slipgrasp.recordings.store.store import RecordingStore
+
+HEALTH = "/api/v1/health"
+PATIENCE = 300.0
+POLL = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Crowd:
+    """What became of a new client while many held connections.
+
+    Attributes:
+        idle: Connections that asked for nothing.
+        slow: Connections that sent their bodies byte by byte.
+        slowest: Longest time until the new client was answered [s].
+        log_bytes: What the service wrote meanwhile.
+    """
+
+    idle: int
+    slow: int
+    slowest: float
+    log_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Readers:
+    """What became of clients that asked for the signals of one recording.
+
+    Attributes:
+        size: Of the recording [bytes].
+        statuses: How many were answered with each status.
+        peak: Largest memory of the service [bytes].
+        health_p95: Time within which 95 % of questions for its health were answered [s].
+    """
+
+    size: int
+    statuses: Counter[int]
+    peak: int
+    health_p95: float
+
+
+def hold_connections(idle: int, slow: int, seconds: float) -> Crowd:
+    """Opens connections that ask for nothing or slowly, and asks for the service's health."""
+    with tempfile.TemporaryDirectory() as folder, _service(Path(folder)) as (address, _, log):
+        with ExitStack() as open_sockets:
+            for i in range(slow + idle):
+                client = open_sockets.enter_context(socket.create_connection(address))
+                if i < slow:
+                    client.sendall(_slow_request(address))
+            waits = [_ask_health(address) for _ in _until(time.monotonic() + seconds)]
+        return Crowd(idle, slow, max(waits), log.stat().st_size)
+
+
+def read_signals(clients: int, duration: float, names: str) -> Readers:
+    """Lets clients ask at once for signals of one recording.
+
+    Args:
+        clients: How many.
+        duration: Of the recorded run [s]; a second makes 4.2 MB.
+        names: The signals, separated by commas.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        run_id, size = _large_recording(Path(folder), duration)
+        with _service(Path(folder)) as (address, pid, _):
+            _ask_health(address)
+            statuses: list[int] = []
+            path = f"/api/v1/runs/{run_id}/signals?names={names}"
+            threads = [
+                threading.Thread(target=lambda: statuses.append(_get(address, path)))
+                for _ in range(clients)
+            ]
+            for thread in threads:
+                thread.start()
+            waits = []
+            while any(thread.is_alive() for thread in threads):
+                waits.append(_ask_health(address))
+                time.sleep(POLL)
+            p95 = float(np.quantile(waits, 0.95))
+            return Readers(size, Counter(statuses), _peak(pid), p95)
+
+
+@contextmanager
+def _service(folder: Path) -> Iterator[tuple[tuple[str, int], int, Path]]:
+    """A service: where it listens, its process and its log."""
+    log = folder / "log.txt"
+    with log.open("wb") as stream:
+        service, url = start_service(folder, stream)
+    with service:
+        try:
+            where = urlsplit(url)
+            assert where.hostname is not None and where.port is not None
+            yield (where.hostname, where.port), service.pid, log
+        finally:
+            service.terminate()
+
+
+def _large_recording(folder: Path, duration: float) -> tuple[str, int]:
+    values = {"simulation.output_rate": 10_000.0, "simulation.duration": duration}
+    store = RecordingStore(folder)
+    store.prepare()
+    reservation = store.reserve()
+    recorded = record(with_values(load_scenario("paper-case-1"), values), reservation.path)
+    stored = store.register(reservation, recorded.result)
+    return stored.id, stored.size
+
+
+def _slow_request(address: tuple[str, int]) -> bytes:
+    lines = (
+        "POST /api/v1/runs HTTP/1.1",
+        f"Host: {address[0]}:{address[1]}",
+        "Content-Type: application/json",
+        "Content-Length: 1000",
+    )
+    return ("\r\n".join(lines) + "\r\n\r\n{").encode()
+
+
+def _until(end: float) -> Iterator[None]:
+    while time.monotonic() < end:
+        yield
+        time.sleep(POLL)
+
+
+def _ask_health(address: tuple[str, int]) -> float:
+    started = time.perf_counter()
+    assert _get(address, HEALTH) == 200
+    return time.perf_counter() - started
+
+
+def _get(address: tuple[str, int], path: str) -> int:
+    connection = http.client.HTTPConnection(*address, timeout=PATIENCE)
+    try:
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        while answer.read(1 << 16):
+            pass
+        return answer.status
+    finally:
+        connection.close()
+
+
+def _peak(pid: int) -> int:
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    return 1000 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))

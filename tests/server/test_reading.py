@@ -1,0 +1,84 @@
+"""How much of recordings is in memory at a time, and for whom."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.server import reading
+from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.reading import SMALL_BYTES, RecordingReads
+
+LARGE = 10 * SMALL_BYTES
+
+
+@pytest.fixture
+def path(short_result: RunResult, tmp_path: Path) -> Path:
+    path = tmp_path / "run.mcap"
+    write_recording(short_result, path)
+    return path
+
+
+async def stays() -> bool:
+    return False
+
+
+async def leaves() -> bool:
+    return True
+
+
+def test_readers_at_the_same_time_share_what_was_read(path) -> None:
+    async def read_twice() -> None:
+        reads = RecordingReads()
+        async with reads.shared(path, "run", stays) as a, reads.shared(path, "run", stays) as b:
+            assert a is b
+        async with reads.shared(path, "run", stays) as c:
+            assert c is not a
+
+    asyncio.run(read_twice())
+
+
+def test_who_needs_more_than_is_left_waits_for_its_turn() -> None:
+    async def take_turns() -> None:
+        reads, order = RecordingReads(LARGE), []
+
+        async def use(name: str, num_bytes: int) -> None:
+            async with reads.room(num_bytes):
+                order.append(name)
+                await asyncio.sleep(0.01)
+
+        await asyncio.gather(use("all", 3 * LARGE), use("half", LARGE // 2), use("none", 1))
+        assert order == ["all", "none", "half"]
+
+    asyncio.run(take_turns())
+
+
+def test_who_waits_too_long_is_told_to_come_back() -> None:
+    async def wait() -> None:
+        reads = RecordingReads(LARGE, patience=0.05)
+        async with reads.room(LARGE):
+            with pytest.raises(ServiceBusyError, match="try again in 5 s"):
+                async with reads.room(LARGE):
+                    pass
+        async with reads.room(LARGE):
+            pass
+
+    asyncio.run(wait())
+
+
+def test_nothing_is_read_for_a_client_that_has_gone(path, monkeypatch) -> None:
+    monkeypatch.setattr(reading, "POLL_SECONDS", 0.0)
+
+    async def leave() -> None:
+        reads = RecordingReads(LARGE)
+        with pytest.raises(ServiceBusyError):
+            async with reads.shared(path, "run", leaves):
+                pass
+        async with reads.room(LARGE), reads.shared(path, "run", stays):
+            pass
+
+    asyncio.run(leave())
