@@ -43,6 +43,7 @@ from slipgrasp.server.exceptions import (
     UnsupportedBodyError,
     printable,
 )
+from slipgrasp.server.http.safe_headers import RESOURCE_CONTENT_POLICY, SAFE_HEADERS
 
 _BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
 _PLACES = ("body", "query", "header", "path", "str", "dict")
@@ -137,7 +138,14 @@ def problem_response(
     }
     if listed := [asdict(error) for error in errors]:
         content["errors"] = listed
-    return JSONResponse(content, status, headers, media_type="application/problem+json")
+    # Not every problem passes the guard which gives all other answers theirs.
+    policy = {"Content-Security-Policy": RESOURCE_CONTENT_POLICY}
+    return JSONResponse(
+        content,
+        status,
+        {**SAFE_HEADERS, **policy, **(headers or {})},
+        media_type="application/problem+json",
+    )
 
 
 def add_error_handlers(app: FastAPI) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
+import msgspec
 import websockets.asyncio.client
 from fastapi import FastAPI
 from starlette.responses import HTMLResponse, RedirectResponse, Response
@@ -21,6 +22,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
+
+from slipgrasp.server.http.access import RELAY_TOKEN
+from slipgrasp.server.tokens import Right
 
 MAX_VIEWERS = 32
 CLOSE_SECONDS = 1
@@ -47,6 +51,7 @@ CONTENT_POLICY = "; ".join(
 """What viser's page may do: run what it carries itself, and talk to where it came from."""
 
 _HEAD = b"<head>"
+_LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _TRY_AGAIN_LATER = 1001, 1003, 1013
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
@@ -132,6 +137,7 @@ class ViewerRelay:
             upstream = await websockets.asyncio.client.connect(
                 f"ws://127.0.0.1:{self._upstream_port()}",
                 subprotocols=_viser_protocols(viewer) or None,
+                additional_headers={"Authorization": f"Bearer {RELAY_TOKEN}"},
                 compression=None,
                 max_size=None,
                 ping_interval=None,
@@ -143,14 +149,14 @@ class ViewerRelay:
             return
         try:
             await viewer.accept(subprotocol=upstream.subprotocol)
-            await _exchange(viewer, upstream)
+            await _exchange(viewer, upstream, viewer.state.right)
         finally:
             await _hang_up(upstream)
 
 
-async def _exchange(viewer: WebSocket, upstream: ClientConnection) -> None:
+async def _exchange(viewer: WebSocket, upstream: ClientConnection, right: Right) -> None:
     tasks = [
-        asyncio.create_task(_pass_up(viewer, upstream)),
+        asyncio.create_task(_pass_up(viewer, upstream, right)),
         asyncio.create_task(_pass_down(viewer, upstream)),
     ]
     try:
@@ -170,8 +176,8 @@ async def _hang_up(upstream: ClientConnection) -> None:
         upstream.transport.abort()
 
 
-async def _pass_up(viewer: WebSocket, upstream: ClientConnection) -> None:
-    """Passes what a viewer sends; viser takes bytes only."""
+async def _pass_up(viewer: WebSocket, upstream: ClientConnection, right: Right) -> None:
+    """Passes what a viewer may send; viser takes bytes only."""
     while True:
         message = await viewer.receive()
         if message["type"] == "websocket.disconnect":
@@ -180,10 +186,29 @@ async def _pass_up(viewer: WebSocket, upstream: ClientConnection) -> None:
         if content is None:
             await viewer.close(_UNSUPPORTED_DATA, "binary messages only")
             return
+        if right < Right.EVERYTHING and not _only_looks(content):
+            continue
         try:
             await upstream.send(content)
         except ConnectionClosed:
             return
+
+
+class _Kind(msgspec.Struct):
+    """Of a message of viser's, what kind it is."""
+
+    type: str
+
+
+_kind_of = msgspec.msgpack.Decoder(_Kind)
+
+
+def _only_looks(content: bytes) -> bool:
+    """Whether a message tells from where a viewer looks, without which viser shows nothing."""
+    try:
+        return _kind_of.decode(content).type in _LOOKING
+    except msgspec.DecodeError:
+        return False
 
 
 async def _pass_down(viewer: WebSocket, upstream: ClientConnection) -> None:
