@@ -95,7 +95,6 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         ],
     )
     app.state.settings = settings
-    app.state.tokens = tokens
     app.state.stopping = asyncio.Event()
     app.include_router(_api())
     add_error_handlers(app)
@@ -111,8 +110,8 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
     make_private(settings.data_directory)
     lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
     with lock, closing(store):
-        if settings.exclusive:
-            app.state.tokens.save(settings.data_directory)
+        if settings.exclusive and settings.token is not None:
+            Tokens(settings.token).save(settings.data_directory)
         store.discard_unfinished_uploads()
         service = RunService(store, settings)
         app.state.run_service = service

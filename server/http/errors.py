@@ -25,6 +25,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingNotFoundError,
     RecordingWriteError,
     StorageFullError,
+    told_within,
 )
 from slipgrasp.recordings.study.rebuild import RebuildError
 from slipgrasp.server.addresses import DOCS_PATH
@@ -160,18 +161,19 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     status = next((s for kind, s in STATUSES.items() if isinstance(error, kind)), 500)
     errors: Sequence[FieldError] = ()
     headers: dict[str, str] = {}
+    told = told_within(error, request.app.state.settings.data_directory)
     if isinstance(error, (ScenarioError, InvalidRequestError)):
         errors = error.errors
     elif isinstance(error, AnnotationError):
-        errors = (FieldError(field=error.field, value=None, limit=None, message=str(error)),)
+        errors = (FieldError(field=error.field, value=None, limit=None, message=told),)
     elif status in (400, 422):
-        errors = (FieldError(field="", value=None, limit=None, message=str(error)),)
+        errors = (FieldError(field="", value=None, limit=None, message=told),)
     if isinstance(error, ServiceBusyError):
         headers["Retry-After"] = str(error.retry_after)
     if isinstance(error, (BodyTooLargeError, BodyTooSlowError, StorageFullError)):
         # The rest of the body would have to be read and thrown away.
         headers["Connection"] = "close"
-    return problem_response(status, str(error), errors=errors, headers=headers)
+    return problem_response(status, told, errors=errors, headers=headers)
 
 
 async def _answer_invalid_request(request: Request, error: Exception) -> JSONResponse:
