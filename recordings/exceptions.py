@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -166,6 +167,18 @@ def _size(num_bytes: int) -> str:
         if num_bytes >= factor:
             return f"{num_bytes / factor:.4g} {unit}"
     return f"{num_bytes} bytes"
+
+
+def told_within(error: Exception, folder: Path) -> str:
+    """What an error says, to those who need not know where a folder is.
+
+    Args:
+        error: The error.
+        folder: The folder; files in it are called by their path from there.
+    """
+    shown = _shown(folder)
+    told = str(error).replace(f"'{shown}'", "the data folder")
+    return told.replace(f"'{shown}{os.sep}", "'")
 
 
 def _shown(name: str | Path) -> str:

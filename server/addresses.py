@@ -7,6 +7,7 @@ DOCS_PATH = f"{API_PATH}/docs"
 UPLOAD_PATH = f"{API_PATH}/recordings"
 STUDIES_PATH = f"{API_PATH}/studies"
 ESTIMATE_PATH = f"{STUDIES_PATH}/estimate"
+SESSIONS_PATH = "/dashboard/sessions"
 
 
 def preset_path(name: str) -> str:

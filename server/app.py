@@ -28,14 +28,15 @@ from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.connections import (
     BACKLOG,
     KEEP_ALIVE_SECONDS,
-    BoundedConnection,
     note_failed_accepts,
 )
 from slipgrasp.server.http.errors import add_error_handlers
 from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
+from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import add_openapi, operation_id
+from slipgrasp.server.http.protocol import GuardedProtocol
 from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
@@ -50,9 +51,10 @@ from slipgrasp.server.routes import (
     study_results,
 )
 from slipgrasp.server.runs.service import RunService
-from slipgrasp.server.service_lock import service_lock
+from slipgrasp.server.service_lock import make_private, service_lock
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.service import StudyService
+from slipgrasp.server.tokens import Tokens
 
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
@@ -70,6 +72,12 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     Returns:
         The application with the REST interface below ``/api/v1``.
     """
+    tokens = Tokens.random() if settings.token is None else Tokens(settings.token)
+    gate = Gate(
+        tokens,
+        trusts_connections=not settings.needs_token,
+        is_encrypted=settings.is_encrypted,
+    )
     app = FastAPI(
         title="slipgrasp",
         version=program_version(),
@@ -81,7 +89,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         generate_unique_id_function=operation_id,
         lifespan=partial(_live, settings, lifespan),
         middleware=[
-            Middleware(AccessGuard),
+            Middleware(AccessGuard, gate=gate, names=settings.names, public=settings.public_urls),
             Middleware(
                 BodyLimit,
                 max_bytes=settings.max_body_bytes,
@@ -106,8 +114,11 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
     """The services, from first to last, and what else lives as long as they."""
     store = RecordingStore(settings.data_directory, settings.storage_limits)
     store.prepare()
+    make_private(settings.data_directory)
     lock = service_lock(settings.data_directory) if settings.exclusive else nullcontext()
     with lock, closing(store):
+        if settings.exclusive and settings.token is not None:
+            Tokens(settings.token).save(settings.data_directory)
         store.discard_unfinished_uploads()
         service = RunService(store, settings)
         app.state.run_service = service
@@ -151,11 +162,15 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         app,
         host=settings.host,
         port=settings.port,
-        http=BoundedConnection,
+        http=GuardedProtocol,
         backlog=BACKLOG,
         timeout_keep_alive=KEEP_ALIVE_SECONDS,
         log_config=log_config(),
+        # Whoever a proxy says that it speaks for, it is the proxy that is connected.
+        proxy_headers=False,
         log_level="warning",
+        # Links have tokens in them.
+        access_log=False,
         timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_SECONDS,
         ws_max_size=MAX_VIEWER_MESSAGE_BYTES,
         # What viser sends is compressed already.

@@ -1,8 +1,13 @@
-"""One service for each data folder: two would not know of each other's runs and limits."""
+"""The data folder of a service: closed to other users of the machine, and to a second service.
+
+Two services would not know of each other's runs and limits.
+"""
 
 from __future__ import annotations
 
+import logging
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +18,37 @@ from slipgrasp.recordings.exceptions import FolderInUseError, RecordingWriteErro
 
 LOCK_NAME = "service.lock"
 MAX_OWNER_LENGTH = 20
+
+_PRIVATE = 0o700
+_OPEN_TO_OTHERS = 0o077
+
+_logger = logging.getLogger(__name__)
+
+
+def make_private(folder: Path) -> None:
+    """Closes a data folder to other users of the machine.
+
+    A folder that serves others too, by what lies in it, whose it is or what it is, is only
+    reported: who keeps recordings in ``/tmp`` does not want it closed to everyone else.
+    """
+    if os.name != "posix":
+        return
+    found = folder.stat()
+    if not found.st_mode & _OPEN_TO_OTHERS:
+        return
+    if found.st_uid == os.geteuid() and not found.st_mode & stat.S_ISVTX and _is_ours(folder):
+        folder.chmod(_PRIVATE)
+        return
+    _logger.warning(
+        "other users may read the data folder; it serves more than this, so it stays so"
+    )
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether a folder is new, or was made for recordings."""
+    with os.scandir(folder) as entries:
+        names = [entry.name for entry in entries]
+    return not names or LOCK_NAME in names or any(name.endswith(".mcap") for name in names)
 
 
 @contextmanager

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.server.exceptions import SettingsError
+from slipgrasp.server.peers import system_tells
+
+_ANY_HOSTS = ("0.0.0.0", "::", "")
+_PUBLIC_URL = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
 
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 
@@ -17,7 +22,7 @@ class Settings:
 
     Attributes:
         data_directory: Folder of the recordings.
-        host: Loopback address to listen on.
+        host: Address to listen on; one that is reached from a network wants a token.
         port: Port to listen on; 0 takes any free one.
         wall_limit: Time after which a run ends as ``limit`` [s].
         max_running: Runs simulated at the same time.
@@ -36,6 +41,8 @@ class Settings:
         study_workers: In how many processes; None takes as many as there are processors.
         quota_bytes: How much the files in the data directory may take; then no run is begun.
         min_free_bytes: How much must stay free on its disk; likewise.
+        token: Lets in whoever shows it; None lets in only who needs none.
+        public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
         exclusive: Whether no other service may use the data directory meanwhile.
     """
 
@@ -59,16 +66,47 @@ class Settings:
     study_workers: int | None = None
     quota_bytes: int = StorageLimits().quota
     min_free_bytes: int = StorageLimits().min_free
+    token: str | None = field(default=None, repr=False)
+    public_urls: tuple[str, ...] = ()
     exclusive: bool = True
 
     def __post_init__(self) -> None:
-        if self.host not in LOOPBACK_HOSTS:
+        if self.host not in LOOPBACK_HOSTS and self.token is None:
             raise SettingsError(
-                f"host is '{self.host}', but nothing protects this server from a network yet: "
-                f"use one of {', '.join(LOOPBACK_HOSTS)}"
+                f"host is '{self.host}', but nothing protects this server from a network without "
+                f"a token: give one, or use one of {', '.join(LOOPBACK_HOSTS)}"
             )
+        if self.host in _ANY_HOSTS and not self.public_urls:
+            raise SettingsError(
+                f"host is '{self.host}', by which nobody can address this server: say with "
+                "--public-url at which address its pages are reached"
+            )
+        for url in self.public_urls:
+            if not _PUBLIC_URL.fullmatch(url):
+                raise SettingsError(
+                    f"'{url}' is not the address of a server; write it in small letters as "
+                    "https://grasp.example or http://lab7:8020"
+                )
         if not 0 <= self.port <= 65535:
             raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")
+
+    @property
+    def needs_token(self) -> bool:
+        """Whether its own user has to show the token, too."""
+        is_local = self.host in LOOPBACK_HOSTS and not self.public_urls
+        return not (is_local and system_tells())
+
+    @property
+    def is_encrypted(self) -> bool:
+        """Whether its pages are reached by HTTPS alone."""
+        return bool(self.public_urls) and all(u.startswith("https:") for u in self.public_urls)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it is called besides the names of loopback and its public addresses."""
+        if self.host in (*LOOPBACK_HOSTS, *_ANY_HOSTS):
+            return ()
+        return (f"[{self.host}]" if ":" in self.host else self.host,)
 
     @property
     def storage_limits(self) -> StorageLimits:

@@ -23,6 +23,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
     RecordingWriteError,
+    told_within,
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.documents import parse_json
@@ -134,7 +135,7 @@ class RunFiles:
         except RecordingNotFoundError:
             raise RecordingNotFoundError(run_id) from None
         except RecordingError as error:
-            return Description(title=str(error), controller="", summary={})
+            return Description(title=told_within(error, self.path), controller="", summary={})
 
     def read_sidecar(self, run_id: str) -> Sidecar:
         """What can be used of the sidecar, which may be missing or damaged."""

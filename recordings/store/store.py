@@ -86,14 +86,14 @@ class RecordingStore:
         self._change_lock = Lock()
 
     def prepare(self) -> None:
-        """Makes the folder if it is missing.
+        """Makes the folder if it is missing, for its owner alone.
 
         Raises:
             RecordingWriteError: If nothing can be saved there.
         """
         folder = self._files.path
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
             raise RecordingWriteError(folder, error.strerror or "no folder") from error
         if not os.access(folder, os.W_OK | os.X_OK):

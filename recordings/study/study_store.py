@@ -19,6 +19,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
     RecordingWriteError,
+    told_within,
 )
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, part_of
 from slipgrasp.recordings.store.annotations import Annotations
@@ -264,7 +265,7 @@ class StudyStore:
             stored = told_by_file(path, made)
         except RecordingError as error:
             _logger.warning("study %s cannot be read: %s", study_id, error)
-            stored = replace(made, finding=str(error))
+            stored = replace(made, finding=told_within(error, self._folder))
         else:
             self._note(stored)
         self._seen[study_id] = stamp, stored

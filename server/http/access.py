@@ -1,39 +1,61 @@
-"""Who may talk to a port: only pages and programs that address it as this machine.
+"""Who may talk to a port: pages and programs that address it by its name, and are let in.
 
 A foreign page in the user's browser can reach loopback ports, directly or by a name that
-it lets point to 127.0.0.1. The ``Host`` header betrays the second, ``Origin`` the first.
+it lets point to 127.0.0.1. The ``Host`` header betrays the second, ``Origin`` and
+``Sec-Fetch-Site`` the first. Who may do what is then decided by `slipgrasp.server.http.identity`.
 """
 
 from __future__ import annotations
 
 import logging
+import secrets
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from http import HTTPStatus
 from typing import Any
 
 import websockets.asyncio.server
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from websockets.asyncio.server import ServerConnection
-from websockets.http11 import Request, Response
+from websockets.http11 import Request
+from websockets.http11 import Response as WebsocketResponse
 
+from slipgrasp.server.addresses import DOCS_PATH, SESSIONS_PATH
+from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.errors import problem_response
+from slipgrasp.server.http.identity import Gate, bearer_tokens, link_token
+from slipgrasp.server.http.safe_headers import RESOURCE_CONTENT_POLICY, SAFE_HEADERS
+from slipgrasp.server.peers import Connection
+from slipgrasp.server.tokens import Right
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
+PAGES = ("/", DOCS_PATH)
+"""What people open, and may open from another site's page."""
 
-RESOURCE_CONTENT_POLICY = "default-src 'none'; frame-ancestors 'self'"
-"""For everything that is not a page: nothing in it may run or load."""
+RELAY_TOKEN = secrets.token_urlsafe(32)
+"""What this process shows to ports of its own, of which nobody else needs to know."""
 
-_HEADERS = {
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
+_MAX_LOGGED = 200
+_LOOKING = ("GET", "HEAD", "OPTIONS")
+_CHALLENGE = {"WWW-Authenticate": 'Bearer realm="slipgrasp"'}
+
+
+def in_one_line(record: logging.LogRecord) -> bool:
+    """Filter of a logger: an error is named, and its traceback left out."""
+    if record.exc_info and record.exc_info[1] is not None:
+        error = record.exc_info[1]
+        words = printable(str(error), _MAX_LOGGED)
+        record.msg = f"{record.getMessage()}: {type(error).__name__}: {words}"
+        record.args, record.exc_info = (), None
+    return True
+
 
 _logger = logging.getLogger(__name__)
+_listener_logger = logging.getLogger(f"{__name__}.listener")
+_listener_logger.addFilter(in_one_line)
 _listener_lock = threading.Lock()
 
 
@@ -42,45 +64,100 @@ class Rejection:
     """Why a request is refused.
 
     Attributes:
-        status: HTTP status, 400 for a foreign ``Host`` and 403 for a foreign ``Origin``.
+        status: HTTP status: 400 for a foreign ``Host``, 403 for a foreign page and for what a
+            read-only token does not let do, 401 for somebody unknown.
         detail: A sentence with the way out.
     """
 
     status: int
     detail: str
 
+    @property
+    def answer(self) -> Response:
+        """The answer that says so."""
+        headers = _CHALLENGE if self.status == 401 else None
+        return problem_response(self.status, self.detail, headers=headers)
 
-def check_access(hosts: Sequence[str], origins: Sequence[str], port: int) -> Rejection | None:
-    """Decides whether a request addresses this machine, and comes from its own page.
+
+UNKNOWN = Rejection(
+    401,
+    "This server does not know who asks; open the link that it printed when it started, or send "
+    "its token as 'Authorization: Bearer TOKEN'. On its own machine, its user needs none.",
+)
+READ_ONLY = Rejection(
+    403, "This token lets look only; ask who has started the server for one that lets do more."
+)
+
+
+def check_access(
+    hosts: Sequence[str],
+    origins: Sequence[str],
+    port: int,
+    names: Sequence[str] = (),
+    public: Sequence[str] = (),
+) -> Rejection | None:
+    """Decides whether a request addresses this server, and comes from its own page.
 
     Args:
         hosts: Values of all ``Host`` headers.
         origins: Values of all ``Origin`` headers; programs send none.
         port: The port the request arrived at.
+        names: Names of this machine besides those of loopback.
+        public: Where else its pages are reached, such as ``https://grasp.example``.
 
     Returns:
         None if the request is welcome.
     """
-    allowed = _authorities(port)
-    way_out = f"use {', '.join(f'http://{authority}' for authority in allowed)}"
-    if len(hosts) != 1 or hosts[0].lower() not in allowed:
+    own = (
+        *(f"http://{authority}" for authority in _authorities((*LOOPBACK_NAMES, *names), port)),
+        *public,
+    )
+    way_out = f"use {', '.join(own)}"
+    if len(hosts) != 1 or hosts[0].lower() not in {origin.partition("//")[2] for origin in own}:
         return Rejection(400, f"The Host header does not name this server; {way_out}.")
-    if origins and (len(origins) != 1 or origins[0] not in {f"http://{a}" for a in allowed}):
+    if origins and (len(origins) != 1 or origins[0] not in own):
         return Rejection(403, f"The Origin header names a foreign page; {way_out}.")
     return None
 
 
-def _authorities(port: int) -> tuple[str, ...]:
-    named = tuple(f"{name}:{port}" for name in LOOPBACK_NAMES)
+def _authorities(names: Sequence[str], port: int) -> tuple[str, ...]:
+    named = tuple(f"{name}:{port}" for name in names)
     # Browsers leave the default port out.
-    return (*named, *LOOPBACK_NAMES) if port == 80 else named
+    return (*named, *names) if port == 80 else named
+
+
+def is_foreign(sites: Sequence[str]) -> bool:
+    """Whether ``Sec-Fetch-Site`` says that another page asks; old browsers and programs send none.
+
+    Args:
+        sites: Values of all such headers.
+    """
+    return any(site not in ("same-origin", "none") for site in sites)
 
 
 class AccessGuard:
-    """ASGI middleware: refuses foreign requests before any route or upgrade, adds safe headers."""
+    """ASGI middleware: refuses foreign requests before any route or upgrade, adds safe headers.
 
-    def __init__(self, app: ASGIApp) -> None:
+    What follows finds in ``state.right`` what the sender may do.
+
+    Args:
+        app: What is guarded.
+        gate: Who may do what.
+        names: Names of this machine besides those of loopback.
+        public: Where else its pages are reached, such as ``https://grasp.example``.
+    """
+
+    def __init__(
+        self,
+        app: ASGIApp,
+        gate: Gate,
+        names: Sequence[str] = (),
+        public: Sequence[str] = (),
+    ) -> None:
         self._app = app
+        self._gate = gate
+        self._names = names
+        self._public = public
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one connection; what is neither HTTP nor websocket passes."""
@@ -88,13 +165,52 @@ class AccessGuard:
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
+        verdict = self._check_page(scope, headers) or self._check_sender(scope, headers)
+        if isinstance(verdict, Rejection):
+            _logger.warning("refused %s: %s", scope["type"], verdict.detail.partition(";")[0])
+            verdict = verdict.answer
+        app = self._app if verdict is None else verdict
+        await app(scope, receive, _with_safe_headers(send))
+
+    def _check_page(self, scope: Scope, headers: Headers) -> Rejection | None:
+        """Whether a request comes from our own page, or from none."""
+        hosts, origins = headers.getlist("host"), headers.getlist("origin")
         port = scope["server"][1]
-        rejection = check_access(headers.getlist("host"), headers.getlist("origin"), port)
-        if rejection is not None:
-            _logger.warning("refused %s: %s", scope["type"], rejection.detail.partition(";")[0])
-            await problem_response(rejection.status, rejection.detail)(scope, receive, send)
-            return
-        await self._app(scope, receive, _with_safe_headers(send))
+        rejection = check_access(hosts, origins, port, self._names, self._public)
+        if rejection or not is_foreign(headers.getlist("sec-fetch-site")):
+            return rejection
+        if _is_opening(scope, headers):
+            return None
+        return Rejection(403, "Another site's page asks; open this address by itself.")
+
+    def _check_sender(self, scope: Scope, headers: Headers) -> Rejection | Response | None:
+        """Whether the sender may do what is asked; a link with a token is answered at once."""
+        path, query, port = (
+            scope["path"],
+            scope["query_string"].decode("latin-1"),
+            scope["server"][1],
+        )
+        method = scope.get("method", "GET")
+        token = link_token(query) if path in PAGES and method == "GET" else None
+        if token is not None:
+            right = self._gate.tokens.right_of(token)
+            foreign = is_foreign(headers.getlist("sec-fetch-site"))
+            answer = self._gate.lead_on(path, query, right, port, foreign=foreign)
+            return answer if right else UNKNOWN
+        state = scope.setdefault("state", {})
+        right = state["right"] = self._gate.right_of(headers, state.get("connection"), port)
+        if right is Right.NOTHING:
+            return UNKNOWN
+        # What a page posts to its own session is judged there.
+        may_ask = method in _LOOKING or path.startswith(f"{SESSIONS_PATH}/")
+        return None if right is Right.EVERYTHING or may_ask else READ_ONLY
+
+
+def _is_opening(scope: Scope, headers: Headers) -> bool:
+    """Whether somebody follows a link to one of our pages."""
+    told = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest"))
+    is_reading = scope.get("method") in ("GET", "HEAD")
+    return is_reading and scope["path"] in PAGES and told == ("navigate", "document")
 
 
 def _with_safe_headers(send: Send) -> Send:
@@ -102,7 +218,7 @@ def _with_safe_headers(send: Send) -> Send:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             headers.setdefault("Content-Security-Policy", RESOURCE_CONTENT_POLICY)
-            for name, value in _HEADERS.items():
+            for name, value in SAFE_HEADERS.items():
                 headers[name] = value
         await send(message)
 
@@ -111,9 +227,10 @@ def _with_safe_headers(send: Send) -> Send:
 
 @contextmanager
 def guarded_websocket_listeners() -> Iterator[None]:
-    """Within it, servers opened by the ``websockets`` package check ``Host`` and ``Origin``.
+    """Within it, servers opened by the ``websockets`` package let in only who may use them.
 
-    viser opens its port so, answers anyone there and takes no option to change that.
+    viser opens its port so, answers anyone there and takes no option to change that. What fails
+    there is logged in one line, as most of it is what a client has sent.
 
     Raises:
         RuntimeError: If no server was opened this way, so that nothing stays open unguarded.
@@ -124,6 +241,7 @@ def guarded_websocket_listeners() -> Iterator[None]:
     def guarded_serve(*arguments: Any, **options: Any) -> Any:
         opened.append(1)
         options["process_request"] = _guarded(options.get("process_request"))
+        options["logger"] = _listener_logger
         return serve(*arguments, **options)
 
     with _listener_lock:
@@ -137,11 +255,30 @@ def guarded_websocket_listeners() -> Iterator[None]:
 
 
 def _guarded(process_request: Any) -> Any:
-    async def guarded_request(connection: ServerConnection, request: Request) -> Response | None:
-        hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
-        rejection = check_access(hosts, origins, connection.local_address[1])
-        if rejection is not None:
-            return connection.respond(HTTPStatus(rejection.status), f"{rejection.detail}\n")
-        return None if process_request is None else process_request(connection, request)
+    async def guarded_request(
+        connection: ServerConnection, request: Request
+    ) -> WebsocketResponse | None:
+        rejection = _check_listener(connection, request)
+        if rejection is None:
+            return None if process_request is None else process_request(connection, request)
+        problem = rejection.answer
+        response = connection.respond(problem.status_code, bytes(problem.body).decode())
+        del response.headers["Content-Type"], response.headers["Content-Length"]
+        response.headers.update(problem.headers.items())
+        return response
 
     return guarded_request
+
+
+def _check_listener(connection: ServerConnection, request: Request) -> Rejection | None:
+    """Whether a request to a port of the ``websockets`` package is from this process's user."""
+    headers = request.headers
+    local, peer = connection.local_address[:2], connection.remote_address[:2]
+    rejection = check_access(headers.get_all("Host"), headers.get_all("Origin"), local[1])
+    if rejection is not None:
+        return rejection
+    if is_foreign(headers.get_all("Sec-Fetch-Site")):
+        return Rejection(403, "Another site's page asks; open this address by itself.")
+    shown = bearer_tokens(headers.get_all("Authorization"))
+    is_relay = any(secrets.compare_digest(t.encode(), RELAY_TOKEN.encode()) for t in shown)
+    return None if is_relay or Connection(local, peer).is_own else UNKNOWN

@@ -31,6 +31,7 @@ JSON = "application/json"
 PARQUET = "application/vnd.apache.parquet"
 PNG = "image/png"
 SVG = "image/svg+xml"
+_JSON_PART = {"schema": {"description": "Bytes of the document, which alone are no JSON"}}
 BINARY_SCHEMA = {"type": "string", "format": "binary"}
 
 _RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
@@ -186,13 +187,19 @@ def download_responses(
         media_types: What it may be.
         problems: Statuses of what can go wrong besides the conditions and the range.
     """
-    text = {"schema": {"type": "string"}}
-    binary = {"schema": BINARY_SCHEMA}
-    content = {kind: text if kind.startswith("text/") else binary for kind in media_types}
+    content = {kind: {"schema": _schema_of(kind)} for kind in media_types}
+    parts = {kind: _JSON_PART if kind == JSON else each for kind, each in content.items()}
     tag = {"ETag": {"description": "Tag of the file", "schema": {"type": "string"}}}
     return {
         200: {"description": "The file", "content": content, "headers": tag},
-        206: {"description": "The part that `Range` asks for", "content": content, "headers": tag},
+        206: {"description": "The part that `Range` asks for", "content": parts, "headers": tag},
         304: {"description": "The client has it, as `If-None-Match` says"},
         **ProblemPublic.responses((*problems, 412, 416)),
     }
+
+
+def _schema_of(media_type: str) -> dict[str, str]:
+    """What a whole file of that type is."""
+    if media_type == JSON:
+        return {"type": "object"}
+    return {"type": "string"} if media_type.startswith("text/") else BINARY_SCHEMA

@@ -25,6 +25,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingNotFoundError,
     RecordingWriteError,
     StorageFullError,
+    told_within,
 )
 from slipgrasp.recordings.study.rebuild import RebuildError
 from slipgrasp.server.addresses import DOCS_PATH
@@ -43,6 +44,7 @@ from slipgrasp.server.exceptions import (
     UnsupportedBodyError,
     printable,
 )
+from slipgrasp.server.http.safe_headers import RESOURCE_CONTENT_POLICY, SAFE_HEADERS
 
 _BOUNDS = {"ge": "at least", "le": "at most", "max_length": "length at most"}
 _PLACES = ("body", "query", "header", "path", "str", "dict")
@@ -137,7 +139,14 @@ def problem_response(
     }
     if listed := [asdict(error) for error in errors]:
         content["errors"] = listed
-    return JSONResponse(content, status, headers, media_type="application/problem+json")
+    # Not every problem passes the guard which gives all other answers theirs.
+    policy = {"Content-Security-Policy": RESOURCE_CONTENT_POLICY}
+    return JSONResponse(
+        content,
+        status,
+        {**SAFE_HEADERS, **policy, **(headers or {})},
+        media_type="application/problem+json",
+    )
 
 
 def add_error_handlers(app: FastAPI) -> None:
@@ -152,18 +161,19 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     status = next((s for kind, s in STATUSES.items() if isinstance(error, kind)), 500)
     errors: Sequence[FieldError] = ()
     headers: dict[str, str] = {}
+    told = told_within(error, request.app.state.settings.data_directory)
     if isinstance(error, (ScenarioError, InvalidRequestError)):
         errors = error.errors
     elif isinstance(error, AnnotationError):
-        errors = (FieldError(field=error.field, value=None, limit=None, message=str(error)),)
+        errors = (FieldError(field=error.field, value=None, limit=None, message=told),)
     elif status in (400, 422):
-        errors = (FieldError(field="", value=None, limit=None, message=str(error)),)
+        errors = (FieldError(field="", value=None, limit=None, message=told),)
     if isinstance(error, ServiceBusyError):
         headers["Retry-After"] = str(error.retry_after)
     if isinstance(error, (BodyTooLargeError, BodyTooSlowError, StorageFullError)):
         # The rest of the body would have to be read and thrown away.
         headers["Connection"] = "close"
-    return problem_response(status, str(error), errors=errors, headers=headers)
+    return problem_response(status, told, errors=errors, headers=headers)
 
 
 async def _answer_invalid_request(request: Request, error: Exception) -> JSONResponse:

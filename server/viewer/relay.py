@@ -14,6 +14,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
+import msgspec
 import websockets.asyncio.client
 from fastapi import FastAPI
 from starlette.responses import HTMLResponse, RedirectResponse, Response
@@ -21,6 +22,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
+
+from slipgrasp.server.http.access import RELAY_TOKEN
+from slipgrasp.server.tokens import Right
 
 MAX_VIEWERS = 32
 CLOSE_SECONDS = 1
@@ -47,6 +51,7 @@ CONTENT_POLICY = "; ".join(
 """What viser's page may do: run what it carries itself, and talk to where it came from."""
 
 _HEAD = b"<head>"
+_LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
@@ -151,6 +156,7 @@ class ViewerRelay:
             upstream = await websockets.asyncio.client.connect(
                 f"ws://127.0.0.1:{self._upstream_port()}",
                 subprotocols=_viser_protocols(viewer) or None,
+                additional_headers={"Authorization": f"Bearer {RELAY_TOKEN}"},
                 compression=None,
                 max_size=None,
                 ping_interval=None,
@@ -190,7 +196,7 @@ async def _hang_up(upstream: ClientConnection) -> None:
 
 
 async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
-    """Passes what a viewer sends and what may pass; viser takes bytes only."""
+    """Passes what a viewer may send; viser takes bytes only."""
     while True:
         message = await viewer.receive()
         if message["type"] == "websocket.disconnect":
@@ -203,10 +209,29 @@ async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: Fi
             _logger.warning("closed a viewer: %s", fault)
             await viewer.close(_POLICY_VIOLATION, fault)
             return
+        if viewer.state.right < Right.EVERYTHING and not _only_looks(content):
+            continue
         try:
             await upstream.send(content)
         except ConnectionClosed:
             return
+
+
+class _Kind(msgspec.Struct):
+    """Of a message of viser's, what kind it is."""
+
+    type: str
+
+
+_kind_of = msgspec.msgpack.Decoder(_Kind)
+
+
+def _only_looks(content: bytes) -> bool:
+    """Whether a message tells from where a viewer looks, without which viser shows nothing."""
+    try:
+        return _kind_of.decode(content).type in _LOOKING
+    except msgspec.DecodeError:
+        return False
 
 
 async def _pass_down(viewer: WebSocket, upstream: ClientConnection) -> None:

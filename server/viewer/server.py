@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import os
+from typing import Any
 
 import rich
 import viser
 
+from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.access import guarded_websocket_listeners
+
+_MAX_LOGGED = 200
 
 _logger = logging.getLogger(__name__)
 
@@ -18,10 +24,20 @@ class ViewerServer(viser.ViserServer):
     def __init__(self, label: str | None = None) -> None:
         # Its banner names the internal port, on the standard output that belongs to our URL.
         rich.get_console().quiet = True
+        # viser would take its port from there, whatever it is told.
+        os.environ.pop("_VISER_PORT_OVERRIDE", None)
         with guarded_websocket_listeners():
             super().__init__(host="127.0.0.1", port=0, label=label, verbose=False)
+        self.get_event_loop().set_exception_handler(_log_in_one_line)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuses what any viewer may ask for: a tunnel from the internet to this machine."""
         _logger.warning("refused a viewer's request for a public share tunnel")
         return None
+
+
+def _log_in_one_line(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Viser takes what a viewer sends apart in tasks of its own; much of it may be malformed."""
+    error = context.get("exception")
+    found = context["message"] if error is None else f"{type(error).__name__}: {error}"
+    _logger.error("the viewer server failed at a message: %s", printable(found, _MAX_LOGGED))

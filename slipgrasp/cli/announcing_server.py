@@ -6,6 +6,7 @@ import socket
 
 import uvicorn
 
+from slipgrasp.cli.status import complain
 from slipgrasp.server.app import StoppableServer
 
 
@@ -15,13 +16,17 @@ class AnnouncingServer(StoppableServer):
     Args:
         config: What to serve, and how.
         url: Where it is.
+        remark: What else its user wants to know, for standard error; may be empty.
     """
 
-    def __init__(self, config: uvicorn.Config, url: str) -> None:
+    def __init__(self, config: uvicorn.Config, url: str, remark: str = "") -> None:
         super().__init__(config)
         self._url = url
+        self._remark = remark
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Starts the application and its listeners."""
         await super().startup(sockets)
         print(self._url, flush=True)
+        if self._remark:
+            complain(self._remark)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory
-from slipgrasp.cli.serving import add_executor, add_limits, add_port, serve_dashboard
+from slipgrasp.cli.serving import add_executor, add_limits, add_network, add_port, serve_dashboard
 from slipgrasp.cli.status import ExitStatus
 
 
@@ -18,6 +18,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "until interrupted. The first line of standard output is the URL.",
     )
     add_port(parser)
+    add_network(parser)
     add_data_directory(parser)
     add_limits(parser)
     add_executor(parser)

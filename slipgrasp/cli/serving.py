@@ -38,6 +38,27 @@ def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> No
     )
 
 
+def add_network(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--host`` and ``--public-url``."""
+    parser.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        default=HOST,
+        help="address to listen on; beyond this machine everybody needs the token of the printed "
+        f"link, or that of SLIPGRASP_TOKEN (default: {HOST})",
+    )
+    parser.add_argument(
+        "--public-url",
+        metavar="URL",
+        dest="public_urls",
+        action="append",
+        default=[],
+        type=lambda text: text.rstrip("/"),
+        help="where the dashboard is reached besides, such as https://grasp.example behind a "
+        "proxy; may be repeated; then everybody needs the token",
+    )
+
+
 def _port(text: str) -> int:
     port = int(text) if text.isdecimal() and len(text) <= 5 else -1
     if not 0 <= port <= 65535:
@@ -82,7 +103,7 @@ def serve_dashboard(
     """Serves until interrupted; the first line of standard output is the URL.
 
     Args:
-        arguments: What `add_port` and `add_limits` have added.
+        arguments: What `add_port`, `add_network` and `add_limits` have added.
         folder: Folder of the recordings.
         first: The recording that the dashboard opens on; a run of its own if None.
         executor: Where the runs of studies are simulated.
@@ -101,7 +122,7 @@ def serve_dashboard(
     store_in(folder).prepare()
     if first is None:
         check_not_served(folder)
-    with _listen(arguments.port) as listener:
+    with _listen(arguments.host, arguments.port) as listener:
         with Progress("starting the dashboard"):
             server = _make_server(listener, arguments, folder, first, executor)
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -115,20 +136,22 @@ def serve_dashboard(
     return ExitStatus.COMPLETED
 
 
-def _listen(port: int) -> socket.socket:
+def _listen(host: str, port: int) -> socket.socket:
     """Takes the port at once, so that nobody else can while the dashboard is loaded."""
     # Named, because asyncio sends small answers at once only on sockets known to be TCP.
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     if os.name == "posix":
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listener.bind((HOST, port))
+        listener.bind((host, port))
         listener.listen()
     except OSError as error:
         listener.close()
-        cause = (
-            "is in use" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
-        )
+        is_in_use = error.errno == errno.EADDRINUSE
+        if host != HOST and not is_in_use:
+            raise CommandError(f"host {host} cannot be used: {error.strerror}") from error
+        cause = "is in use" if is_in_use else f"cannot be used: {error.strerror}"
         raise CommandError(
             f"port {port} {cause}; choose another with --port, --port 0 takes any free one"
         ) from error
@@ -145,11 +168,14 @@ def _make_server(
     from slipgrasp.cli.announcing_server import AnnouncingServer
     from slipgrasp.core.run.simulator import kernel_is_cached
     from slipgrasp.server.app import server_config
+    from slipgrasp.server.http.identity import TOKEN_PARAMETER
     from slipgrasp.server.settings import Settings
+    from slipgrasp.server.tokens import TOKEN_VARIABLE, Tokens
     from slipgrasp.web.app import create_dashboard_app
 
-    host, port = listener.getsockname()
+    host, port = listener.getsockname()[:2]
     limits = {"quota_bytes": arguments.quota, "min_free_bytes": arguments.min_free}
+    tokens = Tokens(token) if (token := os.environ.get(TOKEN_VARIABLE)) else Tokens.random()
     chosen = {name: size for name, size in limits.items() if size is not None}
     settings = Settings(
         data_directory=folder,
@@ -157,9 +183,16 @@ def _make_server(
         port=port,
         exclusive=first is None,
         study_executor=executor,
+        token=tokens.full,
+        public_urls=tuple(arguments.public_urls),
         **chosen,
     )
     if not kernel_is_cached():
         complain(COMPILING)
     config = server_config(create_dashboard_app(settings, first), settings)
-    return AnnouncingServer(config, url=f"http://{host}:{port}/")
+    address = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+    url = f"{(*settings.public_urls, address)[0]}/"
+    if not settings.needs_token:
+        return AnnouncingServer(config, url)
+    link, looking = (f"{url}?{TOKEN_PARAMETER}={t}" for t in (tokens.full, tokens.read_only))
+    return AnnouncingServer(config, link, f"for those who are to look only: {looking}")

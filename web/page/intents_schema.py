@@ -76,6 +76,16 @@ _POSTED: tuple[type[Intent], ...] = (
 )
 """The intents that a page may post, and nothing else."""
 
+CHANGING: tuple[type[Intent], ...] = (
+    Undo,
+    Redo,
+    RemoveChange,
+    RemoveChanges,
+    RemoveDisturbance,
+    SeeStudyDraft,
+)
+"""Those of them by which a scenario or a study becomes another; the rest only shows things."""
+
 
 def _kind_of(intent: type[Intent]) -> str:
     """The name of an intent in JSON, such as ``jump-to-event``."""

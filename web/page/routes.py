@@ -8,11 +8,14 @@ from importlib import resources
 from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
 from pydantic import ValidationError
 
+from slipgrasp.server.addresses import SESSIONS_PATH
 from slipgrasp.server.exceptions import InvalidRequestError
+from slipgrasp.server.http.access import READ_ONLY
 from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import JSON_TYPE, read_values
+from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.relay import ViewerRelay
-from slipgrasp.web.page.intents_schema import PageGestures
+from slipgrasp.web.page.intents_schema import CHANGING, PageGestures
 from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.session_directory import SessionDirectory
 
@@ -46,7 +49,7 @@ def show_file(name: str) -> Response:
     return Response(content, media_type=media_type, headers=_FRESH)
 
 
-@_router.get("/dashboard/sessions/{key}")
+@_router.get(f"{SESSIONS_PATH}/{{key}}")
 async def show_session(key: str, request: Request, response: Response) -> dict[str, object]:
     """Whether a session lives; a page asks every other second, to notice that it is alone."""
     response.headers.update(_NEVER_KEPT)
@@ -58,7 +61,7 @@ async def show_session(key: str, request: Request, response: Response) -> dict[s
     }
 
 
-@_router.post("/dashboard/sessions/{key}/intents", status_code=202)
+@_router.post(f"{SESSIONS_PATH}/{{key}}/intents", status_code=202)
 async def take_gestures(key: str, request: Request) -> Response:
     """Passes what a user did in the page to the session of the page."""
     send = _directory(request).find(key)
@@ -69,7 +72,10 @@ async def take_gestures(key: str, request: Request) -> Response:
         gestures = PageGestures.model_validate(values)
     except ValidationError as error:
         raise InvalidRequestError(invalid_fields(error.errors())) from error
-    for intent in gestures.intents():
+    intents = gestures.intents()
+    if request.state.right < Right.EVERYTHING and any(isinstance(i, CHANGING) for i in intents):
+        raise HTTPException(403, READ_ONLY.detail)
+    for intent in intents:
         send(intent)
     return Response(status_code=202)
 

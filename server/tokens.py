@@ -1,0 +1,114 @@
+"""What lets in who is not known by his connection: two tokens, and what is made of them."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import re
+import secrets
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+
+from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.server.exceptions import SettingsError
+
+TOKEN_VARIABLE = "SLIPGRASP_TOKEN"
+TOKEN_FILE = "service.token"
+READ_ONLY_TOKEN_FILE = "service.read-only-token"
+
+_ALLOWED = re.compile(r"[A-Za-z0-9._~-]{16,200}")
+_RANDOM_BYTES = 32
+
+
+class Right(IntEnum):
+    """What somebody may do; more includes less."""
+
+    NOTHING = 0
+    LOOK = 1
+    EVERYTHING = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Tokens:
+    """The token of the owner, and that of an audience, which may only look.
+
+    Attributes:
+        full: Lets do everything; at least 16 letters, digits and ``._~-``.
+        read_only: Lets look; follows from the other one, and does not betray it.
+
+    Raises:
+        SettingsError: If the token is too short, or has other characters.
+    """
+
+    full: str = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if not _ALLOWED.fullmatch(self.full):
+            raise SettingsError(
+                f"{TOKEN_VARIABLE} has to be 16 to 200 letters, digits and ._~- "
+                "(openssl rand -hex 32 makes a good one)"
+            )
+
+    @classmethod
+    def random(cls) -> Tokens:
+        """Tokens that nobody knows yet."""
+        return cls(secrets.token_urlsafe(_RANDOM_BYTES))
+
+    @property
+    def read_only(self) -> str:
+        """The token of an audience."""
+        return _derived(self.full, "read-only token")
+
+    def right_of(self, token: str) -> Right:
+        """What a token lets do, compared in a time that does not depend on it."""
+        return self._right(token, {Right.EVERYTHING: self.full, Right.LOOK: self.read_only})
+
+    def right_of_cookie(self, cookie: str) -> Right:
+        """What a cookie lets do."""
+        known = {right: self.cookie(right) for right in (Right.EVERYTHING, Right.LOOK)}
+        return self._right(cookie, known)
+
+    def cookie(self, right: Right) -> str:
+        """The value of the cookie that lets do so much; the token cannot be read from it."""
+        token = self.full if right is Right.EVERYTHING else self.read_only
+        return _derived(token, "cookie")
+
+    @staticmethod
+    def _right(shown: str, known: dict[Right, str]) -> Right:
+        found = Right.NOTHING
+        for right, text in known.items():
+            # Equal lengths, whatever was shown.
+            if hmac.compare_digest(_digest(shown), _digest(text)):
+                found = right
+        return found
+
+    def save(self, folder: Path) -> None:
+        """Writes both into a folder, for the programs of its owner.
+
+        Raises:
+            RecordingWriteError: If they cannot be written.
+        """
+        for name, token in ((TOKEN_FILE, self.full), (READ_ONLY_TOKEN_FILE, self.read_only)):
+            _write_private(folder / name, f"{token}\n")
+
+
+def _derived(token: str, purpose: str) -> str:
+    return hmac.new(token.encode(), f"slipgrasp {purpose}".encode(), hashlib.sha256).hexdigest()
+
+
+def _digest(text: str) -> bytes:
+    return hashlib.sha256(text.encode(errors="surrogateescape")).digest()
+
+
+def _write_private(path: Path, text: str) -> None:
+    """Writes a file that its owner alone can read, in the place of what is there."""
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.unlink(missing_ok=True)
+        with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as stream:
+            stream.write(text)
+        part.replace(path)
+    except OSError as error:
+        raise RecordingWriteError(path, error.strerror or "cannot be written") from error
