@@ -70,12 +70,15 @@ def system_tells() -> bool:
     """Whether this system says who holds the other end of a connection; tried once."""
     if sys.platform != "linux" or os.geteuid() == UNKNOWN_UID:
         return False
-    with (
-        socket.create_server(("127.0.0.1", 0)) as listener,
-        socket.create_connection(listener.getsockname()) as client,
-        closing(listener.accept()[0]) as accepted,
-    ):
-        found = find_peer_uid(accepted.getsockname(), client.getsockname())
+    try:
+        with (
+            socket.create_server(("127.0.0.1", 0)) as listener,
+            socket.create_connection(listener.getsockname()) as client,
+            closing(listener.accept()[0]) as accepted,
+        ):
+            found = find_peer_uid(accepted.getsockname(), client.getsockname())
+    except OSError:
+        return False
     return found == os.geteuid()
 
 

@@ -185,25 +185,26 @@ class AccessGuard:
 
     def _check_sender(self, scope: Scope, headers: Headers) -> Rejection | Response | None:
         """Whether the sender may do what is asked; a link with a token is answered at once."""
-        path, query, port = (
-            scope["path"],
-            scope["query_string"].decode("latin-1"),
-            scope["server"][1],
-        )
-        method = scope.get("method", "GET")
-        token = link_token(query) if path in PAGES and method == "GET" else None
-        if token is not None:
-            right = self._gate.tokens.right_of(token)
-            foreign = is_foreign(headers.getlist("sec-fetch-site"))
-            answer = self._gate.lead_on(path, query, right, port, foreign=foreign)
-            return answer if right else UNKNOWN
+        path, port = scope["path"], scope["server"][1]
+        if path in PAGES and scope.get("method") == "GET":
+            query = scope["query_string"].decode("latin-1")
+            if (token := link_token(query)) is not None:
+                right = self._gate.tokens.right_of(token)
+                answer = self._gate.lead_on(path, query, right, port, _may_be_linked(headers))
+                return answer if right else UNKNOWN
         state = scope.setdefault("state", {})
         right = state["right"] = self._gate.right_of(headers, state.get("connection"), port)
         if right is Right.NOTHING:
             return UNKNOWN
         # What a page posts to its own session is judged there.
-        may_ask = method in _LOOKING or path.startswith(f"{SESSIONS_PATH}/")
+        may_ask = scope.get("method", "GET") in _LOOKING or path.startswith(f"{SESSIONS_PATH}/")
         return None if right is Right.EVERYTHING or may_ask else READ_ONLY
+
+
+def _may_be_linked(headers: Headers) -> bool:
+    """Whether a link may have been followed on another site's page; not all browsers tell."""
+    sites = headers.getlist("sec-fetch-site")
+    return is_foreign(sites) or (not sites and "text/html" in headers.get("accept", ""))
 
 
 def _is_opening(scope: Scope, headers: Headers) -> bool:

@@ -60,7 +60,7 @@ class Gate:
         is_forwarded = any(name in headers for name in _FORWARDING)
         return self.trusts_connections and not is_forwarded and connection.is_own
 
-    def lead_on(self, path: str, query: str, right: Right, port: int, *, foreign: bool) -> Response:
+    def lead_on(self, path: str, query: str, right: Right, port: int, linked: bool) -> Response:
         """Gives the cookie for a link with a token, and leads on to the address without it.
 
         Args:
@@ -68,7 +68,7 @@ class Gate:
             query: What follows the path.
             right: What the token lets do.
             port: The port that the request came to.
-            foreign: Whether the link was on another site's page. Browsers send no such cookie
+            linked: Whether the link may be on another site's page. Browsers send no such cookie
                 along redirects which began there, but do when a page of ours goes on.
         """
         kept = [pair for pair in _pairs(query) if pair[0] != TOKEN_PARAMETER]
@@ -77,7 +77,7 @@ class Gate:
         if kept:
             target += f"?{urlencode(kept)}"
         response: Response = RedirectResponse(target, 303, _NEVER_KEPT)
-        if foreign:
+        if linked:
             going_on = f'<meta http-equiv="refresh" content="0;url={escape(target)}" />'
             response = HTMLResponse(f"<!doctype html>{going_on}", headers=_NEVER_KEPT)
         response.set_cookie(

@@ -17,6 +17,7 @@ from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.cli.announcing_server import AnnouncingServer
+    from slipgrasp.server.settings import Settings
     from slipgrasp.web.model.replay import Source
 
 HOST = "127.0.0.1"
@@ -113,6 +114,7 @@ def serve_dashboard(
         ExecutorError: If there is no such executor.
         FolderInUseError: If another service uses the folder, unless only to replay.
         RecordingWriteError: If nothing can be saved in the folder.
+        SettingsError: If nothing would protect the server, or nobody could address it.
     """
     from slipgrasp.core.executors import make_executor
     from slipgrasp.server.service_lock import check_not_served
@@ -123,8 +125,10 @@ def serve_dashboard(
     if first is None:
         check_not_served(folder)
     with _listen(arguments.host, arguments.port) as listener:
+        address = listener.getsockname()[:2]
+        settings = _settings(address, arguments, folder, executor, exclusive=first is None)
         with Progress("starting the dashboard"):
-            server = _make_server(listener, arguments, folder, first, executor)
+            server = _make_server(settings, first)
         for number in (signal.SIGINT, signal.SIGTERM):
             # uvicorn raises the signal again once it has ended; then it is to do nothing more.
             signal.signal(number, server.handle_exit)
@@ -158,41 +162,49 @@ def _listen(host: str, port: int) -> socket.socket:
     return listener
 
 
-def _make_server(
-    listener: socket.socket,
+def _settings(
+    address: tuple[str, int],
     arguments: argparse.Namespace,
     folder: Path,
-    first: Source | None,
     executor: str,
-) -> AnnouncingServer:
-    from slipgrasp.cli.announcing_server import AnnouncingServer
-    from slipgrasp.core.run.simulator import kernel_is_cached
-    from slipgrasp.server.app import server_config
-    from slipgrasp.server.http.identity import TOKEN_PARAMETER
+    exclusive: bool,
+) -> Settings:
     from slipgrasp.server.settings import Settings
     from slipgrasp.server.tokens import TOKEN_VARIABLE, Tokens
-    from slipgrasp.web.app import create_dashboard_app
 
-    host, port = listener.getsockname()[:2]
+    host, port = address
     limits = {"quota_bytes": arguments.quota, "min_free_bytes": arguments.min_free}
-    tokens = Tokens(token) if (token := os.environ.get(TOKEN_VARIABLE)) else Tokens.random()
     chosen = {name: size for name, size in limits.items() if size is not None}
-    settings = Settings(
+    token = os.environ.get(TOKEN_VARIABLE)
+    tokens = Tokens(token) if token else Tokens.random()
+    return Settings(
         data_directory=folder,
         host=host,
         port=port,
-        exclusive=first is None,
+        exclusive=exclusive,
         study_executor=executor,
         token=tokens.full,
         public_urls=tuple(arguments.public_urls),
         **chosen,
     )
+
+
+def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
+    from slipgrasp.cli.announcing_server import AnnouncingServer
+    from slipgrasp.core.run.simulator import kernel_is_cached
+    from slipgrasp.server.app import server_config
+    from slipgrasp.server.http.identity import TOKEN_PARAMETER
+    from slipgrasp.server.tokens import Tokens
+    from slipgrasp.web.app import create_dashboard_app
+
     if not kernel_is_cached():
         complain(COMPILING)
     config = server_config(create_dashboard_app(settings, first), settings)
+    host, port = settings.host, settings.port
     address = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
     url = f"{(*settings.public_urls, address)[0]}/"
-    if not settings.needs_token:
+    if settings.token is None or not settings.needs_token:
         return AnnouncingServer(config, url)
+    tokens = Tokens(settings.token)
     link, looking = (f"{url}?{TOKEN_PARAMETER}={t}" for t in (tokens.full, tokens.read_only))
     return AnnouncingServer(config, link, f"for those who are to look only: {looking}")

@@ -12,7 +12,7 @@ from slipgrasp.server.exceptions import SettingsError
 from slipgrasp.server.peers import Connection
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.tokens import READ_ONLY_TOKEN_FILE, TOKEN_FILE, Right, Tokens
-from tests.server.raw_http import Answer, exchange, get
+from tests.server.raw_http import Answer, exchange, get, upgrade
 from tests.server.serving import RunningServer, patient_settings, serve
 
 TOKENS = Tokens("the-token-of-these-tests")
@@ -51,6 +51,18 @@ def test_a_link_on_another_page_goes_on_from_a_page_of_ours(server) -> None:
     answer = ask(server, path, **foreign, Sec_Fetch_Dest="document")
     assert answer.status == 200 and "set-cookie" in answer.headers
     assert b"url=docs" in answer.body and TOKENS.full.encode() not in answer.body
+
+
+def test_a_link_followed_in_a_browser_that_tells_nothing_is_taken_for_one_on_another_page(
+    server,
+) -> None:
+    answer = ask(server, f"{DOCS}?token={TOKENS.full}", Accept="text/html,*/*;q=0.8")
+    assert answer.status == 200 and b"url=docs" in answer.body
+
+
+def test_a_websocket_is_opened_by_no_token_in_its_address(server) -> None:
+    host = ("Host", f"127.0.0.1:{server.port}")
+    assert upgrade(server.port, f"/?token={TOKENS.full}", [host]).status == 401
 
 
 @pytest.mark.parametrize("query", ["token=", "token=wrong", "token={t}&token={t}", "token={t}x"])
