@@ -127,7 +127,9 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.recording_reads = RecordingReads()
         service.start()
         studies_kept = StudyStore(settings.data_directory, store)
-        study_service = StudyService(studies_kept, settings, app.state.stopping.is_set)
+        study_service = StudyService(
+            studies_kept, settings, app.state.stopping.is_set, service.is_recovered.wait
+        )
         app.state.study_service = study_service
         app.state.event_slots = EventSlots(settings.max_event_streams)
         app.state.drawing = threading.Lock()

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from slipgrasp.core.exceptions import FieldError, SlipgraspError
 from slipgrasp.server.addresses import run_path, study_path
 
+RECOVERY_RETRY_AFTER = 2
+
 
 class SettingsError(SlipgraspError):
     """A server that must not be started as asked."""
@@ -63,6 +65,16 @@ class ServiceBusyError(SlipgraspError):
     ) -> None:
         self.retry_after = retry_after
         super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
+
+
+class RunRecoveringError(ServiceBusyError):
+    """A run that a killed service left, and that is still being recovered."""
+
+    def __init__(self, run_id: str) -> None:
+        SlipgraspError.__init__(
+            self, f"run '{run_id}' is being recovered from a service that was killed"
+        )
+        self.retry_after = RECOVERY_RETRY_AFTER
 
 
 class RunUnfinishedError(SlipgraspError):

@@ -92,11 +92,20 @@ def _restart(folder: Path) -> tuple[list[dict[str, Any]], float]:
     service, url = start_service(folder)
     with service:
         try:
-            with urllib.request.urlopen(f"{url}api/v1/runs") as answer:
-                found = json.load(answer)["data"]
-            return found, time.perf_counter() - started
+            health = _get(url, "health")
+            waited = time.perf_counter() - started
+            while health["recovering"]:
+                time.sleep(POLL)
+                health = _get(url, "health")
+            return _get(url, "runs")["data"], waited
         finally:
             service.terminate()
+
+
+def _get(url: str, path: str) -> dict[str, Any]:
+    with urllib.request.urlopen(f"{url}api/v1/{path}") as answer:
+        found: dict[str, Any] = json.load(answer)
+    return found
 
 
 def start_service(

@@ -32,7 +32,9 @@ Result = TypeVar("Result")
 _POLL = 0.05  # [s] between two questions whether to stop
 _DEPTH = 2  # tasks per worker: the one it does, and the next, so that it never waits
 _GIVING_UP = 0.3  # [s] until a worker that does not give up its task is killed
-_STARTS = 3  # workers that end one after the other before they are ready
+_STARTS = 3  # workers that end by themselves, one after the other, before they are ready
+_KILLED_STARTS = 30  # likewise, but killed by somebody else
+_FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0  # [s] before another is started; it doubles
 
 
 class ProcessExecutor(Executor):
@@ -62,6 +64,8 @@ class ProcessExecutor(Executor):
         self._at_work = threading.Lock()
         self._round = 0
         self._failed_starts = 0
+        self._killed_starts = 0
+        self._starts_from = 0.0
         self._closed = False
 
     def prepare(self, should_stop: ShouldStop = never) -> float:
@@ -71,7 +75,8 @@ class ProcessExecutor(Executor):
             self._compile_kernel(should_stop)
             while not should_stop() and not self._all_ready():
                 for place, worker in enumerate(self._workers):
-                    self._workers[place] = worker or self._start()
+                    if worker is None and self._may_start():
+                        self._workers[place] = self._start()
                 if (event := self._next_event()) is not None:
                     self._note_life(event)
         return time.perf_counter() - started
@@ -138,6 +143,8 @@ class ProcessExecutor(Executor):
         """Gives every worker what it lacks, and starts those that are missing."""
         for depth in range(_DEPTH):
             for place, worker in enumerate(self._workers):
+                if worker is None and not self._may_start():
+                    continue
                 if worker is not None and len(worker.pending) > depth:
                     continue
                 attempt = window.take()
@@ -146,6 +153,9 @@ class ProcessExecutor(Executor):
                 message = ask(self._round, attempt.number, function, attempt.task)
                 worker = self._workers[place] = worker or self._start()
                 worker.do(message)
+
+    def _may_start(self) -> bool:
+        return time.monotonic() >= self._starts_from
 
     def _start(self) -> WorkerProcess:
         if self._closed:
@@ -181,7 +191,7 @@ class ProcessExecutor(Executor):
             self._forget(worker)
         elif message.kind is Kind.READY:
             worker.ready = True
-            self._failed_starts = 0
+            self._failed_starts = self._killed_starts = 0
 
     def _forget(self, worker: WorkerProcess) -> None:
         """Lets another one take the place of a worker that has ended."""
@@ -190,12 +200,21 @@ class ProcessExecutor(Executor):
         self._workers[self._workers.index(worker)] = None
         how = worker.how_it_ended()
         if not worker.ready:
-            self._failed_starts += 1
-        if self._failed_starts >= _STARTS:
+            self._note_failed_start(worker.was_killed())
+        if self._failed_starts >= _STARTS or self._killed_starts >= _KILLED_STARTS:
             raise ExecutorError(
                 f"worker processes cannot be started: the last one {how} before its first task; "
                 "what it said stands on standard error"
             )
+
+    def _note_failed_start(self, was_killed: bool) -> None:
+        """What kills workers is mostly over soon: it is waited for, ever longer."""
+        if not was_killed:
+            self._failed_starts += 1
+            return
+        self._killed_starts += 1
+        pause = min(_FIRST_PAUSE * 2 ** (self._killed_starts - 1), _LONGEST_PAUSE)
+        self._starts_from = time.monotonic() + pause
 
     def _note_death(
         self, worker: WorkerProcess, window: Window[Task]

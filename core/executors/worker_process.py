@@ -82,17 +82,24 @@ class WorkerProcess:
         self._process.kill()
         self.close()
 
+    def was_killed(self) -> bool:
+        """Waits for its end, and tells whether another process, or the system, ended it."""
+        return self._wait() < 0
+
     def how_it_ended(self) -> str:
         """Waits for its end, and says in words how it ended."""
-        self.close()
-        try:
-            status = self._process.wait(_PATIENCE)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            status = self._process.wait()
+        status = self._wait()
         if status < 0:
             return f"was killed by {signal.Signals(-status).name}"
         return f"ended with exit status {status}"
+
+    def _wait(self) -> int:
+        self.close()
+        try:
+            return self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            return self._process.wait()
 
     def _tell(self, message: Message) -> None:
         # Where it is gone or closed, its end is noted by the thread that listens to it.

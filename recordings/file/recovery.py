@@ -85,24 +85,37 @@ def recover_orphans(folder: Path) -> list[Recovered]:
     What holds no sample is kept as ``NAME.damaged``; nothing is deleted but what lies in
     another file whole.
     """
+    delete_orphaned_copies(folder)
+    found = (recover_if_orphaned(part) for part in parts_in(folder))
+    return [recovered for recovered in found if recovered is not None]
+
+
+def delete_orphaned_copies(folder: Path) -> None:
+    """Deletes what is left of recoveries and regular copies; what they were made of is there."""
     for suffix in COPY_SUFFIXES:
         for copy in folder.glob(f"*{RECORDING_SUFFIX}{suffix}"):
             _delete_if_orphaned(copy)
-    found: list[Recovered] = []
-    for part in sorted(folder.glob(f"*{RECORDING_SUFFIX}{PART_SUFFIX}")):
-        try:
-            if part.is_symlink() or part.stat().st_size == 0:
-                continue  # a link leads elsewhere; a file that was just made is not locked yet
-            with part.open("rb") as stream:
-                if not try_lock(stream):
-                    continue
-                if _was_recovered(part):
-                    part.unlink()
-                else:
-                    found.append(_recover_orphan(part))
-        except (OSError, RecordingError) as error:
-            _logger.warning("'%s' could not be recovered: %s", part, error)
-    return found
+
+
+def parts_in(folder: Path) -> list[Path]:
+    """Files in a folder that are being written, or were when their writer was killed."""
+    return sorted(folder.glob(f"*{RECORDING_SUFFIX}{PART_SUFFIX}"))
+
+
+def recover_if_orphaned(part: Path) -> Recovered | None:
+    """Recovers one file of `parts_in`; None if somebody writes it, or nothing can be kept."""
+    try:
+        if part.is_symlink() or part.stat().st_size == 0:
+            return None  # a link leads elsewhere; a file that was just made is not locked yet
+        with part.open("rb") as stream:
+            if not try_lock(stream):
+                return None
+            if not _was_recovered(part):
+                return _recover_orphan(part)
+            part.unlink()
+    except (OSError, RecordingError) as error:
+        _logger.warning("'%s' could not be recovered: %s", part, error)
+    return None
 
 
 def _recover_orphan(part: Path) -> Recovered:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from fastapi import APIRouter
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.run.simulator import kernel_progress
@@ -23,6 +23,7 @@ class HealthPublic(BaseModel):
     kernel_progress: float
     running: int
     waiting: int
+    recovering: int = Field(description="runs of a killed service that are still being recovered")
 
 
 @router.get("/health")
@@ -36,4 +37,5 @@ async def read_health(service: RunServiceDep) -> HealthPublic:
         kernel_progress=kernel_progress(),
         running=load.running,
         waiting=load.waiting,
+        recovering=len(service.recovering),
     )

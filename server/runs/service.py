@@ -10,23 +10,29 @@ from __future__ import annotations
 import logging
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.exceptions import RecordingNotFoundError, RecordingWriteError
 from slipgrasp.recordings.file.recorder import record, unsaved
-from slipgrasp.recordings.file.recovery import recover_orphans
+from slipgrasp.recordings.file.recovery import (
+    delete_orphaned_copies,
+    parts_in,
+    recover_if_orphaned,
+)
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.exceptions import (
     IdempotencyKeyReusedError,
     RunForgottenError,
+    RunRecoveringError,
     RunUnfinishedError,
     ServiceBusyError,
 )
@@ -69,16 +75,24 @@ class RunService:
         self._keys_lock = threading.Lock()
         self._closing = threading.Event()
         self._kernel_ready = threading.Event()
+        self._recovering: set[str] = set()
+        self._recovery: threading.Thread | None = None
+        self.is_recovered = threading.Event()
 
     def start(self) -> None:
-        """Recovers what a killed service left, and begins to load or compile the kernel."""
-        for recovered in recover_orphans(self._settings.data_directory):
-            _logger.warning("recovered '%s' of a run that was killed", recovered.path)
+        """Begins to recover what a killed service left, and to load or compile the kernel."""
+        delete_orphaned_copies(self._settings.data_directory)
+        parts = parts_in(self._settings.data_directory)
+        self._recovering = {part.name.partition(".")[0] for part in parts}
+        self._recovery = threading.Thread(target=self._recover, args=(parts,), name="recovery")
+        self._recovery.start()
         threading.Thread(target=self._prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
         """Stops what runs, keeps what it has, and forgets what waits."""
         self._closing.set()
+        if self._recovery is not None:
+            self._recovery.join()
         for workers in (self._workers, self._stopper):
             workers.shutdown(wait=True, cancel_futures=True)
 
@@ -86,6 +100,12 @@ class RunService:
     def kernel_is_ready(self) -> bool:
         """Whether the kernel is loaded; the first compilation takes some seconds."""
         return self._kernel_ready.is_set()
+
+    @property
+    def recovering(self) -> list[str]:
+        """Runs that a killed service left and that are still being recovered."""
+        with self._lock:
+            return sorted(self._recovering)
 
     @property
     def load(self) -> Load:
@@ -185,8 +205,11 @@ class RunService:
 
         Raises:
             RunUnfinishedError: If it has not.
+            RunRecoveringError: If it is still being recovered.
         """
         with self._lock:
+            if run_id in self._recovering:
+                raise RunRecoveringError(run_id)
             if run_id in self._pending:
                 raise RunUnfinishedError(run_id)
 
@@ -214,11 +237,26 @@ class RunService:
 
     def _find(self, run_id: str) -> PendingRun | StoredRun | Description | None:
         with self._lock:
+            if run_id in self._recovering:
+                raise RunRecoveringError(run_id)
             found = self._pending.get(run_id) or self._unsaved.get(run_id)
         if found is None:
             with suppress(RecordingNotFoundError):
                 return self.store.get(run_id)
         return found
+
+    def _recover(self, parts: Iterable[Path]) -> None:
+        """Recovers one file after the other; what is not begun when the service ends, stays."""
+        try:
+            for part in parts:
+                if self._closing.is_set():
+                    return
+                if (recovered := recover_if_orphaned(part)) is not None:
+                    _logger.warning("recovered '%s' of a run that was killed", recovered.path)
+                with self._lock:
+                    self._recovering.discard(part.name.partition(".")[0])
+        finally:
+            self.is_recovered.set()
 
     def _queue(self, workers: ThreadPoolExecutor, pending: PendingRun) -> None:
         try:

@@ -19,6 +19,7 @@ from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.progress import LiveStudy, StudyState
 
 IDLE_SECONDS = 300.0
+_POLL = 0.1
 UNEXPECTED = "an unexpected error; the server's log has its traceback"
 
 _logger = logging.getLogger(__name__)
@@ -30,11 +31,18 @@ class StudyQueue:
     Args:
         store: Where studies are kept.
         settings: How many may wait, and who simulates.
+        wait_for_recordings: Waits for some time, and tells whether studies may begin.
     """
 
-    def __init__(self, store: StudyStore, settings: Settings) -> None:
+    def __init__(
+        self,
+        store: StudyStore,
+        settings: Settings,
+        wait_for_recordings: Callable[[float], bool] = lambda _seconds: True,
+    ) -> None:
         self._store = store
         self._settings = settings
+        self._wait_for_recordings = wait_for_recordings
         self._executor = WarmExecutor(
             partial(make_executor, settings.study_executor, workers=settings.study_workers)
         )
@@ -101,6 +109,8 @@ class StudyQueue:
 
     def _run(self, live: LiveStudy) -> None:
         try:
+            while not (self._closing.is_set() or self._wait_for_recordings(_POLL)):
+                pass
             self._end(live)
         finally:
             with self._lock:

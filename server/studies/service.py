@@ -44,6 +44,8 @@ class StudyService:
         store: Where studies are kept.
         settings: How much to take on.
         is_ending: Whether the service is about to end, so that nothing long goes on.
+        wait_for_recordings: Waits for some time, and tells whether all recordings that a killed
+            service left are recovered: a study may be about to write one of them again.
     """
 
     def __init__(
@@ -51,11 +53,12 @@ class StudyService:
         store: StudyStore,
         settings: Settings,
         is_ending: Callable[[], bool] = lambda: False,
+        wait_for_recordings: Callable[[float], bool] = lambda _seconds: True,
     ) -> None:
         self.store = store
         self._settings = settings
         self._is_ending = is_ending
-        self._queue = StudyQueue(store, settings)
+        self._queue = StudyQueue(store, settings, wait_for_recordings)
         self._recorder = StudyRecorder(store, settings.retry_after, is_ending)
         self._creating = threading.Lock()
         self._opening = threading.Lock()

@@ -229,6 +229,25 @@ def test_workers_that_cannot_start_are_an_error_and_no_endless_loop(monkeypatch)
         list(executor.map(work.square, [1], should_stop=go_on))
 
 
+def test_workers_killed_as_soon_as_they_start_cost_only_time():
+    with make_executor("processes", workers=2) as executor:
+        killed = []
+
+        def kill_six():
+            while len(killed) < 6:
+                for worker in executor._workers:
+                    if worker is not None and not worker.ready and worker not in killed:
+                        worker.kill()
+                        killed.append(worker)
+                time.sleep(0.01)
+
+        killer = threading.Thread(target=kill_six)
+        killer.start()
+        found = [done.result for done in executor.map(work.square, range(5), should_stop=go_on)]
+        killer.join()
+    assert sorted(found) == [0, 1, 4, 9, 16]
+
+
 def test_a_closed_engine_starts_no_workers():
     executor = make_executor("processes", workers=1)
     executor.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.exceptions import RunRecoveringError, ServiceBusyError
+from slipgrasp.server.runs import service as run_service
 from slipgrasp.server.runs.service import RunService
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
@@ -133,3 +135,25 @@ def wait_for_load(service: RunService, running: int) -> None:
 def test_the_kernel_is_prepared_in_the_background(service) -> None:
     service.start()
     wait_until(lambda: service.kernel_is_ready)
+
+
+def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, monkeypatch) -> None:
+    _, stored = service.run(SHORT)
+    assert stored is not None
+    stored.path.rename(stored.path.with_name(f"{stored.path.name}.part"))
+    gate, recover = threading.Event(), run_service.recover_if_orphaned
+
+    def recover_later(part: Path) -> object:
+        gate.wait(PATIENCE)
+        return recover(part)
+
+    monkeypatch.setattr(run_service, "recover_if_orphaned", recover_later)
+    service.start()
+    assert service.recovering == [stored.id] and not service.is_recovered.is_set()
+    with pytest.raises(RunRecoveringError, match="is being recovered"):
+        service.look_up(stored.id)
+    with pytest.raises(RunRecoveringError):
+        service.get(stored.id)
+    gate.set()
+    assert service.is_recovered.wait(PATIENCE)
+    assert service.recovering == [] and service.get(stored.id).id == stored.id
