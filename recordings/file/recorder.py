@@ -158,7 +158,15 @@ class _Recorder:
         writer.write_ending(result)
 
 
-def _disk_failed(error: OSError | RecordingWriteError, t: float) -> Reason:
+def failed_by_disk(result: RunResult, failure: RecordingError) -> RunResult:
+    """The run as ``failed``, because its recording is not complete."""
+    if result.outcome is Outcome.FAILED:
+        return result
+    reason = _disk_failed(failure, result.end_time)
+    return replace(result, outcome=Outcome.FAILED, reason=reason)
+
+
+def _disk_failed(error: OSError | RecordingError, t: float) -> Reason:
     return Reason(
         code="disk",
         message=f"the recording could not be written on at {t:.5g} s: {error}",

@@ -21,7 +21,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.exceptions import RecordingNotFoundError, RecordingWriteError
-from slipgrasp.recordings.file.recorder import record, unsaved
+from slipgrasp.recordings.file.recorder import failed_by_disk, record, unsaved
 from slipgrasp.recordings.file.recovery import (
     delete_orphaned_copies,
     parts_in,
@@ -299,7 +299,7 @@ class RunService:
         )
         if recorded.failure is not None:
             _logger.error("a run was simulated but not saved: %s", recorded.failure)
-            return recorded.result, None
+            return failed_by_disk(recorded.result, recorded.failure), None
         return recorded.result, self.store.register(reservation, recorded.result)
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:

@@ -59,6 +59,8 @@ def test_a_disk_that_fails_leaves_service_and_earlier_runs_alone(service, kind, 
 
     assert stored is None
     assert [warning.code for warning in result.warnings] == ["not_saved"]
+    assert result.outcome is Outcome.FAILED
+    assert result.reason is not None and result.reason.code == "disk"
     assert earlier.path.read_bytes() == before
     _, later = service.run(SHORT)
     assert later is not None and later.path.read_bytes() == before
