@@ -205,12 +205,12 @@ async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: Fi
         if content is None:
             await viewer.close(_UNSUPPORTED_DATA, "binary messages only")
             return
-        if viewer.state.right < Right.EVERYTHING and not _only_looks(content):
-            continue
         if fault := find_fault(content):
             _logger.warning("closed a viewer: %s", fault)
             await viewer.close(_POLICY_VIOLATION, fault)
             return
+        if viewer.state.right < Right.EVERYTHING and not _only_looks(content):
+            continue
         try:
             await upstream.send(content)
         except ConnectionClosed:

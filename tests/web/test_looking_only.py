@@ -73,9 +73,9 @@ def test_what_who_may_look_does_to_widgets_is_ignored(server, monkeypatch) -> No
     camera = msgspec.msgpack.encode({"type": "ViewerCameraMessage", "fov": 1.0})
     ignored = [
         msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "x", "updates": {}}),
-        msgspec.msgpack.encode({"type": "FileTransferStartUpload"}),
-        msgspec.msgpack.encode(["ViewerCameraMessage"]),
-        b"nothing that viser knows",
+        msgspec.msgpack.encode(
+            {"type": "FileTransferStartUpload", "transfer_uuid": "y", "size_bytes": 1}
+        ),
     ]
 
     async def answer(token: str) -> object:
