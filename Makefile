@@ -58,7 +58,7 @@ $(VENV)/.develop: REQUIREMENT := .[test,lint]
 $(VENV)/.benchmark: REQUIREMENT := .[test,bench]
 
 # Everything goes to standard error, so that the first line of `make serve` is the URL.
-$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark: pyproject.toml constraints.txt $(BIN)/python
+$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark: pyproject.toml setup.py constraints.txt $(BIN)/python
 	@echo "slipgrasp: installing $(REQUIREMENT) into $(VENV), a minute or two the first time" >&2
 	@if command -v uv >/dev/null 2>&1; then \
 	  uv pip install --python $(BIN)/python -c constraints.txt -e '$(REQUIREMENT)' >&2; \

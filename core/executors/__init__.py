@@ -33,7 +33,8 @@ __all__ = [
     "make_executor",
 ]
 
-SPECIFICATIONS = ("processes", "inline", "dask", "dask://HOST:PORT")
+_NAMES = ("processes", "inline", "dask")
+SPECIFICATIONS = (*_NAMES, "dask://HOST:PORT")
 
 _SCHEDULER = re.compile(r"dask://([\w.-]{1,253}|\[[0-9a-fA-F:.]{2,45}\]):([0-9]{1,5})", re.ASCII)
 
@@ -50,7 +51,7 @@ def make_executor(specification: str = "processes", *, workers: int | None = Non
         ExecutorError: If there is no such engine, or not with so many workers.
     """
     match = _SCHEDULER.fullmatch(specification)
-    if match is None and specification not in SPECIFICATIONS[:3]:
+    if match is None and specification not in _NAMES:
         raise ExecutorError(
             f"'{specification[:60]!s}' is no executor; choose one of {', '.join(SPECIFICATIONS)}"
         )

@@ -178,7 +178,7 @@ class ControllerParameters:
             "m/s²",
             typical=(0.0, 2.0),
             changeable=True,
-            used_by=("composite",),
+            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 1.0
     forgetting: Annotated[
@@ -190,7 +190,7 @@ class ControllerParameters:
             "1",
             typical=(0.9, 1.0),
             changeable=True,
-            used_by=("composite",),
+            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.98
     probing: Annotated[
@@ -203,7 +203,7 @@ class ControllerParameters:
             "1/s",
             typical=(0.0, 0.2),
             changeable=True,
-            used_by=("composite",),
+            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.0
     force_noise: Annotated[
@@ -215,7 +215,7 @@ class ControllerParameters:
             "N",
             typical=(0.01, 1.0),
             changeable=True,
-            used_by=("composite",),
+            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.1
     initial_deviation: Annotated[
@@ -225,7 +225,7 @@ class ControllerParameters:
             "or one per unknown; left out: 3 for masses and friction, 0.1 for the inertia.",
             "",
             changeable=True,
-            used_by=("composite",),
+            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = None
     estimate_norm_bound: Annotated[

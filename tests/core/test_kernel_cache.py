@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from numba import types
 
-from slipgrasp.core.kernel.cache import code_path, read_code, write_code
+from slipgrasp.core.kernel.cache import code_path, kernel_name, read_code, write_code
 from slipgrasp.core.kernel.compiler import compiled, kept_code
 from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.run.simulator import prepare_kernel
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
 
 pytestmark = pytest.mark.slow
 
@@ -129,3 +130,12 @@ def test_machine_code_that_the_disk_has_spoilt_counts_as_missing():
     finally:
         code_path(name).unlink()
     assert read_code(name) is None
+
+
+def test_another_fact_of_a_law_is_another_kernel(monkeypatch):
+    name = kernel_name()
+    kernel_name.cache_clear()
+    monkeypatch.setitem(CONTROL_LAWS, "theorem-3", CONTROL_LAWS["theorem-4"])
+    other = kernel_name()
+    kernel_name.cache_clear()
+    assert other != name
