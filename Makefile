@@ -25,7 +25,7 @@ check: $(VENV)/.develop
 	@$(MAKE) --no-print-directory --jobs 2 lint quick
 
 quick: $(VENV)/.develop
-	$(BIN)/python -m pytest -q -m "not slow and not browser"
+	$(BIN)/python -m pytest -q -n logical --dist worksteal -m "not slow and not browser"
 
 # All tests; needs Chromium and curl, which it finds or installs.
 test: $(VENV)/.develop

@@ -17,6 +17,8 @@ from slipgrasp.figures.animation import MAX_FRAMES, frame_times, write_gif
 from slipgrasp.recordings.export import EXPORT_FORMATS, write_csv, write_npz, write_parquet
 from slipgrasp.recordings.palette import PHASES
 
+pytestmark = pytest.mark.slow
+
 
 def written(write, run, **options):
     stream = io.BytesIO()

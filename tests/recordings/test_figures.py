@@ -11,6 +11,8 @@ from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import PHASES
 from tests.recordings.reading_figures import axes_of, bars, quantities, texts, titles
 
+pytestmark = pytest.mark.slow
+
 # What the captions of Fig. 5 to 10 list, in their order.
 TRACKING = (
     "(a) object horizontal position error",
