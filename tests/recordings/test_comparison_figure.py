@@ -164,5 +164,9 @@ def test_numbers_as_large_as_they_get_can_be_drawn(runs, largest):
         rows[700:, columns.index(name)] = largest
     run = replace(runs[0], trace=Trace.from_rows(runs[0].trace.shape, rows))
 
-    save_figure(draw_comparison(compare(runs[0], run), runs[0], run), io.BytesIO(), "svg")
-    write_gif(run, io.BytesIO(), fps=1.0)
+    figure, film = io.BytesIO(), io.BytesIO()
+    save_figure(draw_comparison(compare(runs[0], run), runs[0], run), figure, "svg")
+    write_gif(run, film, fps=1.0)
+
+    assert figure.getvalue().rstrip().endswith(b"</svg>")
+    assert film.getvalue().startswith(b"GIF89a")
