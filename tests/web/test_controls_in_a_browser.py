@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import knob, pause_at, picture
+from tests.web.driving import knob, number_field, pause_at, picture
 
 pytestmark = [
     pytest.mark.browser,
@@ -69,3 +69,14 @@ def test_every_control_has_a_name_and_the_tab_is_ours(visitors: Visitors) -> Non
     masses = page.get_by_role("slider", name="link mass 1 [kg], Left finger", exact=True)
     expect(masses).to_have_count(1)
     expect(page).to_have_title("slipgrasp")
+
+
+def test_a_number_that_was_emptied_comes_back_when_its_field_is_left(visitors: Visitors) -> None:
+    page = visitors.open()
+    field = number_field(page, "mass [kg]")
+    field.click()
+    field.press("Control+a")
+    field.press("Delete")
+    expect(field).to_have_value("")
+    field.press("Tab")
+    expect(field).to_have_value("1")
