@@ -96,6 +96,16 @@ class RunUnfinishedError(SlipgraspError):
         )
 
 
+class RunUnrecordableError(SlipgraspError):
+    """A run that was not begun, because its recording cannot be."""
+
+    def __init__(self, cause: Exception) -> None:
+        super().__init__(
+            f"the run is not begun, because its recording cannot be: {cause}; make room on the "
+            "disk, or let the server write to its data folder, and send the request again"
+        )
+
+
 class StudyUnfinishedError(SlipgraspError):
     """Something that can be done with a study only once its file is complete."""
 

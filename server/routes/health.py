@@ -25,7 +25,10 @@ class HealthPublic(BaseModel):
     kernel_progress: float
     running: int
     waiting: int
-    recovering: int = Field(description="runs of a killed service that are still being recovered")
+    recovering: int = Field(
+        description="runs that a killed service, or a full disk, left and that are still to be "
+        "recovered"
+    )
 
 
 class ReadyPublic(BaseModel):

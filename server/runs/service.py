@@ -10,13 +10,13 @@ from __future__ import annotations
 import logging
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
@@ -24,14 +24,11 @@ from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
     RecordingWriteError,
+    StorageFullError,
     told_within,
 )
-from slipgrasp.recordings.file.recorder import failed_by_disk, record, unsaved
-from slipgrasp.recordings.file.recovery import (
-    delete_orphaned_copies,
-    parts_in,
-    recover_if_orphaned,
-)
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.recorder import failed_by_disk, record
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.exceptions import (
@@ -39,14 +36,21 @@ from slipgrasp.server.exceptions import (
     RunForgottenError,
     RunRecoveringError,
     RunUnfinishedError,
+    RunUnrecordableError,
     ServiceBusyError,
     ServiceEndingError,
 )
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.runs.pending import Ended, PendingRun
+from slipgrasp.server.runs.recovery import RunRecovery
 from slipgrasp.server.settings import Settings
 
 MAX_UNSAVED = 100
+
+Unsaved = Description | RunUnrecordableError | StorageFullError
+"""What is told of a run without a recording."""
+
+_UNRECORDABLE = (RunUnrecordableError, StorageFullError)
 
 _logger = logging.getLogger(__name__)
 
@@ -83,30 +87,23 @@ class RunService:
         self._stopper = ThreadPoolExecutor(1, thread_name_prefix="stop")
         self._lock = threading.Lock()
         self._pending: dict[str, PendingRun] = {}
-        self._unsaved: OrderedDict[str, Description] = OrderedDict()
+        self._unsaved: OrderedDict[str, Unsaved] = OrderedDict()
         self._running = 0
         self._keys = RequestKeys(settings.data_directory / KEYS_NAME)
         self._keys_lock = threading.Lock()
         self._closing = threading.Event()
         self._kernel_ready = threading.Event()
-        self._recovering: set[str] = set()
-        self._recovery: threading.Thread | None = None
-        self.is_recovered = threading.Event()
+        self._recovery = RunRecovery(store, settings.data_directory)
 
     def start(self) -> None:
         """Begins to recover what a killed service left, and to load or compile the kernel."""
-        delete_orphaned_copies(self._settings.data_directory)
-        parts = parts_in(self._settings.data_directory)
-        self._recovering = {part.name.partition(".")[0] for part in parts}
-        self._recovery = threading.Thread(target=self._recover, args=(parts,), name="recovery")
         self._recovery.start()
         threading.Thread(target=self._prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
         """Stops what runs, keeps what it has, and forgets what waits."""
         self._closing.set()
-        if self._recovery is not None:
-            self._recovery.join()
+        self._recovery.close()
         for workers in (self._workers, self._stopper):
             workers.shutdown(wait=True, cancel_futures=True)
 
@@ -117,9 +114,13 @@ class RunService:
 
     @property
     def recovering(self) -> list[str]:
-        """Runs that a killed service left and that are still being recovered."""
-        with self._lock:
-            return sorted(self._recovering)
+        """Runs that a killed service, or a full disk, left and that are still to be recovered."""
+        return self._recovery.run_ids
+
+    @property
+    def is_recovered(self) -> threading.Event:
+        """Set once nothing of a killed service is left to recover."""
+        return self._recovery.is_done
 
     @property
     def load(self) -> Load:
@@ -177,19 +178,22 @@ class RunService:
             make_scenario: Gives the scenario, or raises what is wrong with it, in the worker.
 
         Returns:
-            The run on its way. Its result says where it is kept: None if writing it failed,
-            which then is a warning of the result.
+            The run on its way. Its result says where it is kept: None if writing it failed
+            while it went on, which then is ``failed``.
 
         Raises:
             ServiceBusyError: If too many runs are waiting.
             ServiceEndingError: If the service is about to end.
             StorageFullError: If there is no room for another.
+            RunUnrecordableError: If nothing can be written.
         """
         if self._is_ending():
             raise ServiceEndingError
         limits = self._settings
-        with suppress(RecordingWriteError):
+        try:
             self.store.check_room()
+        except RecordingWriteError as error:
+            raise RunUnrecordableError(error) from error
         pending = PendingRun(self.store.new_id(), make_scenario)
         with self._lock:
             num_pending = len(self._pending)
@@ -204,17 +208,19 @@ class RunService:
     ) -> PendingRun | StoredRun | Description:
         """Queues a run, or finds the one that the same request has made before.
 
-        A run that was deleted, or never begun because the service ended, is made again.
+        A run that was deleted, or never begun because the service ended or had no room for its
+        recording, is made again.
 
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
             ServiceBusyError: If too many runs are waiting.
             ServiceEndingError: If the service is about to end.
             StorageFullError: If there is no room for another.
+            RunUnrecordableError: If nothing can be written.
         """
         with self._keys_lock:
             digest, run_id = self._keys.find(request.key) or ("", "")
-            if run_id and (found := self._find(run_id)) is not None:
+            if run_id and (found := self._find_made(run_id)) is not None:
                 if digest != request.digest:
                     raise IdempotencyKeyReusedError(f"run '{run_id}'")
                 return found
@@ -227,6 +233,8 @@ class RunService:
 
         Raises:
             RecordingNotFoundError: If there is none.
+            StorageFullError: If there was no room for it.
+            RunUnrecordableError: If nothing could be written of it.
         """
         found = self._find(run_id)
         if found is None:
@@ -240,9 +248,9 @@ class RunService:
             RunUnfinishedError: If it has not.
             RunRecoveringError: If it is still being recovered.
         """
+        if self._recovery.is_orphan(run_id):
+            raise RunRecoveringError(run_id)
         with self._lock:
-            if run_id in self._recovering:
-                raise RunRecoveringError(run_id)
             if run_id in self._pending:
                 raise RunUnfinishedError(run_id)
 
@@ -269,27 +277,23 @@ class RunService:
         return found
 
     def _find(self, run_id: str) -> PendingRun | StoredRun | Description | None:
+        if self._recovery.is_orphan(run_id):
+            raise RunRecoveringError(run_id)
         with self._lock:
-            if run_id in self._recovering:
-                raise RunRecoveringError(run_id)
-            found = self._pending.get(run_id) or self._unsaved.get(run_id)
-        if found is None:
-            with suppress(RecordingNotFoundError):
-                return self.store.get(run_id)
-        return found
+            pending, unsaved = self._pending.get(run_id), self._unsaved.get(run_id)
+        if pending is not None:
+            return pending
+        # What a full disk has left of a run may be recovered meanwhile.
+        with suppress(RecordingNotFoundError):
+            return self.store.get(run_id)
+        if isinstance(unsaved, SlipgraspError):
+            raise unsaved
+        return unsaved
 
-    def _recover(self, parts: Iterable[Path]) -> None:
-        """Recovers one file after the other; what is not begun when the service ends, stays."""
-        try:
-            for part in parts:
-                if self._closing.is_set():
-                    return
-                if (recovered := recover_if_orphaned(part)) is not None:
-                    _logger.warning("recovered '%s' of a run that was killed", recovered.path)
-                with self._lock:
-                    self._recovering.discard(part.name.partition(".")[0])
-        finally:
-            self.is_recovered.set()
+    def _find_made(self, run_id: str) -> PendingRun | StoredRun | Description | None:
+        with suppress(*_UNRECORDABLE):
+            return self._find(run_id)
+        return None
 
     def _queue(self, workers: ThreadPoolExecutor, pending: PendingRun) -> None:
         try:
@@ -314,7 +318,7 @@ class RunService:
                 self._running -= 1
 
     def _record(self, pending: PendingRun) -> Ended:
-        """Simulates and records at once; where that cannot be begun, only simulates."""
+        """Simulates and records at once; what cannot be recorded is not begun."""
         scenario = pending.make_scenario()
         self._prepare()
 
@@ -323,27 +327,29 @@ class RunService:
 
         try:
             reservation = self.store.reserve(run_id=pending.id)
+            recorded = record(
+                scenario,
+                reservation.path,
+                progress=pending.watch,
+                should_stop=should_stop,
+                wall_limit=self._settings.wall_limit,
+                only_recorded=True,
+            )
         except RecordingWriteError as error:
-            _logger.error("a run is simulated but cannot be saved: %s", error)
-            return unsaved(self.preview(scenario, should_stop), error), None
-        recorded = record(
-            scenario,
-            reservation.path,
-            progress=pending.watch,
-            should_stop=should_stop,
-            wall_limit=self._settings.wall_limit,
-        )
-        if recorded.failure is not None:
-            _logger.error("a run was simulated but not saved: %s", recorded.failure)
-            return failed_by_disk(recorded.result, recorded.failure), None
-        return recorded.result, self.store.register(reservation, recorded.result)
+            raise RunUnrecordableError(error) from error
+        if recorded.failure is None:
+            return recorded.result, self.store.register(reservation, recorded.result)
+        _logger.error("a run was simulated but not saved: %s", recorded.failure)
+        if (part := part_of(reservation.path)).exists():
+            self._recovery.note_cut_off(part)
+        return failed_by_disk(recorded.result, recorded.failure), None
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
         """Lets a run go to where it is looked for once it has ended, then tells who waits."""
         if work.cancelled():
             self._forget(pending)
         elif (error := work.exception()) is not None:
-            self._let_go(pending)
+            self._let_go(pending, error if isinstance(error, _UNRECORDABLE) else None)
             pending.future.set_exception(error)
         elif (ended := work.result()) is not None:
             result, stored = ended
@@ -355,7 +361,7 @@ class RunService:
             self._let_go(pending)
             pending.future.set_exception(RunForgottenError())
 
-    def _let_go(self, pending: PendingRun, unsaved: Description | None = None) -> None:
+    def _let_go(self, pending: PendingRun, unsaved: Unsaved | None = None) -> None:
         with self._lock:
             if unsaved is not None:
                 self._unsaved[pending.id] = unsaved
