@@ -92,18 +92,22 @@ LAW = np.dtype(
         ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
         ("grasp_force", np.bool_),
+        ("holds", np.bool_),  # every contact inside its cone, slipping or not
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]
         ("torque_limit", np.float64),  # inf where none [N m]
         ("estimate_norm_bound", np.float64),  # phi_0
         ("latency", np.float64),  # [s]
+        ("predicts", np.bool_),  # commands for the state when the torque acts
         ("grip_force", np.float64),  # [N]
         ("grip_rate", np.float64),  # [N/s]
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("forgetting", np.float64),  # per control period
         ("probing", np.float64),  # [1/s]
         ("force_variance", np.float64),  # [N^2]
+        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
+        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
     ],
     align=True,
@@ -120,8 +124,10 @@ SENSORS = np.dtype(
         ("true_accelerations", np.int64),
         ("filter_time", np.float64),  # [s]
         ("true_phases", np.int64),
+        ("sums_slip", np.int64),  # 1: cumulative sums detect it, 0: its duration
         ("slip_threshold", np.float64),  # [m/s]
         ("slip_delay", np.float64),  # [s]
+        ("least_sum", np.float64),  # that noise does not reach [m/s]
     ],
     align=True,
 )
@@ -250,9 +256,11 @@ def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) ->
     for name, block in zip(("lyapunov_11", "lyapunov_12", "lyapunov_22"), blocks, strict=True):
         law[name][:size] = block
     law["grasp_force"] = controller.grasp_force == "minimum"
+    law["holds"] = controller.distribution == "hold"
     law["grip_safety"] = controller.grip_safety
     law["estimate_norm_bound"] = controller.estimate_norm_bound
     law["latency"] = controller.latency
+    law["predicts"] = controller.prediction and controller.latency > 0.0
     law["grip_force"], law["grip_rate"] = controller.grip_force, controller.grip_rate
 
 
@@ -263,11 +271,29 @@ def _pack_learning(scenario: Scenario, p: int, law: np.void) -> None:
     law["forgetting"] = controller.forgetting ** (controller.control_period / FORGETTING_TIME)
     law["probing"] = controller.probing
     law["force_variance"] = controller.force_noise**2
+    law["acceleration_variance"] = _difference_variance(scenario)
+    sensing = scenario.sensing
+    law["slip_level"] = -np.inf if sensing.true_phases else 0.5 * sensing.slip_threshold
     deviations: Any = controller.initial_deviation
     if deviations is None:
         keys = [estimate.parameter for estimate in scenario.estimates]
         deviations = [0.1 if key == "object.inertia" else 3.0 for key in keys]
     law["prior_variances"][:p] = np.square(deviations)
+
+
+def _difference_variance(scenario: Scenario) -> float:
+    """Variance of filtered differences of velocities with the noise that the law expects.
+
+    White noise of variance s^2, differenced over T, through a filter that gives each difference
+    the share a: (a/T)^2 s^2 2/(2 - a), in square metres per second to the fourth.
+    """
+    sensing, period = scenario.sensing, scenario.controller.control_period
+    if sensing.true_accelerations or period == 0.0:
+        return 0.0
+    whole = sensing.acceleration_filter_time + period
+    share = period / whole
+    noise = scenario.controller.velocity_noise
+    return 2.0 * noise * noise / (whole * whole * (2.0 - share))
 
 
 def _pack_limits(scenario: Scenario, law: np.void) -> None:
@@ -289,6 +315,10 @@ def _pack_sensors(scenario: Scenario, sensors: np.void) -> None:
     sensors["true_phases"] = sensing.true_phases
     sensors["slip_threshold"] = sensing.slip_threshold
     sensors["slip_delay"] = sensing.slip_delay
+    sensors["sums_slip"] = sensing.slip_detector == "cumulative-sum"
+    if sensing.slip_threshold > 0.0:
+        expected = scenario.controller.velocity_noise
+        sensors["least_sum"] = 20.0 * expected * expected / sensing.slip_threshold
     sensors["perfect"] = sensing.true_accelerations and sensing.true_phases and not any(noise)
 
 

@@ -9,6 +9,7 @@ from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
 from slipgrasp.core.kernel.guards import GUARDS
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.prediction import PREDICTION
 from slipgrasp.core.kernel.records import (
     MAX_FINGERS,
     Floats,
@@ -76,6 +77,7 @@ PROGRESS = np.dtype(
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
         ("senses", SENSES),
         ("memory", COMPOSITE_MEMORY),
+        ("prediction", PREDICTION),
         ("acting", np.int64),  # 1 once a torque of sampled control acts
         ("commanded", np.float64, (MAX_FINGERS, 2)),  # at this tick [N m]
         ("last_command", np.float64, (MAX_FINGERS, 2)),  # the one before [N m]
