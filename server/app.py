@@ -37,6 +37,7 @@ from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import add_openapi, operation_id
 from slipgrasp.server.http.protocol import GuardedProtocol
+from slipgrasp.server.http.root_path import RootPath
 from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
@@ -85,10 +86,12 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         openapi_url=f"{API_PATH}/openapi.json",
+        servers=[{"url": settings.root_path}] if settings.root_path else None,
         redirect_slashes=False,
         generate_unique_id_function=operation_id,
         lifespan=partial(_live, settings, lifespan),
         middleware=[
+            Middleware(RootPath, root=settings.root_path),
             Middleware(AccessGuard, gate=gate, names=settings.names, public=settings.public_urls),
             Middleware(
                 BodyLimit,

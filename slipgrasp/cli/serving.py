@@ -41,7 +41,7 @@ def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> No
 
 
 def add_network(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--host`` and ``--public-url``."""
+    """Adds ``--host``, ``--public-url`` and ``--root-path``."""
     parser.add_argument(
         "--host",
         metavar="ADDRESS",
@@ -58,6 +58,14 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         type=lambda text: text.rstrip("/"),
         help="where the dashboard is reached besides, such as https://grasp.example behind a "
         "proxy; may be repeated; then everybody needs the token",
+    )
+    parser.add_argument(
+        "--root-path",
+        metavar="PATH",
+        default="",
+        type=lambda text: text.rstrip("/"),
+        help="path at which a proxy shows the server, such as /slipgrasp; it may take it away or "
+        "leave it; then everybody needs the token",
     )
 
 
@@ -197,6 +205,7 @@ def _settings(
         port=port,
         log_format=LogFormat(arguments.log_format),
         token=tokens.full,
+        root_path=arguments.root_path,
         public_urls=tuple(arguments.public_urls),
         **chosen,
         **others,
@@ -220,7 +229,7 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     config = server_config(create_dashboard_app(settings, first), settings)
     host, port = settings.host, settings.port
     address = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
-    url = f"{(*settings.public_urls, address)[0]}/"
+    url = f"{(*settings.public_urls, address)[0]}{settings.root_path}/"
     if settings.token is None or not settings.needs_token:
         return AnnouncingServer(config, url)
     tokens = Tokens(settings.token)
