@@ -44,6 +44,7 @@ from slipgrasp.server.routes import (
     docs,
     health,
     recordings,
+    retention,
     run_files,
     runs,
     scenarios,
@@ -51,6 +52,7 @@ from slipgrasp.server.routes import (
     study_events,
     study_results,
 )
+from slipgrasp.server.runs.retention import RetentionService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.service_lock import make_private, service_lock
 from slipgrasp.server.settings import Settings
@@ -137,10 +139,16 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.event_slots = EventSlots(settings.max_event_streams)
         app.state.drawing = threading.Lock()
         study_service.start()
+        retention_service = RetentionService(
+            store, studies_kept, settings.retention, service.is_recovered.wait
+        )
+        app.state.retention_service = retention_service
+        retention_service.start()
         try:
             async with lifespan(app) if lifespan else nullcontext():
                 yield
         finally:
+            await run_in_threadpool(retention_service.close)
             await run_in_threadpool(study_service.close)
             await run_in_threadpool(service.close)
             app.state.file_cache.close()
@@ -192,6 +200,7 @@ def _api() -> APIRouter:
         runs,
         recordings,
         run_files,
+        retention,
         studies,
         study_events,
         study_results,

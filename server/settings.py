@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.recordings.study.retention import KEEP_ALL, Retention
 from slipgrasp.server.addresses import API_PATH, DASHBOARD_PATH
 from slipgrasp.server.exceptions import SettingsError
 from slipgrasp.server.log_format import LogFormat
@@ -48,6 +49,7 @@ class Settings:
         token: Lets in whoever shows it; None lets in only who needs none.
         root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
         public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
+        retention: How much is kept of what nobody has marked; all unless told otherwise.
         log_format: What the lines of its log are.
         exclusive: Whether no other service may use the data directory meanwhile.
     """
@@ -75,6 +77,7 @@ class Settings:
     token: str | None = field(default=None, repr=False)
     root_path: str = ""
     public_urls: tuple[str, ...] = ()
+    retention: Retention = KEEP_ALL
     log_format: LogFormat = LogFormat.TEXT
     exclusive: bool = True
 

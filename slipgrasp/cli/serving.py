@@ -82,7 +82,7 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
         ("--quota", "how much the recordings may take, such as 5GB; then no run is begun"),
         ("--min-free", "how much must stay free on their disk, such as 500MB; likewise"),
     ):
-        parser.add_argument(name, metavar="SIZE", type=_size, help=what)
+        parser.add_argument(name, metavar="SIZE", type=parse_size, help=what)
 
 
 def add_log_format(parser: argparse.ArgumentParser) -> None:
@@ -107,8 +107,8 @@ def add_executor(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _size(text: str) -> int:
-    """A number of bytes, with or without one of the usual units."""
+def parse_size(text: str) -> int:
+    """A number of bytes, with or without one of the usual units, as a type of arguments."""
     found = _SIZE.fullmatch(text.strip().lower())
     if found is None:
         raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a size; write it as 500MB or 5GB")
