@@ -109,6 +109,11 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     app.state.settings = settings
     app.state.stopping = asyncio.Event()
     app.include_router(_api())
+    if settings.metrics:
+        # It needs a package that not everybody has.
+        from slipgrasp.server.http.metrics import Metrics
+
+        Metrics().add_to(app)
     add_error_handlers(app)
     add_openapi(app)
     return app

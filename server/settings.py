@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 
 from slipgrasp.recordings.store.storage_limits import StorageLimits
@@ -50,6 +51,7 @@ class Settings:
         root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
         public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
         retention: How much is kept of what nobody has marked; all unless told otherwise.
+        metrics: Whether it serves metrics for Prometheus.
         log_format: What the lines of its log are.
         exclusive: Whether no other service may use the data directory meanwhile.
     """
@@ -78,6 +80,7 @@ class Settings:
     root_path: str = ""
     public_urls: tuple[str, ...] = ()
     retention: Retention = KEEP_ALL
+    metrics: bool = False
     log_format: LogFormat = LogFormat.TEXT
     exclusive: bool = True
 
@@ -102,6 +105,10 @@ class Settings:
             raise SettingsError(
                 f"'{self.root_path}' is no path to show a server at; write it as /slipgrasp, "
                 f"without a slash at its end, and not below {API_PATH} or {DASHBOARD_PATH}"
+            )
+        if self.metrics and find_spec("prometheus_client") is None:
+            raise SettingsError(
+                "metrics need the package prometheus_client: pip install 'slipgrasp[metrics]'"
             )
         if not 0 <= self.port <= 65535:
             raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")

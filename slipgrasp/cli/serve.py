@@ -10,6 +10,7 @@ from slipgrasp.cli.serving import (
     add_executor,
     add_limits,
     add_log_format,
+    add_metrics,
     add_network,
     add_port,
     serve_dashboard,
@@ -32,6 +33,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_executor(parser)
     add_retention(parser)
     add_log_format(parser)
+    add_metrics(parser)
     parser.set_defaults(execute=_execute)
 
 
@@ -41,5 +43,6 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         arguments,
         folder,
         study_executor=arguments.executor,
+        metrics=arguments.metrics,
         retention=read_retention(arguments),
     )

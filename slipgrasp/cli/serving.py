@@ -96,6 +96,15 @@ def add_log_format(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_metrics(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--metrics``."""
+    parser.add_argument(
+        "--metrics",
+        action="store_true",
+        help="serve metrics for Prometheus at /metrics; needs slipgrasp[metrics]",
+    )
+
+
 def add_executor(parser: argparse.ArgumentParser) -> None:
     """Adds ``--executor``."""
     parser.add_argument(
