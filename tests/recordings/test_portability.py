@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.loading import load_scenario, preset_names
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.compare.verification import verify
@@ -24,7 +24,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 REPOSITORY = Path(__file__).parents[2]
 # Machine code for any x86-64, without AVX and fused multiply-adds.
 GENERIC = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": ""}
-SHORT = {"simulation.duration": 0.25}
 STUDY = {"sampling": {"method": "random", "runs": 4, "seed": 5}}
 
 RECORD = """
@@ -46,8 +45,7 @@ for path in sorted(Path(sys.argv[1]).glob("*.mcap")):
 
 def record_presets(folder):
     for name in preset_names():
-        scenario = with_values(load_scenario(name), SHORT)
-        write_recording(simulate(scenario), folder / f"{name}.mcap")
+        write_recording(simulate(load_scenario(name)), folder / f"{name}.mcap")
 
 
 def describe(path):
