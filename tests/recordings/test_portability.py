@@ -85,7 +85,7 @@ def test_one_bit_altered_in_a_recording_of_generic_code_is_named(generic):
 def test_recordings_of_this_processor_verify_under_generic_code(tmp_path):
     record_presets(tmp_path)
     told = run_generic(VERIFY, tmp_path).stdout.splitlines()
-    assert told == [str((name, True, True, [])) for name in sorted(preset_names())]
+    assert sorted(told) == sorted(str((name, True, True, [])) for name in preset_names())
 
 
 def test_a_study_is_the_same_file_whatever_code_its_workers_run(generic, tmp_path):
