@@ -109,8 +109,7 @@ def _places(layout: np.dtype, key: str, at: Place) -> Iterator[tuple[str, Place]
     elif layout.names is None:
         yield key, at
     else:
-        for name in layout.names:
-            inner, offset, *_ = layout.fields[name]  # pyright: ignore[reportOptionalSubscript]
+        for name, (inner, offset, *_) in (layout.fields or {}).items():
             place = at._replace(first=at.first + offset // NUMBER.itemsize)
             own = key if name == "entries" else f"{key}.{name}".lstrip(".")
             yield from _places(inner, own, place)
