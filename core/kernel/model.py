@@ -97,6 +97,7 @@ SENSORS = np.dtype(
     [
         ("perfect", np.int64),  # 1: everything below is off
         ("noisy", np.int64),
+        ("seed", np.int64),  # of the noise
         ("position_noise", np.float64),  # standard deviations, SI units
         ("velocity_noise", np.float64),
         ("acceleration_noise", np.float64),

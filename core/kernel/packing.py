@@ -263,6 +263,7 @@ def _pack_world(table: Record, model: Record) -> None:
     sensors.acceleration_noise = sensing.acceleration_noise
     noise = sensing.position_noise + sensing.velocity_noise + sensing.acceleration_noise
     sensors.noisy = 1 if noise > 0.0 else 0
+    sensors.seed = int(table.simulation.seed)
     sensors.true_accelerations = int(sensing.true_accelerations)
     sensors.filter_time = sensing.acceleration_filter_time
     sensors.true_phases = int(sensing.true_phases)

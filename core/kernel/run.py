@@ -18,7 +18,7 @@ from slipgrasp.core.kernel.records import (
 )
 from slipgrasp.core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from slipgrasp.core.kernel.selection import SELECTION_ROOM
-from slipgrasp.core.kernel.sensing import NOISE_TICKS, SENSES
+from slipgrasp.core.kernel.sensing import SENSES
 from slipgrasp.core.kernel.state import STATE, estimate_at
 from slipgrasp.core.kernel.stepper import STEP
 from slipgrasp.core.kernel.tally import TALLY, add_to_tally, begin_tally
@@ -127,7 +127,6 @@ def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> No
     run.last_event = run.last_stick = -np.inf
     run.step_size = FIRST_STEP
     run.concerned = -1
-    run.senses.noise_start = -NOISE_TICKS
     begin_tally(run.tally)
     state, n = run.step.start, int(table.fingers.count)
     for k in range(3):
