@@ -68,6 +68,18 @@ def test_the_tolerance_decides(client, sample_run, slipperier):
     assert client.get("/diff", params={**params, "tolerance": 1e3}).json()["equal"] is True
 
 
+def test_runs_that_ended_in_different_ways_are_compared(client, sample_run):
+    lost = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
+    ended_early = client.post("/runs", json=lost).json()
+    assert ended_early["outcome"] != sample_run["outcome"]
+
+    answer = client.get("/diff", params=both(sample_run, ended_early))
+
+    assert answer.status_code == 200, answer.text
+    outcomes = {"a": sample_run["outcome"], "b": ended_early["outcome"]}
+    assert answer.json()["metrics"]["outcome"] == outcomes
+
+
 @pytest.mark.parametrize("path", ["/diff", "/diff/figure"])
 @pytest.mark.parametrize("run_id", ["abcdefghijkl", "..", "%2e%2e%2fetc", "\0", ""])
 def test_an_unknown_run_is_not_found(client, sample_run, path, run_id):
