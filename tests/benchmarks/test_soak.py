@@ -54,4 +54,4 @@ def test_everything_is_answered_as_specified_for_some_seconds():
     kinds = {kind for kind, _ in found.tally.counts}
     assert {"run", "viewer", "half a head"} & kinds and found.tally.total > 30
     assert found.samples[-1].service_descriptors < 100
-    assert len(draw_soak(found.samples * 4).axes) == 3
+    assert len(draw_soak([*found.samples] * 4).axes) == 3
