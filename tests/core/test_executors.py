@@ -15,6 +15,8 @@ import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
+from slipgrasp.core.executors.limits import LEAST_MEMORY, WorkerLimits
+from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import wait_until
@@ -155,6 +157,31 @@ def test_a_task_that_always_kills_its_worker_fails_and_the_others_finish(pool, t
     assert failed[0].result is None
     assert "died 3 times" in failed[0].failure and "SIGKILL" in failed[0].failure
     assert len(done) == 40 and len(deaths.read_text()) == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("segmentation fault", "its worker died 3 times, the last one was killed by SIGSEGV"),
+        ("memory", "its worker used up the 0.4 GB of memory that it may have"),
+        ("time", "its worker was at it for more than 2 s"),
+    ],
+)
+def test_a_task_that_goes_too_far_costs_itself_alone(kind, told):
+    limits = WorkerLimits(memory=400_000_000, task_seconds=2.0)
+    with ProcessExecutor(2, limits) as executor:
+        found = outcome_of(executor, work.go_too_far, [*range(10), kind, *range(10, 20)])
+        assert found[kind].result is None and found[kind].failure == told
+        assert [found[n].result for n in range(20)] == list(range(20))
+
+
+def test_workers_share_half_of_the_machine_and_are_ended_before_who_started_them(pool):
+    assert WorkerLimits.shared_by(1000).memory == LEAST_MEMORY
+    assert WorkerLimits.shared_by(1).memory >= WorkerLimits.shared_by(2).memory
+    (done,) = pool.map(work.memory_bounds, [0], should_stop=go_on)
+    memory, score = done.result
+    assert memory == WorkerLimits.shared_by(2).memory
+    assert score > int(Path("/proc/self/oom_score_adj").read_text())
 
 
 def test_a_worker_killed_in_the_middle_of_a_result_costs_only_time(pool, tmp_path):
