@@ -8,6 +8,7 @@ from slipgrasp.core.exceptions import FieldError, SlipgraspError
 from slipgrasp.server.addresses import run_path, study_path
 
 RECOVERY_RETRY_AFTER = 2
+NOT_READY_RETRY_AFTER = 5
 
 
 class SettingsError(SlipgraspError):
@@ -65,6 +66,14 @@ class ServiceBusyError(SlipgraspError):
     ) -> None:
         self.retry_after = retry_after
         super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
+
+
+class ServiceNotReadyError(ServiceBusyError):
+    """No run can be taken on at the moment."""
+
+    def __init__(self, obstacles: Sequence[str]) -> None:
+        SlipgraspError.__init__(self, f"the service is not ready: {'; '.join(obstacles)}")
+        self.retry_after = NOT_READY_RETRY_AFTER
 
 
 class RunRecoveringError(ServiceBusyError):

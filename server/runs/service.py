@@ -21,9 +21,11 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.exceptions import (
+    RecordingError,
     RecordingNotFoundError,
     RecordingWriteError,
     StorageFullError,
+    told_within,
 )
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.recorder import failed_by_disk, record
@@ -36,6 +38,7 @@ from slipgrasp.server.exceptions import (
     RunUnfinishedError,
     RunUnrecordableError,
     ServiceBusyError,
+    ServiceEndingError,
 )
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.runs.pending import Ended, PendingRun
@@ -66,11 +69,19 @@ class RunService:
     Args:
         store: Where runs are kept.
         settings: How much to take on, and for how long.
+        is_ending: Whether the service is about to end: then it takes nothing on, and stops what
+            runs.
     """
 
-    def __init__(self, store: RecordingStore, settings: Settings) -> None:
+    def __init__(
+        self,
+        store: RecordingStore,
+        settings: Settings,
+        is_ending: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.store = store
         self._settings = settings
+        self._is_ending = is_ending
         self._workers = ThreadPoolExecutor(settings.max_running, thread_name_prefix="run")
         # A run that is stopped before its turn would else wait for it only to end.
         self._stopper = ThreadPoolExecutor(1, thread_name_prefix="stop")
@@ -117,6 +128,21 @@ class RunService:
         with self._lock:
             return Load(self._running, max(len(self._pending) - self._running, 0))
 
+    def obstacles(self) -> list[str]:
+        """Why no run can be taken on now, in sentences; empty if one can."""
+        waiting = self.load.waiting
+        hindered = {
+            "the service is about to end": self._is_ending(),
+            "the simulation is still being compiled": not self.kernel_is_ready,
+            f"{waiting} runs are waiting already": waiting >= self._settings.max_waiting,
+        }
+        found = [sentence for sentence, holds in hindered.items() if holds]
+        try:
+            self.store.check_writable()
+        except RecordingError as error:
+            found.append(told_within(error, self._settings.data_directory))
+        return found
+
     def preview(
         self, scenario: Scenario, should_stop: Callable[[], bool] | None = None
     ) -> RunResult:
@@ -129,7 +155,7 @@ class RunService:
         self._prepare()
 
         def stopped() -> bool:
-            return self._closing.is_set() or (should_stop is not None and should_stop())
+            return self._must_stop() or (should_stop is not None and should_stop())
 
         return simulate(scenario, should_stop=stopped, wall_limit=self._settings.wall_limit)
 
@@ -157,9 +183,12 @@ class RunService:
 
         Raises:
             ServiceBusyError: If too many runs are waiting.
+            ServiceEndingError: If the service is about to end.
             StorageFullError: If there is no room for another.
             RunUnrecordableError: If nothing can be written.
         """
+        if self._is_ending():
+            raise ServiceEndingError
         limits = self._settings
         try:
             self.store.check_room()
@@ -185,6 +214,7 @@ class RunService:
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
             ServiceBusyError: If too many runs are waiting.
+            ServiceEndingError: If the service is about to end.
             StorageFullError: If there is no room for another.
             RunUnrecordableError: If nothing can be written.
         """
@@ -273,7 +303,10 @@ class RunService:
             self._forget(pending)
 
     def _run(self, pending: PendingRun) -> Ended | None:
-        """Simulates and records; None if that was begun before."""
+        """Simulates and records; None if that was begun before, or the service is to end."""
+        if self._must_stop():
+            self._forget(pending)
+            return None
         if not pending.begin():
             return None
         with self._lock:
@@ -290,7 +323,7 @@ class RunService:
         self._prepare()
 
         def should_stop() -> bool:
-            return pending.is_to_stop or self._closing.is_set()
+            return pending.is_to_stop or self._must_stop()
 
         try:
             reservation = self.store.reserve(run_id=pending.id)
@@ -335,6 +368,9 @@ class RunService:
                 while len(self._unsaved) > MAX_UNSAVED:
                     self._unsaved.popitem(last=False)
             del self._pending[pending.id]
+
+    def _must_stop(self) -> bool:
+        return self._closing.is_set() or self._is_ending()
 
     def _prepare(self) -> None:
         prepare_kernel()
