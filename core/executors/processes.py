@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from slipgrasp.core.executors.answers import ask, open_answer
 from slipgrasp.core.executors.executor import (
     ATTEMPTS,
+    ATTEMPTS_IF_KILLED,
     Executor,
     ExecutorError,
     Finished,
@@ -229,10 +230,11 @@ class ProcessExecutor(Executor):
         if worker.ready and worker.pending:
             number = worker.pending.popleft()
             how = worker.how_it_ended()
+            attempts = ATTEMPTS_IF_KILLED if worker.was_killed() else ATTEMPTS
             if worker.went_too_far():
                 yield Finished(window.finish(number), None, f"its worker {how}")
-            elif not window.note_death(number):
-                told = f"its worker died {ATTEMPTS} times, the last one {how}"
+            elif not window.note_death(number, attempts):
+                told = f"its worker died {attempts} times, the last one {how}"
                 yield Finished(window.finish(number), None, told)
         while worker.pending:
             window.put_back(worker.pending.popleft())

@@ -29,6 +29,7 @@ _PROGRAM = (
     "from slipgrasp.core.executors.worker import serve; serve(int(sys.argv[2]))"
 )
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_SIGNALS_OF_OTHERS = (9, 15)  # SIGKILL, SIGTERM
 _PATIENCE = 2.0  # [s] until a process that should end by itself is killed
 
 
@@ -110,7 +111,7 @@ class WorkerProcess:
 
     def was_killed(self) -> bool:
         """Waits for its end, and tells whether another process, or the system, ended it."""
-        return self._wait() < 0
+        return -self._wait() in _SIGNALS_OF_OTHERS
 
     def went_too_far(self) -> bool:
         """Waits for its end, and tells whether its task took more than it may."""

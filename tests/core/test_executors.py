@@ -149,13 +149,13 @@ def test_the_task_of_a_killed_worker_is_tried_again(pool, tmp_path):
 
 def test_a_task_that_always_kills_its_worker_fails_and_the_others_finish(pool, tmp_path):
     deaths = tmp_path / "deaths"
-    deaths.write_text("xxxxx")
+    deaths.write_text("xxxxxxx")
     tasks = [(number, str(deaths) if number == 5 else None) for number in range(40)]
     done = outcome_of(pool, work.die_as_told, tasks)
     failed = [finished for finished in done.values() if finished.failure]
     assert [finished.task[0] for finished in failed] == [5]
     assert failed[0].result is None
-    assert "died 3 times" in failed[0].failure and "SIGKILL" in failed[0].failure
+    assert "died 5 times" in failed[0].failure and "SIGKILL" in failed[0].failure
     assert len(done) == 40 and len(deaths.read_text()) == 2
 
 
