@@ -257,7 +257,7 @@ def test_workers_that_cannot_start_are_an_error_and_no_endless_loop(monkeypatch)
 
 
 def test_workers_killed_as_soon_as_they_start_cost_only_time():
-    with make_executor("processes", workers=2) as executor:
+    with ProcessExecutor(2) as executor:
         killed = []
 
         def kill_six():
@@ -270,9 +270,9 @@ def test_workers_killed_as_soon_as_they_start_cost_only_time():
 
         killer = threading.Thread(target=kill_six)
         killer.start()
-        found = [done.result for done in executor.map(work.square, range(5), should_stop=go_on)]
+        found = outcome_of(executor, work.square, range(5))
         killer.join()
-    assert sorted(found) == [0, 1, 4, 9, 16]
+    assert {task: done.result for task, done in found.items()} == {n: n * n for n in range(5)}
 
 
 def test_a_closed_engine_starts_no_workers():
@@ -288,6 +288,7 @@ def test_a_killed_script_leaves_no_workers_behind_and_needs_no_main_guard(tmp_pa
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, str(script), str(sign)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
         worker = int(process.stdout.readline())
         wait_until(sign.exists)
         process.kill()

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.processes import family_of
+from slipgrasp.core.executors.inline import InlineExecutor
 from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.study.definition import Study
@@ -107,14 +108,15 @@ def test_recordings_are_kept_as_they_come_and_not_held_until_their_row_is_next(t
     study = replace(quick_study(40), recordings="all")
     kept: list[int] = []
 
-    class LastFirst:
-        num_workers = 1
+    class LastFirst(InlineExecutor):
+        name, num_workers = "last first", 1
 
         def map(self, function, tasks, *, should_stop):
             with ProcessExecutor(1) as executor:
                 done = list(executor.map(function, tasks, should_stop=should_stop))
             for finished in done[::-1]:
                 yield finished
+                assert finished.result is not None
                 assert finished.result[-1].row.index in kept
 
     with StudyWriter(tmp_path / "study.mcap", study) as writer:

@@ -253,6 +253,24 @@ def test_signals_are_chosen_by_column_or_by_signal_in_the_order_asked(client, sa
     assert final == sample_run["estimates"]
 
 
+def test_signals_of_a_stretch_are_those_of_the_whole_run_between_two_times(
+    client, sample_run
+) -> None:
+    path, names = f"/runs/{sample_run['id']}/signals", "slip_0,phase"
+    whole = client.get(path, params={"names": f"t,{names}"}).json()["signals"]
+    start, end = sample_run["end_time"] / 3.0, sample_run["end_time"] / 2.0
+    part = client.get(path, params={"names": names, "t_from": start, "t_to": end}).json()
+    inside = [start <= t <= end for t in whole.pop("t")]
+    assert part["count"] == sum(inside) > 0
+    expected = {
+        name: [v for v, i in zip(values, inside, strict=True) if i]
+        for name, values in whole.items()
+    }
+    assert part["signals"] == expected
+    assert client.get(path, params={"t_from": -1}).status_code == 422
+    assert client.get(path, params={"t_from": 900}).json()["count"] == 0
+
+
 def test_an_unknown_signal_is_refused_with_the_nearest_name(client, sample_run) -> None:
     answer = client.get(f"/runs/{sample_run['id']}/signals", params={"names": "t,slop_0"})
     assert answer.status_code == 422

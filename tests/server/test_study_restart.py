@@ -64,6 +64,7 @@ def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client
     )
     with process:
         try:
+            assert process.stdout is not None and process.stderr is not None
             url = process.stdout.readline().strip()
             assert url, process.stderr.read()
             address = f"{url}api/v1"

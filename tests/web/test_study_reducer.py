@@ -42,6 +42,7 @@ from slipgrasp.web.model.study_draft import COMPARISONS, NO_COMPARISON, AxisDraf
 from slipgrasp.web.model.study_words import progress_words
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.study import StudyReducer
+from slipgrasp.web.workers.worker import QueueWorker
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 from tests.web.studying import STUDY_DRAFT, quick_scenario
@@ -169,7 +170,9 @@ def test_a_plan_that_nobody_sees_is_not_priced(bench: Bench) -> None:
         assert is_wanted == bool(is_visible)
     bench.view = bench.reducer.pass_time(later, bench.view)
     done = threading.Event()
-    bench.reducer.workers[0].ask(done.set)
+    (worker,) = bench.reducer.workers
+    assert isinstance(worker, QueueWorker)
+    worker.ask(done.set)
     assert done.wait(PATIENCE)
     asked = [bench.answers.get() for _ in range(bench.answers.qsize())]
     assert [type(intent) for intent in asked] == [StudiesListed]
