@@ -19,7 +19,7 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import csv_columns, write_csv
 from slipgrasp.recordings.file.reader import read_recording
 from tests.server.serving import RunningServer, patient_settings, serve
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -75,7 +75,7 @@ def test_a_posted_run_has_the_keys_of_the_contract(sample_run) -> None:
 
 
 def test_every_link_of_a_run_leads_somewhere(server, sample_run) -> None:
-    with httpx2.Client(base_url=server.url, trust_env=False) as client:
+    with httpx2.Client(base_url=server.url, trust_env=False, timeout=PATIENCE) as client:
         for link in sample_run["links"].values():
             assert client.get(link).status_code == 200
 
