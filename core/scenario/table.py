@@ -130,6 +130,18 @@ def choices_of(part: type, name: str) -> tuple[str, ...]:
     return _choices(split_hint(hints_of(part)[name])[2])
 
 
+def choice_fields() -> dict[str, tuple[str, ...]]:
+    """The choices of every field that has some, by dotted key with ``*`` for indices."""
+    found = {}
+    for name in PARTS:
+        _, _, base = split_hint(hints_of(Scenario)[name])
+        part, prefix = (typing.get_args(base)[0], f"{name}.*") if is_tuple(base) else (base, name)
+        for field in hints_of(part):
+            if choices := choices_of(part, field):
+                found[f"{prefix}.{field}"] = choices
+    return found
+
+
 def write_table(scenario: Scenario, table: NDArray[np.float64]) -> None:
     """Writes the numbers of a scenario into a table that is all zero.
 
