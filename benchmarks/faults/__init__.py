@@ -12,10 +12,11 @@ from benchmarks.faults.bombs import defuse_all
 from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
+from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
 from benchmarks.faults.viewers import mix_viewers
-from benchmarks.faults.workers import kill_workers
+from benchmarks.faults.workers import kill_in_a_burst, kill_workers
 from benchmarks.report import Table
 
 __all__ = ["run"]
@@ -23,6 +24,8 @@ __all__ = ["run"]
 KILLS = 100
 SERVICE_KILLS = 20
 WORKER_KILLS = 100
+BURST, BURST_SECONDS = 6, 4.0
+UNWRITABLE_RUNS = 7
 FLIPS = 2000
 IDLE, SLOW, CROWD_SECONDS = 1500, 200, 20.0
 UNFINISHED, UNFINISHED_DURATION = 10, 50.0
@@ -34,6 +37,7 @@ def run(_docs: Path | None = None) -> list[Table]:
     """The tables ``faults`` and ``bombs``."""
     kills, services = kill_writers(KILLS, seed=1), kill_services(SERVICE_KILLS, seed=1)
     workers = kill_workers(WORKER_KILLS, seed=1)
+    burst, full = kill_in_a_burst(BURST, BURST_SECONDS), fill_the_disk(UNWRITABLE_RUNS)
     cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
     crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
     readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
@@ -55,6 +59,15 @@ def run(_docs: Path | None = None) -> list[Table]:
             "SIGKILL of the workers of a study, again and again",
             f"{workers.count} killed, {workers.runs} of {workers.runs} runs done exactly once: "
             "the same file as undisturbed",
+        ),
+        (
+            f"SIGKILL of {BURST} workers of a study within {BURST_SECONDS:g} s",
+            f"{BURST} killed within {burst:.1f} s, the same file as undisturbed",
+        ),
+        (
+            f"{2 * UNWRITABLE_RUNS} runs over REST while the disk is full",
+            f"{full.refused} refused with 507 before, of which {full.left} files are left; "
+            f"{full.failed} cut off and failed with the reason disk; 0 told as completed",
         ),
         (
             "cut off after every byte",

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 API = "/api/v1"
 BUSY = 503
 PATIENCE = 90.0
-KEPT_OPEN = 2.0
+KEPT_OPEN = 0.5
 PROBLEM = "application/problem+json"
 MAX_FAULTS = 100
 

@@ -8,6 +8,7 @@ from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, WHOLE_BOMBS, defuse, w
 from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
+from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
 from benchmarks.faults.viewers import mix_viewers
@@ -86,3 +87,8 @@ def test_viewers_stay_beside_those_who_are_sent_away():
     mixed = mix_viewers(polite=3, rude=4, rounds=1, seconds=2.0, seed=3)
     assert {"garbage: 1008", "huge message: 1009"} & set(mixed.sent_away)
     assert min(mixed.alone_work + mixed.beside_work) > 0.0
+
+
+def test_no_run_is_told_as_completed_where_the_disk_takes_no_more():
+    full = fill_the_disk(runs=1)
+    assert (full.refused, full.failed, full.left) == (1, 1, 0)

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from benchmarks.soak import Soak, soak, tabulate
@@ -46,6 +47,14 @@ def test_the_slope_is_that_of_the_memory_at_rest():
     assert rows["its slope"] == "+7.0 ± 0.0 MB/h"
 
 
+def test_the_diagram_has_a_curve_for_each_and_the_rate_of_the_answers():
+    samples = [Sample(5.0 * k, 10 * k, 3_000_000, 2_000_000, 17, 10) for k in range(20)]
+    memory, descriptors, rate = draw_soak(samples).axes
+    assert [np.unique(line.get_ydata()) for line in memory.lines] == [[3.0], [2.0]]
+    assert [np.unique(line.get_ydata()) for line in descriptors.lines] == [[17], [10]]
+    assert np.asarray(rate.lines[0].get_ydata()) == pytest.approx(2.0)
+
+
 @pytest.mark.slow
 def test_everything_is_answered_as_specified_for_some_seconds():
     found = soak(seconds=15.0, seed=4, spell=15.0, rest=1.0)
@@ -54,4 +63,3 @@ def test_everything_is_answered_as_specified_for_some_seconds():
     kinds = {kind for kind, _ in found.tally.counts}
     assert {"run", "viewer", "half a head"} & kinds and found.tally.total > 30
     assert found.samples[-1].service_descriptors < 100
-    assert len(draw_soak(found.samples * 4).axes) == 3

@@ -50,8 +50,8 @@ def test_a_run_and_itself_have_no_difference(client, sample_run):
 def test_two_runs_are_compared_as_on_the_command_line(client, sample_run, slipperier):
     answer = client.get("/diff", params=both(sample_run, slipperier))
 
-    runs = (read_recording(path) for path in _paths(sample_run, slipperier))
-    expected = json.loads(json.dumps(compare(*runs).to_mapping()))
+    a, b = (read_recording(path) for path in _paths(sample_run, slipperier))
+    expected = json.loads(json.dumps(compare(a, b).to_mapping()))
     assert answer.json() == expected
     assert list(answer.json()["first_divergence"]) == list(expected["first_divergence"])
     assert answer.json()["scenario"] == [{"key": "fingers.0.friction", "a": 0.25, "b": 0.2525}]
