@@ -10,8 +10,7 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
     ROWS_BEFORE_PAUSE,
     last_row,
-    make_outlet,
-    make_progress,
+    make_run,
     rows_in,
 )
 from slipgrasp.core.kernel.state import StateParts, parts_of
@@ -55,12 +54,9 @@ class Simulation:
         self.shape = TraceShape(
             len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
         )
-        self._run = _initial_run(scenario)
         self._keeps_trace = keep_trace
-        self._outlet = make_outlet(
-            keeps_rows=keep_trace, chatter_changes=scenario.simulation.chatter_changes
-        )
         self._schedule = Schedule(scenario)
+        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=keep_trace)
         self._model = self._schedule.pack()
         self._first = True
         self._same_ticks = False
@@ -223,14 +219,6 @@ class Simulation:
             rows = rows_in(self._outlet, self.shape.num_columns)
             return rows[-1:] if len(rows) else self._rows[-1][-1:]
         return last_row(self._model, self._run)
-
-
-def _initial_run(scenario: Scenario) -> Record:
-    run = make_progress()
-    state = _present_state(run, scenario)
-    state.pose[:] = scenario.trajectory.start
-    state.estimates[:] = [estimate.initial for estimate in scenario.estimates]
-    return run
 
 
 def _present_state(run: Record, scenario: Scenario) -> StateParts:
