@@ -16,13 +16,13 @@ from slipgrasp.core.kernel.motion import MOTION, pack_motion
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record, make_record
 from slipgrasp.core.kernel.state import count_states
 from slipgrasp.core.scenario import (
-    CONTROL_LAWS,
     LAW_FACTS,
     MAX_UNKNOWNS,
     ControllerParameters,
     Scenario,
 )
 from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.own_laws import diagnostics_of, law_of
 from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
@@ -155,6 +155,7 @@ MODEL = np.dtype(
         ("num_fingers", np.int64),  # n
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
+        ("num_diagnostics", np.int64),  # of a law of one's own
         ("hand", HAND),
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
@@ -176,6 +177,7 @@ def pack_model(scenario: Scenario) -> Record:
     record = make_record(MODEL)
     model = record.view(MODEL)
     model["num_fingers"], model["num_unknowns"], model["num_states"] = n, p, count_states(n, p)
+    model["num_diagnostics"] = len(diagnostics_of(scenario))
     _pack_hand(scenario, n, model["hand"])
     _pack_truth(scenario, n, model["truth"])
     _pack_unknowns(scenario, p, model["unknowns"])
@@ -239,7 +241,7 @@ def _pack_law(controller: ControllerParameters, n: int, p: int, law: np.void) ->
     size = 3 + n
     law["num_fingers"] = n
     for fact in LAW_FACTS:
-        law[fact] = getattr(CONTROL_LAWS[controller.kind], fact)
+        law[fact] = getattr(law_of(controller.kind), fact)
     law["period"] = controller.control_period
     law["recognition_time"] = controller.recognition_time
     law["position_gains"][:3] = controller.position_gain

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 
+from slipgrasp.core.scenario.own_laws import LawIdentity
+
 _DIGEST_BYTES = 8
 
 
@@ -19,10 +21,12 @@ class Provenance:
         program: Version of the program.
         kernel: Digest of all that decides the machine code: sources, compiler, kind of
             processor and mathematical library. Empty where it was not recorded.
+        law: The law of one's own that commanded the torques, None where it was a built-in one.
     """
 
     program: str
     kernel: str
+    law: LawIdentity | None = None
 
 
 @cache
