@@ -24,6 +24,7 @@ PARTS = {
     "cluster": "cost of a study on every engine, and how far a cluster goes",
     "robustness": "which control law holds 1 000 random objects, in an ideal and in a noisy world",
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
+    "elementary": "error of the kernel's elementary functions against mpmath, beside numpy",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",

@@ -120,7 +120,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         if settings.exclusive and settings.token is not None:
             Tokens(settings.token).save(settings.data_directory)
         store.discard_unfinished_uploads()
-        service = RunService(store, settings)
+        service = RunService(store, settings, app.state.stopping.is_set)
         app.state.run_service = service
         app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
         app.state.file_cache = FileCache()
@@ -167,7 +167,7 @@ def server_config(app: FastAPI, settings: Settings) -> uvicorn.Config:
         http=GuardedProtocol,
         backlog=BACKLOG,
         timeout_keep_alive=KEEP_ALIVE_SECONDS,
-        log_config=log_config(),
+        log_config=log_config(settings.log_format),
         # Whoever a proxy says that it speaks for, it is the proxy that is connected.
         proxy_headers=False,
         log_level="warning",

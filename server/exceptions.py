@@ -8,6 +8,7 @@ from slipgrasp.core.exceptions import FieldError, SlipgraspError
 from slipgrasp.server.addresses import run_path, study_path
 
 RECOVERY_RETRY_AFTER = 2
+NOT_READY_RETRY_AFTER = 5
 
 
 class SettingsError(SlipgraspError):
@@ -67,6 +68,14 @@ class ServiceBusyError(SlipgraspError):
         super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
 
 
+class ServiceNotReadyError(ServiceBusyError):
+    """No run can be taken on at the moment."""
+
+    def __init__(self, obstacles: Sequence[str]) -> None:
+        SlipgraspError.__init__(self, f"the service is not ready: {'; '.join(obstacles)}")
+        self.retry_after = NOT_READY_RETRY_AFTER
+
+
 class RunRecoveringError(ServiceBusyError):
     """A run that a killed service left, and that is still being recovered."""
 
@@ -84,6 +93,16 @@ class RunUnfinishedError(SlipgraspError):
         super().__init__(
             f"run '{run_id}' has not ended yet; wait until GET {run_path(run_id)} answers 200, "
             f"or end it with POST {run_path(run_id)}/stop"
+        )
+
+
+class RunUnrecordableError(SlipgraspError):
+    """A run that was not begun, because its recording cannot be."""
+
+    def __init__(self, cause: Exception) -> None:
+        super().__init__(
+            f"the run is not begun, because its recording cannot be: {cause}; make room on the "
+            "disk, or let the server write to its data folder, and send the request again"
         )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.server.exceptions import SettingsError
+from slipgrasp.server.log_format import LogFormat
 from slipgrasp.server.peers import system_tells
 
 _ANY_HOSTS = ("0.0.0.0", "::", "")
@@ -43,6 +44,7 @@ class Settings:
         min_free_bytes: How much must stay free on its disk; likewise.
         token: Lets in whoever shows it; None lets in only who needs none.
         public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
+        log_format: What the lines of its log are.
         exclusive: Whether no other service may use the data directory meanwhile.
     """
 
@@ -68,6 +70,7 @@ class Settings:
     min_free_bytes: int = StorageLimits().min_free
     token: str | None = field(default=None, repr=False)
     public_urls: tuple[str, ...] = ()
+    log_format: LogFormat = LogFormat.TEXT
     exclusive: bool = True
 
     def __post_init__(self) -> None:

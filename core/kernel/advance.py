@@ -8,7 +8,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.dynamics import stored_energy
-from slipgrasp.core.kernel.flow import update_mechanics
+from slipgrasp.core.kernel.flow import forget_mechanics, update_mechanics
 from slipgrasp.core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
 from slipgrasp.core.kernel.jump import (
     EVENT_STALL,
@@ -216,6 +216,7 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
         same_ticks: 1 where sampled control keeps its ticks (its period did not change).
     """
     run.begun = 1
+    forget_mechanics(run.work)
     if first == 0:
         _book_energy(model, run)
     if model.law.period == 0.0:

@@ -44,7 +44,7 @@ from slipgrasp.core.kernel.cache import (
 from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.kernel.records import Record
 
-OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
+OPTIONS = {"error_model": "numpy"}
 _FEW_UNITS = 2
 _LOCK = threading.Lock()
 

@@ -15,6 +15,7 @@ from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.kernel.wrench import assemble_rows
 
 DEPENDENT = 1e-10
+APART = 1e-6  # [m]
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
@@ -27,6 +28,10 @@ def find_controllable(model: Record, discrete: Record, work: Record) -> int:
     Returns:
         The rank of B~.
     """
+    if _all_stick_apart(model, discrete, work.kin):
+        for k in range(3):
+            work.shares[k] = 1.0
+        return 3
     basis = work.room.basis
     rows = assemble_rows(work.kin, model.truth, discrete.phases, work.room)
     rank = 0
@@ -40,6 +45,18 @@ def find_controllable(model: Record, discrete: Record, work: Record) -> int:
             share += basis[i, k] ** 2
         work.shares[k] = 1.0 if rank == rows else share
     return rank
+
+
+@compiled
+def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
+    """Whether all contacts stick, two of them clearly apart: these two can exert any wrench."""
+    farthest = 0.0
+    for i in range(model.num_fingers):
+        if discrete.phases[i] != 0:
+            return False
+        dx, dy = kin.arms[i, 0] - kin.arms[0, 0], kin.arms[i, 1] - kin.arms[0, 1]
+        farthest = max(farthest, abs(dx), abs(dy))
+    return farthest > APART
 
 
 @compiled

@@ -12,7 +12,7 @@ from slipgrasp.core.kernel.kinematics import to_contact_frame, update_kinematics
 from slipgrasp.core.kernel.law import believe, demand_acceleration
 from slipgrasp.core.kernel.linear import factor, solve
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.reduced import (
     apply_tip_forces,
     assemble_bias,
@@ -34,10 +34,30 @@ from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 @compiled_apart(types.void, MODEL, STATE, WORKSPACE)
 def update_mechanics(model: Record, state: Record, work: Record) -> None:
-    """Kinematics and true finger dynamics of the state."""
+    """Kinematics and true finger dynamics of the state, unless ``work`` holds them already."""
+    current, moving = work.current, estimate_at(model.num_fingers, 0)
+    if current.mechanics == 1 and _agree(current.state.x, state.x, moving):
+        return
+    for k in range(moving):
+        current.state.x[k] = state.x[k]
+    current.mechanics, current.factors = 1, 0
     update_kinematics(model.hand, state, work.kin)
     update_unit_dynamics(model.hand, work.kin, work.unit)
     combine_links(model.truth, work.unit, work.dynamics)
+
+
+@compiled
+def forget_mechanics(work: Record) -> None:
+    """The constants of the run, or what ``work`` holds of the mechanics, have been changed."""
+    work.current.mechanics = work.current.factors = 0
+
+
+@compiled
+def _agree(ours: Floats, others: Floats, count: int) -> bool:
+    for k in range(count):
+        if ours[k] != others[k]:
+            return False
+    return True
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
@@ -68,9 +88,7 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
     """Accelerations and contact forces under the torque in ``work.tip_forces`` (Eq. 17)."""
     n = model.num_fingers
     truth, kin, acceleration = model.truth, work.kin, work.acceleration
-    assemble_inertia(kin, work.dynamics, truth, discrete.phases, work.inertia)
-    factor(work.inertia, discrete.phases, n, work.factors)
-    assemble_bias(kin, work.dynamics, truth, model.hand.gravity, discrete.phases, work.bias)
+    _update_factors(model, discrete, work)
     apply_tip_forces(kin, truth, discrete.phases, work.tip_forces, acceleration)
     for k in range(3 + n):
         acceleration[k] -= work.bias[k]
@@ -83,6 +101,20 @@ def solve_plant(model: Record, discrete: Record, work: Record) -> None:
             kin, i, work.tip_forces[i, 0] - fx, work.tip_forces[i, 1] - fy
         )
         work.forces[i, 0], work.forces[i, 1] = along, normal
+
+
+@compiled
+def _update_factors(model: Record, discrete: Record, work: Record) -> None:
+    """M~ with its factors, and h~, in the present phases, unless ``work`` holds them already."""
+    n, kin, truth, current = model.num_fingers, work.kin, model.truth, work.current
+    if current.factors == 1 and _agree(current.phases, discrete.phases, n):
+        return
+    for i in range(n):
+        current.phases[i] = discrete.phases[i]
+    current.factors = 1
+    assemble_inertia(kin, work.dynamics, truth, discrete.phases, work.inertia)
+    factor(work.inertia, discrete.phases, n, work.factors)
+    assemble_bias(kin, work.dynamics, truth, model.hand.gravity, discrete.phases, work.bias)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STATE, STATE, WORKSPACE)

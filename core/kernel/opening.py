@@ -5,7 +5,12 @@ from __future__ import annotations
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
+from slipgrasp.core.kernel.flow import (
+    forget_mechanics,
+    solve_plant,
+    update_command,
+    update_mechanics,
+)
 from slipgrasp.core.kernel.kinematics import to_contact_frame
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
@@ -101,6 +106,7 @@ def _solve_candidate(
     """Solves the plant without the fingers that open; the gaps are what their tips do freely."""
     n = model.num_fingers
     update_mechanics(model, state, work)
+    forget_mechanics(work)
     if model.law.period > 0.0:
         torques_to_forces(work.kin, n, discrete.torques, work.tip_forces)
     else:

@@ -8,7 +8,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.dips import find_dip
 from slipgrasp.core.kernel.dynamics import stored_energy
-from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.flow import flow, update_mechanics
 from slipgrasp.core.kernel.guards import (
     find_fired,
     find_overlooked,
@@ -17,7 +17,6 @@ from slipgrasp.core.kernel.guards import (
     least_fired,
     pass_step,
 )
-from slipgrasp.core.kernel.kinematics import update_kinematics
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
@@ -102,7 +101,7 @@ def _ledger_error(model: Record, run: Record, h: float) -> float:
 @compiled
 def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
     """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
-    update_kinematics(model.hand, state, run.work.kin)
+    update_mechanics(model, state, run.work)
     kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
     supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
     return kinetic + potential - supplied + dissipated, kinetic

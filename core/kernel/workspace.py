@@ -10,6 +10,7 @@ from slipgrasp.core.kernel.linear import FACTORS
 from slipgrasp.core.kernel.model import TRUTH
 from slipgrasp.core.kernel.quadratic import QUADRATIC
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE
+from slipgrasp.core.kernel.state import STATE
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
 # What stays fixed between two jumps.
@@ -45,9 +46,22 @@ LAW_ROOM = np.dtype(
     align=True,
 )
 
+# What of the workspace is up to date, so that nothing is computed twice for one state. Set and
+# asked in `slipgrasp.core.kernel.flow` only.
+CURRENT = np.dtype(
+    [
+        ("mechanics", np.int64),  # 1: kinematics and dynamics are those of ``state``
+        ("state", STATE),
+        ("factors", np.int64),  # 1: M~ and h~ are those of these mechanics in ``phases``
+        ("phases", np.int64, (MAX_FINGERS,)),
+    ],
+    align=True,
+)
+
 # Intermediate values of one evaluation; the last one evaluated stays readable.
 WORKSPACE = np.dtype(
     [
+        ("current", CURRENT),
         ("kin", KINEMATICS),
         ("unit", UNIT_DYNAMICS),
         ("dynamics", TIP_DYNAMICS),

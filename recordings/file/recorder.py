@@ -58,6 +58,7 @@ def record(
     progress: Callable[[float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     wall_limit: float | None = None,
+    only_recorded: bool = False,
 ) -> Recorded:
     """Runs a scenario to its end and records it on the way, in ``PATH.part``.
 
@@ -72,9 +73,11 @@ def record(
         progress: Called with the simulated share, 0 to 1, after every piece.
         should_stop: Asked after every piece; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
+        only_recorded: Whether nothing is simulated where the recording cannot be begun.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
+        RecordingWriteError: If it is ``only_recorded`` and the recording cannot be begun.
         RecordingExistsError: If the file exists and may not be replaced.
         RecordingBusyError: If its ``.part`` exists.
     """
@@ -106,6 +109,9 @@ def record(
     except (RecordingExistsError, RecordingWriteError) as failure:
         if result is None:
             if isinstance(failure, RecordingExistsError):
+                raise
+            if only_recorded:
+                _drop_if_empty(part_of(path))
                 raise
             run()
         _drop_if_empty(part_of(path))

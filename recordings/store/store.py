@@ -13,6 +13,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryFile
 from threading import Lock
 from types import TracebackType
 from typing import Self
@@ -47,6 +48,7 @@ UPLOAD_SUFFIX = ".upload.part"
 """Not that of runs: what is left of an upload is of no use to anyone."""
 
 CHECK_BYTES = 1 << 24
+PROBE_BYTES = 4096
 
 _logger = logging.getLogger(__name__)
 
@@ -122,6 +124,18 @@ class RecordingStore:
         """Finds out whether another run can be kept; raises as `reserve`."""
         self.prepare()
         self._limits.check(self._files.path, incoming)
+
+    def check_writable(self) -> None:
+        """Writes some bytes that nobody sees, and raises as `reserve`.
+
+        Permissions do not tell whether a disk has failed, or was mounted again to be read only.
+        """
+        self.check_room()
+        try:
+            with TemporaryFile(dir=self._files.path) as probe:
+                probe.write(bytes(PROBE_BYTES))
+        except OSError as error:
+            raise RecordingWriteError(self._files.path, error.strerror or "disk error") from error
 
     def register(
         self, reservation: Reservation, result: RunResult, annotations: Annotations | None = None

@@ -167,7 +167,10 @@ class AccessGuard:
         headers = Headers(scope=scope)
         verdict = self._check_page(scope, headers) or self._check_sender(scope, headers)
         if isinstance(verdict, Rejection):
-            _logger.warning("refused %s: %s", scope["type"], verdict.detail.partition(";")[0])
+            told, kind = verdict.detail.partition(";")[0], {"kind": verdict.status}
+            _logger.warning(
+                "refused %s with %d: %s", scope["type"], verdict.status, told, extra=kind
+            )
             verdict = verdict.answer
         app = self._app if verdict is None else verdict
         await app(scope, receive, _with_safe_headers(send))

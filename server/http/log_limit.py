@@ -4,47 +4,59 @@ from __future__ import annotations
 
 import logging
 import sys
+import threading
 import time
 from typing import Any
 
+from slipgrasp.server.log_format import LogFormat
+
 MAX_LINES = 10
 PERIOD = 60.0
+
+_logger = logging.getLogger(__name__)
 
 
 class BoundedLog(logging.Handler):
     """Writes a few lines of a kind each minute to standard error, and how many it left out.
 
-    Lines are of a kind if one statement wrote them.
+    Lines are of a kind if one statement wrote them, and told no other ``kind`` as `extra`.
 
     Args:
+        log_format: What the lines are.
         max_lines: How many of a kind in a period.
         period: How long that is [s].
     """
 
-    def __init__(self, max_lines: int = MAX_LINES, period: float = PERIOD) -> None:
+    def __init__(
+        self,
+        log_format: LogFormat = LogFormat.TEXT,
+        max_lines: int = MAX_LINES,
+        period: float = PERIOD,
+    ) -> None:
         super().__init__()
+        self.setFormatter(log_format.formatter)
         self._max_lines = max_lines
         self._period = period
-        self._kinds: dict[tuple[str, int], tuple[float, int]] = {}
+        self._kinds: dict[tuple[str, int, object], tuple[float, int]] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
         """Writes a line, unless there were too many such; the next one tells of them."""
-        kind, now = (record.pathname, record.lineno), time.monotonic()
+        kind = (record.pathname, record.lineno, getattr(record, "kind", None))
+        now = time.monotonic()
         began, count = self._kinds.get(kind, (now, 0))
-        left_out = 0
+        record.left_out = 0
         if now - began >= self._period:
-            left_out, began, count = max(count - self._max_lines, 0), now, 0
+            record.left_out, began, count = max(count - self._max_lines, 0), now, 0
         self._kinds[kind] = began, count + 1
         if count < self._max_lines:
-            told = f" (and {left_out} more such before)" if left_out else ""
             # Looked up each time: whoever runs the server may have put another stream there.
-            print(f"{self.format(record)}{told}", file=sys.stderr, flush=True)
+            print(self.format(record), file=sys.stderr, flush=True)
 
 
-def log_config() -> dict[str, Any]:
+def log_config(log_format: LogFormat) -> dict[str, Any]:
     """How a server writes its log, as `logging.config.dictConfig` takes it."""
-    handler = {"()": BoundedLog}
-    names = ("uvicorn", "slipgrasp", "asyncio", "websockets")
+    handler = {"()": BoundedLog, "log_format": log_format}
+    names = ("uvicorn", "slipgrasp", "asyncio", "websockets", "distributed", "py.warnings")
     loggers = {name: {"handlers": ["bounded"], "level": "WARNING"} for name in names}
     return {
         "version": 1,
@@ -52,3 +64,17 @@ def log_config() -> dict[str, Any]:
         "handlers": {"bounded": handler},
         "loggers": loggers,
     }
+
+
+def log_stray_errors() -> None:
+    """Lets Python's warnings, and errors that end a thread, be lines of the log like others."""
+    logging.captureWarnings(True)
+    threading.excepthook = _log_end_of_thread
+
+
+def _log_end_of_thread(end: threading.ExceptHookArgs) -> None:
+    if end.exc_value is None or isinstance(end.exc_value, SystemExit):
+        return
+    name = end.thread.name if end.thread else "unknown"
+    found = (end.exc_type, end.exc_value, end.exc_traceback)
+    _logger.error("an unexpected error ended thread '%s'", name, exc_info=found)

@@ -1,4 +1,4 @@
-"""Whether the service is up."""
+"""Whether the service is up, and whether it takes work."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from pydantic import BaseModel, Field
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.run.simulator import kernel_progress
 from slipgrasp.server.dependencies import RunServiceDep
+from slipgrasp.server.exceptions import ServiceNotReadyError
+from slipgrasp.server.http.errors import ProblemPublic
 
 router = APIRouter(tags=["health"])
 
@@ -23,7 +25,20 @@ class HealthPublic(BaseModel):
     kernel_progress: float
     running: int
     waiting: int
-    recovering: int = Field(description="runs of a killed service that are still being recovered")
+    recovering: int = Field(
+        description="runs that a killed service, or a full disk, left and that are still to be "
+        "recovered"
+    )
+
+
+class ReadyPublic(BaseModel):
+    """The service takes runs."""
+
+    status: Literal["ready"]
+    recovering: int = Field(
+        description="runs of a killed service that are still being recovered; new ones are taken "
+        "meanwhile, and studies begin afterwards"
+    )
 
 
 @router.get("/health")
@@ -39,3 +54,14 @@ async def read_health(service: RunServiceDep) -> HealthPublic:
         waiting=load.waiting,
         recovering=len(service.recovering),
     )
+
+
+@router.get("/ready", responses=ProblemPublic.responses((503,)))
+def read_ready(service: RunServiceDep) -> ReadyPublic:
+    """Answers 200 if a run that is sent now is taken and can be kept, else 503 with the reasons.
+
+    It writes some bytes into the data folder to find out.
+    """
+    if obstacles := service.obstacles():
+        raise ServiceNotReadyError(obstacles)
+    return ReadyPublic(status="ready", recovering=len(service.recovering))

@@ -104,7 +104,7 @@ def list_runs(query: RunsQueryDep, service: RunServiceDep, request: Request) -> 
         200: {"description": "It has ended", "headers": _TAG},
         **_PENDING,
         304: {"description": "The client has it, as `If-None-Match` says"},
-        **ProblemPublic.responses((404,)),
+        **ProblemPublic.responses((404, 503, 507)),
     },
 )
 async def read_run(
@@ -130,7 +130,7 @@ async def read_run(
 @router.post(
     "/{run_id}/stop",
     response_model=RunPublic,
-    responses={**_PENDING, **ProblemPublic.responses((404, 503))},
+    responses={**_PENDING, **ProblemPublic.responses((404, 503, 507))},
 )
 async def stop_run(
     run_id: str, service: RunServiceDep, preference: WaitPreferenceDep, stopping: StoppingDep

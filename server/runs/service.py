@@ -10,23 +10,25 @@ from __future__ import annotations
 import logging
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.recordings.exceptions import RecordingNotFoundError, RecordingWriteError
-from slipgrasp.recordings.file.recorder import failed_by_disk, record, unsaved
-from slipgrasp.recordings.file.recovery import (
-    delete_orphaned_copies,
-    parts_in,
-    recover_if_orphaned,
+from slipgrasp.recordings.exceptions import (
+    RecordingError,
+    RecordingNotFoundError,
+    RecordingWriteError,
+    StorageFullError,
+    told_within,
 )
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.recorder import failed_by_disk, record
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.exceptions import (
@@ -34,13 +36,21 @@ from slipgrasp.server.exceptions import (
     RunForgottenError,
     RunRecoveringError,
     RunUnfinishedError,
+    RunUnrecordableError,
     ServiceBusyError,
+    ServiceEndingError,
 )
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.runs.pending import Ended, PendingRun
+from slipgrasp.server.runs.recovery import RunRecovery
 from slipgrasp.server.settings import Settings
 
 MAX_UNSAVED = 100
+
+Unsaved = Description | RunUnrecordableError | StorageFullError
+"""What is told of a run without a recording."""
+
+_UNRECORDABLE = (RunUnrecordableError, StorageFullError)
 
 _logger = logging.getLogger(__name__)
 
@@ -59,40 +69,41 @@ class RunService:
     Args:
         store: Where runs are kept.
         settings: How much to take on, and for how long.
+        is_ending: Whether the service is about to end: then it takes nothing on, and stops what
+            runs.
     """
 
-    def __init__(self, store: RecordingStore, settings: Settings) -> None:
+    def __init__(
+        self,
+        store: RecordingStore,
+        settings: Settings,
+        is_ending: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.store = store
         self._settings = settings
+        self._is_ending = is_ending
         self._workers = ThreadPoolExecutor(settings.max_running, thread_name_prefix="run")
         # A run that is stopped before its turn would else wait for it only to end.
         self._stopper = ThreadPoolExecutor(1, thread_name_prefix="stop")
         self._lock = threading.Lock()
         self._pending: dict[str, PendingRun] = {}
-        self._unsaved: OrderedDict[str, Description] = OrderedDict()
+        self._unsaved: OrderedDict[str, Unsaved] = OrderedDict()
         self._running = 0
         self._keys = RequestKeys(settings.data_directory / KEYS_NAME)
         self._keys_lock = threading.Lock()
         self._closing = threading.Event()
         self._kernel_ready = threading.Event()
-        self._recovering: set[str] = set()
-        self._recovery: threading.Thread | None = None
-        self.is_recovered = threading.Event()
+        self._recovery = RunRecovery(store, settings.data_directory)
 
     def start(self) -> None:
         """Begins to recover what a killed service left, and to load or compile the kernel."""
-        delete_orphaned_copies(self._settings.data_directory)
-        parts = parts_in(self._settings.data_directory)
-        self._recovering = {part.name.partition(".")[0] for part in parts}
-        self._recovery = threading.Thread(target=self._recover, args=(parts,), name="recovery")
         self._recovery.start()
         threading.Thread(target=self._prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
         """Stops what runs, keeps what it has, and forgets what waits."""
         self._closing.set()
-        if self._recovery is not None:
-            self._recovery.join()
+        self._recovery.close()
         for workers in (self._workers, self._stopper):
             workers.shutdown(wait=True, cancel_futures=True)
 
@@ -103,15 +114,34 @@ class RunService:
 
     @property
     def recovering(self) -> list[str]:
-        """Runs that a killed service left and that are still being recovered."""
-        with self._lock:
-            return sorted(self._recovering)
+        """Runs that a killed service, or a full disk, left and that are still to be recovered."""
+        return self._recovery.run_ids
+
+    @property
+    def is_recovered(self) -> threading.Event:
+        """Set once nothing of a killed service is left to recover."""
+        return self._recovery.is_done
 
     @property
     def load(self) -> Load:
         """How busy the service is."""
         with self._lock:
             return Load(self._running, max(len(self._pending) - self._running, 0))
+
+    def obstacles(self) -> list[str]:
+        """Why no run can be taken on now, in sentences; empty if one can."""
+        waiting = self.load.waiting
+        hindered = {
+            "the service is about to end": self._is_ending(),
+            "the simulation is still being compiled": not self.kernel_is_ready,
+            f"{waiting} runs are waiting already": waiting >= self._settings.max_waiting,
+        }
+        found = [sentence for sentence, holds in hindered.items() if holds]
+        try:
+            self.store.check_writable()
+        except RecordingError as error:
+            found.append(told_within(error, self._settings.data_directory))
+        return found
 
     def preview(
         self, scenario: Scenario, should_stop: Callable[[], bool] | None = None
@@ -125,7 +155,7 @@ class RunService:
         self._prepare()
 
         def stopped() -> bool:
-            return self._closing.is_set() or (should_stop is not None and should_stop())
+            return self._must_stop() or (should_stop is not None and should_stop())
 
         return simulate(scenario, should_stop=stopped, wall_limit=self._settings.wall_limit)
 
@@ -148,16 +178,22 @@ class RunService:
             make_scenario: Gives the scenario, or raises what is wrong with it, in the worker.
 
         Returns:
-            The run on its way. Its result says where it is kept: None if writing it failed,
-            which then is a warning of the result.
+            The run on its way. Its result says where it is kept: None if writing it failed
+            while it went on, which then is ``failed``.
 
         Raises:
             ServiceBusyError: If too many runs are waiting.
+            ServiceEndingError: If the service is about to end.
             StorageFullError: If there is no room for another.
+            RunUnrecordableError: If nothing can be written.
         """
+        if self._is_ending():
+            raise ServiceEndingError
         limits = self._settings
-        with suppress(RecordingWriteError):
+        try:
             self.store.check_room()
+        except RecordingWriteError as error:
+            raise RunUnrecordableError(error) from error
         pending = PendingRun(self.store.new_id(), make_scenario)
         with self._lock:
             num_pending = len(self._pending)
@@ -172,16 +208,19 @@ class RunService:
     ) -> PendingRun | StoredRun | Description:
         """Queues a run, or finds the one that the same request has made before.
 
-        A run that was deleted, or never begun because the service ended, is made again.
+        A run that was deleted, or never begun because the service ended or had no room for its
+        recording, is made again.
 
         Raises:
             IdempotencyKeyReusedError: If another request had this key.
             ServiceBusyError: If too many runs are waiting.
+            ServiceEndingError: If the service is about to end.
             StorageFullError: If there is no room for another.
+            RunUnrecordableError: If nothing can be written.
         """
         with self._keys_lock:
             digest, run_id = self._keys.find(request.key) or ("", "")
-            if run_id and (found := self._find(run_id)) is not None:
+            if run_id and (found := self._find_made(run_id)) is not None:
                 if digest != request.digest:
                     raise IdempotencyKeyReusedError(f"run '{run_id}'")
                 return found
@@ -194,6 +233,8 @@ class RunService:
 
         Raises:
             RecordingNotFoundError: If there is none.
+            StorageFullError: If there was no room for it.
+            RunUnrecordableError: If nothing could be written of it.
         """
         found = self._find(run_id)
         if found is None:
@@ -207,9 +248,9 @@ class RunService:
             RunUnfinishedError: If it has not.
             RunRecoveringError: If it is still being recovered.
         """
+        if self._recovery.is_orphan(run_id):
+            raise RunRecoveringError(run_id)
         with self._lock:
-            if run_id in self._recovering:
-                raise RunRecoveringError(run_id)
             if run_id in self._pending:
                 raise RunUnfinishedError(run_id)
 
@@ -236,27 +277,23 @@ class RunService:
         return found
 
     def _find(self, run_id: str) -> PendingRun | StoredRun | Description | None:
+        if self._recovery.is_orphan(run_id):
+            raise RunRecoveringError(run_id)
         with self._lock:
-            if run_id in self._recovering:
-                raise RunRecoveringError(run_id)
-            found = self._pending.get(run_id) or self._unsaved.get(run_id)
-        if found is None:
-            with suppress(RecordingNotFoundError):
-                return self.store.get(run_id)
-        return found
+            pending, unsaved = self._pending.get(run_id), self._unsaved.get(run_id)
+        if pending is not None:
+            return pending
+        # What a full disk has left of a run may be recovered meanwhile.
+        with suppress(RecordingNotFoundError):
+            return self.store.get(run_id)
+        if isinstance(unsaved, SlipgraspError):
+            raise unsaved
+        return unsaved
 
-    def _recover(self, parts: Iterable[Path]) -> None:
-        """Recovers one file after the other; what is not begun when the service ends, stays."""
-        try:
-            for part in parts:
-                if self._closing.is_set():
-                    return
-                if (recovered := recover_if_orphaned(part)) is not None:
-                    _logger.warning("recovered '%s' of a run that was killed", recovered.path)
-                with self._lock:
-                    self._recovering.discard(part.name.partition(".")[0])
-        finally:
-            self.is_recovered.set()
+    def _find_made(self, run_id: str) -> PendingRun | StoredRun | Description | None:
+        with suppress(*_UNRECORDABLE):
+            return self._find(run_id)
+        return None
 
     def _queue(self, workers: ThreadPoolExecutor, pending: PendingRun) -> None:
         try:
@@ -266,7 +303,10 @@ class RunService:
             self._forget(pending)
 
     def _run(self, pending: PendingRun) -> Ended | None:
-        """Simulates and records; None if that was begun before."""
+        """Simulates and records; None if that was begun before, or the service is to end."""
+        if self._must_stop():
+            self._forget(pending)
+            return None
         if not pending.begin():
             return None
         with self._lock:
@@ -278,36 +318,38 @@ class RunService:
                 self._running -= 1
 
     def _record(self, pending: PendingRun) -> Ended:
-        """Simulates and records at once; where that cannot be begun, only simulates."""
+        """Simulates and records at once; what cannot be recorded is not begun."""
         scenario = pending.make_scenario()
         self._prepare()
 
         def should_stop() -> bool:
-            return pending.is_to_stop or self._closing.is_set()
+            return pending.is_to_stop or self._must_stop()
 
         try:
             reservation = self.store.reserve(run_id=pending.id)
+            recorded = record(
+                scenario,
+                reservation.path,
+                progress=pending.watch,
+                should_stop=should_stop,
+                wall_limit=self._settings.wall_limit,
+                only_recorded=True,
+            )
         except RecordingWriteError as error:
-            _logger.error("a run is simulated but cannot be saved: %s", error)
-            return unsaved(self.preview(scenario, should_stop), error), None
-        recorded = record(
-            scenario,
-            reservation.path,
-            progress=pending.watch,
-            should_stop=should_stop,
-            wall_limit=self._settings.wall_limit,
-        )
-        if recorded.failure is not None:
-            _logger.error("a run was simulated but not saved: %s", recorded.failure)
-            return failed_by_disk(recorded.result, recorded.failure), None
-        return recorded.result, self.store.register(reservation, recorded.result)
+            raise RunUnrecordableError(error) from error
+        if recorded.failure is None:
+            return recorded.result, self.store.register(reservation, recorded.result)
+        _logger.error("a run was simulated but not saved: %s", recorded.failure)
+        if (part := part_of(reservation.path)).exists():
+            self._recovery.note_cut_off(part)
+        return failed_by_disk(recorded.result, recorded.failure), None
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
         """Lets a run go to where it is looked for once it has ended, then tells who waits."""
         if work.cancelled():
             self._forget(pending)
         elif (error := work.exception()) is not None:
-            self._let_go(pending)
+            self._let_go(pending, error if isinstance(error, _UNRECORDABLE) else None)
             pending.future.set_exception(error)
         elif (ended := work.result()) is not None:
             result, stored = ended
@@ -319,13 +361,16 @@ class RunService:
             self._let_go(pending)
             pending.future.set_exception(RunForgottenError())
 
-    def _let_go(self, pending: PendingRun, unsaved: Description | None = None) -> None:
+    def _let_go(self, pending: PendingRun, unsaved: Unsaved | None = None) -> None:
         with self._lock:
             if unsaved is not None:
                 self._unsaved[pending.id] = unsaved
                 while len(self._unsaved) > MAX_UNSAVED:
                     self._unsaved.popitem(last=False)
             del self._pending[pending.id]
+
+    def _must_stop(self) -> bool:
+        return self._closing.is_set() or self._is_ending()
 
     def _prepare(self) -> None:
         prepare_kernel()

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory, names_a_file, store_in
 from slipgrasp.cli.progress import Progress
-from slipgrasp.cli.serving import add_limits, add_network, add_port, serve_dashboard
+from slipgrasp.cli.serving import (
+    add_limits,
+    add_log_format,
+    add_network,
+    add_port,
+    serve_dashboard,
+)
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
@@ -34,6 +40,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_network(parser)
     add_data_directory(parser)
     add_limits(parser)
+    add_log_format(parser)
     parser.set_defaults(execute=_execute)
 
 

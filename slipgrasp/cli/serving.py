@@ -8,8 +8,9 @@ import os
 import re
 import signal
 import socket
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.arguments import store_in
 from slipgrasp.cli.progress import COMPILING, Progress
@@ -76,6 +77,17 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(name, metavar="SIZE", type=_size, help=what)
 
 
+def add_log_format(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--log-format``."""
+    parser.add_argument(
+        "--log-format",
+        choices=("text", "json"),
+        default="text",
+        help="what standard error gets: words, or a JSON object for each event and nothing else "
+        "(default: text)",
+    )
+
+
 def add_executor(parser: argparse.ArgumentParser) -> None:
     """Adds ``--executor``."""
     parser.add_argument(
@@ -99,15 +111,15 @@ def serve_dashboard(
     arguments: argparse.Namespace,
     folder: Path,
     first: Source | None = None,
-    executor: str = DEFAULT_EXECUTOR,
+    **others: Any,
 ) -> ExitStatus:
     """Serves until interrupted; the first line of standard output is the URL.
 
     Args:
-        arguments: What `add_port`, `add_network` and `add_limits` have added.
+        arguments: What `add_port`, `add_network`, `add_limits` and `add_log_format` have added.
         folder: Folder of the recordings.
         first: The recording that the dashboard opens on; a run of its own if None.
-        executor: Where the runs of studies are simulated.
+        others: What else the server is told, as `slipgrasp.server.settings.Settings` takes it.
 
     Raises:
         CommandError: If the port cannot be had.
@@ -117,17 +129,19 @@ def serve_dashboard(
         SettingsError: If nothing would protect the server, or nobody could address it.
     """
     from slipgrasp.core.executors import make_executor
+    from slipgrasp.server.log_format import LogFormat
     from slipgrasp.server.service_lock import check_not_served
 
     # What it is told about an executor, it is told before anything has started.
-    make_executor(executor).close()
+    make_executor(others.get("study_executor", DEFAULT_EXECUTOR)).close()
     store_in(folder).prepare()
     if first is None:
         check_not_served(folder)
     with _listen(arguments.host, arguments.port) as listener:
         address = listener.getsockname()[:2]
-        settings = _settings(address, arguments, folder, executor, exclusive=first is None)
-        with Progress("starting the dashboard"):
+        settings = _settings(address, arguments, folder, exclusive=first is None, **others)
+        is_silent = settings.log_format is LogFormat.JSON
+        with nullcontext() if is_silent else Progress("starting the dashboard"):
             server = _make_server(settings, first)
         for number in (signal.SIGINT, signal.SIGTERM):
             # uvicorn raises the signal again once it has ended; then it is to do nothing more.
@@ -166,9 +180,9 @@ def _settings(
     address: tuple[str, int],
     arguments: argparse.Namespace,
     folder: Path,
-    executor: str,
-    exclusive: bool,
+    **others: Any,
 ) -> Settings:
+    from slipgrasp.server.log_format import LogFormat
     from slipgrasp.server.settings import Settings
     from slipgrasp.server.tokens import TOKEN_VARIABLE, Tokens
 
@@ -181,11 +195,11 @@ def _settings(
         data_directory=folder,
         host=host,
         port=port,
-        exclusive=exclusive,
-        study_executor=executor,
+        log_format=LogFormat(arguments.log_format),
         token=tokens.full,
         public_urls=tuple(arguments.public_urls),
         **chosen,
+        **others,
     )
 
 
@@ -194,10 +208,14 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     from slipgrasp.core.run.simulator import kernel_is_cached
     from slipgrasp.server.app import server_config
     from slipgrasp.server.http.identity import TOKEN_PARAMETER
+    from slipgrasp.server.http.log_limit import log_stray_errors
+    from slipgrasp.server.log_format import LogFormat
     from slipgrasp.server.tokens import Tokens
     from slipgrasp.web.app import create_dashboard_app
 
-    if not kernel_is_cached():
+    log_stray_errors()
+    is_silent = settings.log_format is LogFormat.JSON
+    if not (kernel_is_cached() or is_silent):
         complain(COMPILING)
     config = server_config(create_dashboard_app(settings, first), settings)
     host, port = settings.host, settings.port
@@ -207,4 +225,5 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
         return AnnouncingServer(config, url)
     tokens = Tokens(settings.token)
     link, looking = (f"{url}?{TOKEN_PARAMETER}={t}" for t in (tokens.full, tokens.read_only))
-    return AnnouncingServer(config, link, f"for those who are to look only: {looking}")
+    remark = "" if is_silent else f"for those who are to look only: {looking}"
+    return AnnouncingServer(config, link, remark)

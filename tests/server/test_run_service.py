@@ -14,9 +14,10 @@ from benchmarks.faults.disk import KINDS, FailingFile, growing_files
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.server.exceptions import RunRecoveringError, ServiceBusyError
-from slipgrasp.server.runs import service as run_service
+from slipgrasp.recordings.exceptions import StorageFullError
+from slipgrasp.recordings.store.store import RecordingStore, StoredRun
+from slipgrasp.server.exceptions import RunRecoveringError, RunUnrecordableError, ServiceBusyError
+from slipgrasp.server.runs import recovery as run_recovery
 from slipgrasp.server.runs.service import RunService
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
@@ -32,6 +33,8 @@ LONG = with_values(
         "simulation.max_steps": 100_000_000,
     },
 )
+MANY_SAMPLES = with_values(SHORT, {"simulation.duration": 5.0, "simulation.output_rate": 1000.0})
+WRITES_BEFORE_THE_FIRST_SAMPLE = 4
 
 
 @pytest.fixture
@@ -49,21 +52,60 @@ def test_a_run_is_simulated_and_saved(service) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("number", [1, 2, 4, 6])
+@pytest.mark.parametrize("number", [1, 2, 4, 5, 6])
 def test_a_disk_that_fails_leaves_service_and_earlier_runs_alone(service, kind, number) -> None:
     _, earlier = service.run(SHORT)
     before = earlier.path.read_bytes()
 
     with growing_files(lambda descriptor: FailingFile(descriptor, number, kind)):
-        result, stored = service.run(SHORT)
+        pending = service.submit(lambda: SHORT)
+        if number <= WRITES_BEFORE_THE_FIRST_SAMPLE:
+            with pytest.raises(RunUnrecordableError, match="make room on the disk"):
+                pending.result()
+            with pytest.raises(RunUnrecordableError):
+                service.look_up(pending.id)
+        else:
+            result, stored = pending.result()
+            assert stored is None
+            assert [warning.code for warning in result.warnings] == ["not_saved"]
+            assert result.outcome is Outcome.FAILED
+            assert result.reason is not None and result.reason.code == "disk"
 
-    assert stored is None
-    assert [warning.code for warning in result.warnings] == ["not_saved"]
-    assert result.outcome is Outcome.FAILED
-    assert result.reason is not None and result.reason.code == "disk"
     assert earlier.path.read_bytes() == before
     _, later = service.run(SHORT)
     assert later is not None and later.path.read_bytes() == before
+
+
+def test_what_a_full_disk_has_left_of_a_run_is_recovered_once_there_is_room(
+    service, monkeypatch
+) -> None:
+    monkeypatch.setattr(run_recovery, "PAUSE", 0.01)
+    full = threading.Event()
+    full.set()
+    check_room = service.store.check_room
+
+    def check(incoming: int = 0) -> None:
+        if incoming and full.is_set():
+            raise StorageFullError("full")
+        check_room(incoming)
+
+    monkeypatch.setattr(service.store, "check_room", check)
+    service.start()
+    with growing_files(lambda descriptor: FailingFile(descriptor, 30, "full")):
+        pending = service.submit(lambda: MANY_SAMPLES)
+        result, stored = pending.result()
+    assert stored is None and result.reason.code == "disk"
+    assert service.recovering == [pending.id]
+    assert service.look_up(pending.id).summary["reason"]["code"] == "disk"
+    assert service.store.count() == 0
+
+    full.clear()
+    wait_until(lambda: service.recovering == [])
+    kept = service.look_up(pending.id)
+    assert isinstance(kept, StoredRun) and kept.summary["outcome"] == Outcome.RECOVERED
+    rows, whole = service.store.open(pending.id).trace.to_rows(), result.trace.to_rows()
+    assert 0 < len(rows) <= len(whole) and np.array_equal(rows, whole[: len(rows)])
+    assert not list(kept.path.parent.glob("*.part"))
 
 
 def test_a_preview_is_simulated_and_not_saved(service) -> None:
@@ -143,13 +185,13 @@ def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, mon
     _, stored = service.run(SHORT)
     assert stored is not None
     stored.path.rename(stored.path.with_name(f"{stored.path.name}.part"))
-    gate, recover = threading.Event(), run_service.recover_if_orphaned
+    gate, recover = threading.Event(), run_recovery.recover_if_orphaned
 
     def recover_later(part: Path) -> object:
         gate.wait(PATIENCE)
         return recover(part)
 
-    monkeypatch.setattr(run_service, "recover_if_orphaned", recover_later)
+    monkeypatch.setattr(run_recovery, "recover_if_orphaned", recover_later)
     service.start()
     assert service.recovering == [stored.id] and not service.is_recovered.is_set()
     with pytest.raises(RunRecoveringError, match="is being recovered"):

@@ -120,18 +120,20 @@ def test_a_run_beyond_the_time_limit_ends_as_limit_and_is_created(tmp_path) -> N
     assert 0.0 < answer.json()["end_time"] < 600.0
 
 
-def test_a_run_that_cannot_be_written_is_still_answered(tmp_path) -> None:
+def test_a_run_that_cannot_be_written_is_not_begun(tmp_path) -> None:
     blocked = tmp_path / "data"
     with serve(patient_settings(blocked)) as running, running.client() as client:
         shutil.rmtree(blocked)
         blocked.write_text("not a folder")
         answer = client.post("/runs", json={"scenario": "paper-case-1"})
-        assert client.get("/health").status_code == 200
-    run = answer.json()
-    assert answer.status_code == 201 and "location" not in answer.headers
-    assert run["outcome"] == "completed" and run["metrics"]["held"]
-    assert run["recording"] is None and run["id"] is None and run["links"] == {}
-    assert [warning["code"] for warning in run["warnings"]] == ["not_saved"]
+        health = client.get("/health")
+    assert answer.status_code == answer.json()["status"] == 507
+    assert "location" not in answer.headers
+    assert answer.headers["content-type"] == "application/problem+json"
+    told = answer.json()["detail"]
+    assert "make room on the disk" in told and "send the request again" in told
+    assert str(tmp_path) not in told
+    assert health.status_code == 200 and health.json()["running"] == health.json()["waiting"] == 0
 
 
 def test_a_run_is_read_again_as_it_was_answered(client, sample_run) -> None:

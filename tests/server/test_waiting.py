@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import shutil
 import socket
 import threading
 from collections.abc import Iterator
@@ -198,17 +197,23 @@ def test_a_server_that_is_stopped_keeps_what_was_simulated_and_logs_no_error(
 
 
 def test_a_run_that_cannot_be_written_is_told_of_to_who_asks_later(tmp_path) -> None:
-    blocked = tmp_path / "data"
-    with serve(patient_settings(blocked)) as running, running.client() as client:
-        shutil.rmtree(blocked)
-        blocked.write_text("not a folder")
-        begun = client.post("/runs", json=LONG, headers=AT_ONCE)
-        path = f"/runs/{begun.json()['id']}"
-        run = client.post(f"{path}/stop", headers={"Prefer": "wait=20"})
-        again = client.get(path)
-    assert (begun.status_code, run.status_code) == (202, 200) and again.json() == run.json()
-    assert run.json()["outcome"] == "stopped" and run.json()["id"] is None
-    assert [warning["code"] for warning in run.json()["warnings"]] == ["not_saved"]
+    folder, moved, once = tmp_path / "data", tmp_path / "moved", keyed("once", **AT_ONCE)
+    settings = patient_settings(folder, max_running=1)
+    with serve(settings) as running, running.client() as client:
+        first = client.post("/runs", json=LONG, headers=AT_ONCE)
+        waiting = client.post("/runs", json=SHORT, headers=once)
+        folder.rename(moved)
+        folder.write_text("not a folder")
+        path = f"/runs/{waiting.json()['id']}"
+        client.post(f"/runs/{first.json()['id']}/stop", headers={"Prefer": "wait=20"})
+        told = [client.get(path, headers={"Prefer": "wait=20"}) for _ in range(2)]
+        folder.unlink()
+        moved.rename(folder)
+        again = client.post("/runs", json=SHORT, headers={**once, "Prefer": "wait=20"})
+    assert (first.status_code, waiting.status_code) == (202, 202)
+    assert [answer.status_code for answer in told] == [507, 507]
+    assert "make room on the disk" in told[1].json()["detail"] and told[0].text == told[1].text
+    assert again.status_code == 201 and again.json()["outcome"] == "completed"
 
 
 def test_a_run_that_is_stopped_many_times_at_once_ends_once(one_by_one, client, long_run) -> None:

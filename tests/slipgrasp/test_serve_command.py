@@ -8,7 +8,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from tests.waiting import PATIENCE
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.file.reader import read_recording
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -57,6 +59,40 @@ def test_a_signal_ends_the_server_cleanly(slipgrasp, number):
         process.send_signal(number)
         assert process.wait(timeout=PATIENCE) == 0
         assert "Traceback" not in process.stderr.read()
+
+
+def post_run(url, values):
+    body = {"scenario": "paper-case-1", "set": values}
+    headers = {"Content-Type": "application/json", "Prefer": "respond-async"}
+    asked = urllib.request.Request(f"{url.strip()}api/v1/runs", json.dumps(body).encode(), headers)
+    with urllib.request.urlopen(asked) as answer:
+        return json.load(answer)["id"]
+
+
+def test_a_server_that_is_ended_keeps_what_its_runs_have_simulated(slipgrasp):
+    endless = {"simulation.duration": 600, "controller.control_period": 0.0001}
+    with serving(slipgrasp, "--port", "0") as (process, url):
+        ids = [post_run(url, endless) for _ in range(3)]
+        recordings = [slipgrasp.data / f"{run_id}.mcap" for run_id in ids]
+        parts = [path.with_name(f"{path.name}.part") for path in recordings]
+        wait_until(lambda: all(part.exists() for part in parts[:2]))
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=PATIENCE) == 0
+    for path in recordings[:2]:
+        assert read_recording(path).outcome is Outcome.STOPPED
+    assert not any(path.exists() for path in (recordings[2], *parts))
+
+
+def test_a_json_log_has_nothing_but_objects_and_no_token(slipgrasp):
+    public = ("--public-url", "https://grasp.example")
+    with serving(slipgrasp, "--port", "0", "--log-format", "json", *public) as (process, link):
+        tokens = [path.read_text().strip() for path in slipgrasp.data.glob("service.*token")]
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=PATIENCE) == 0
+        told = process.stderr.read()
+    assert len(tokens) == 2 and any(token in link for token in tokens)
+    assert not any(token in told for token in tokens)
+    assert all(isinstance(json.loads(line), dict) for line in told.splitlines())
 
 
 def test_a_taken_port_is_an_error_and_never_silently_another(slipgrasp):

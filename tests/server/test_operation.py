@@ -1,0 +1,153 @@
+"""What those who run a server rely on: whether it is ready, its log, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import logging
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.exceptions import ServiceEndingError
+from slipgrasp.server.http.log_limit import BoundedLog, log_stray_errors
+from slipgrasp.server.log_format import LogFormat
+from slipgrasp.server.runs.service import RunService
+from tests.server.raw_http import get
+from tests.server.serving import patient_settings, serve
+
+LONG = {"scenario": "paper-case-1", "set": {"simulation.duration": 600}}
+SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
+AT_ONCE = {"Prefer": "respond-async"}
+
+
+def test_a_service_that_takes_runs_is_ready(client) -> None:
+    answer = client.get("/ready")
+    assert answer.status_code == 200 and answer.json() == {"status": "ready", "recovering": 0}
+
+
+def test_a_probe_of_readiness_leaves_nothing_in_the_folder(tmp_path) -> None:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        before = sorted(path.name for path in tmp_path.iterdir())
+        assert client.get("/ready").status_code == 200
+        assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_a_disk_without_room_is_not_ready_and_says_why(tmp_path) -> None:
+    settings = patient_settings(tmp_path, min_free_bytes=1 << 50)
+    with serve(settings) as running, running.client() as client:
+        answer = client.get("/ready")
+        assert client.get("/health").status_code == 200
+    assert answer.status_code == 503 and answer.headers["retry-after"] == "5"
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert "1126 TB must stay free" in answer.json()["detail"]
+    assert str(tmp_path) not in answer.text
+
+
+def test_a_folder_that_takes_no_files_is_not_ready(tmp_path, monkeypatch) -> None:
+    def read_only(**_options: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        monkeypatch.setattr("slipgrasp.recordings.store.store.TemporaryFile", read_only)
+        answer = client.get("/ready")
+        monkeypatch.undo()
+        assert client.get("/ready").status_code == 200
+    assert answer.status_code == 503
+    assert "cannot write the data folder: Read-only file system" in answer.json()["detail"]
+
+
+def test_a_queue_that_is_full_is_not_ready_until_it_has_room(tmp_path) -> None:
+    settings = patient_settings(tmp_path, max_running=1, max_waiting=1)
+    with serve(settings) as running, running.client() as client:
+        for _ in range(2):
+            assert client.post("/runs", json=LONG, headers=AT_ONCE).status_code == 202
+        answer = client.get("/ready")
+        assert answer.status_code == 503 and "1 runs are waiting" in answer.json()["detail"]
+
+
+@pytest.fixture
+def ending(tmp_path) -> Iterator[tuple[RunService, threading.Event]]:
+    event = threading.Event()
+    service = RunService(RecordingStore(tmp_path), patient_settings(tmp_path), event.is_set)
+    yield service, event
+    service.close()
+
+
+def test_a_service_that_ends_takes_nothing_on_and_is_not_ready(ending) -> None:
+    service, event = ending
+    event.set()
+    assert "the service is about to end" in service.obstacles()
+    with pytest.raises(ServiceEndingError):
+        service.submit(lambda: load_scenario("paper-case-1"))
+
+
+def test_a_run_ends_as_stopped_and_is_kept_as_soon_as_the_service_is_to_end(tmp_path) -> None:
+    settings = patient_settings(tmp_path, max_running=1)
+    with serve(settings) as running, running.client() as client:
+        run_id = client.post("/runs", json=LONG, headers=AT_ONCE).json()["id"]
+        client.get(f"/runs/{run_id}", headers={"Prefer": "wait=1"})
+        service, stopping = running.app.state.run_service, running.app.state.stopping
+        pending = service.look_up(run_id)
+        stopping.set()
+        _, stored = pending.future.result()
+        assert stored.summary["outcome"] == "stopped" and stored.path.is_file()
+        refused = client.post("/runs", json=SHORT)
+        assert refused.status_code == 503 and "about to end" in refused.json()["detail"]
+
+
+def lines_of(capsys: pytest.CaptureFixture[str]) -> list[dict[str, object]]:
+    return [json.loads(line) for line in capsys.readouterr().err.splitlines()]
+
+
+def test_a_json_log_has_one_object_a_line_whatever_is_told(capsys) -> None:
+    logger = logging.Logger("slipgrasp.test")
+    logger.addHandler(BoundedLog(LogFormat.JSON, max_lines=1, period=0.0))
+    logger.warning("two\nlines of %s", "a client \udc80 \u2028")
+    try:
+        raise ValueError("wrong\nhere")
+    except ValueError:
+        logger.exception("an unexpected error")
+    first, second = lines_of(capsys)
+    assert first["message"] == "two\nlines of a client \udc80 \u2028"
+    assert (first["level"], first["logger"]) == ("warning", "slipgrasp.test")
+    assert str(first["time"]).endswith("+00:00") and "exception" not in first
+    assert second["level"] == "error" and "ValueError: wrong" in str(second["exception"])
+
+
+def test_a_json_log_tells_how_much_it_left_out(capsys) -> None:
+    log = BoundedLog(LogFormat.JSON, max_lines=1, period=3600.0)
+    logger = logging.Logger("slipgrasp.test")
+    logger.addHandler(log)
+    for number in range(6):
+        log._period = 3600.0 if number < 5 else 0.0
+        logger.warning("again")
+    assert [line.get("left_out") for line in lines_of(capsys)] == [None, 4]
+
+
+def test_an_error_that_ends_a_thread_is_a_line_of_the_log(caplog, monkeypatch) -> None:
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
+    log_stray_errors()
+    logging.captureWarnings(False)
+    thread = threading.Thread(target=lambda: 1 / 0, name="doomed")
+    thread.start()
+    thread.join()
+    (record,) = caplog.records
+    assert record.getMessage() == "an unexpected error ended thread 'doomed'"
+    assert record.exc_info is not None
+
+
+def test_refusals_of_each_kind_are_bounded_by_themselves(server, capfd) -> None:
+    def ask(*headers: tuple[str, str]) -> int:
+        return get(server.port, "/api/v1/health", list(headers)).status
+
+    host = ("Host", f"127.0.0.1:{server.port}")
+    wrong = ("Authorization", "Bearer wrong")
+    assert {ask(host, wrong) for _ in range(40)} == {401}
+    assert ask(("Host", "evil.example")) == 400
+    lines = capfd.readouterr().err.splitlines()
+    unknown = [line for line in lines if "refused http with 401" in line]
+    assert 1 <= len(unknown) <= 11 and "wrong" not in "".join(unknown)
+    assert any("refused http with 400" in line for line in lines)
