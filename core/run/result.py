@@ -100,4 +100,5 @@ class RunResult:
             "estimates": self.estimates,
             "metrics": asdict(self.metrics),
             "warnings": [asdict(warning) for warning in self.warnings],
+            "law": None if self.provenance.law is None else asdict(self.provenance.law),
         }

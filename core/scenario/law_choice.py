@@ -22,10 +22,8 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.field_errors import nearest, shortened, single_error
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
-from slipgrasp.core.scenario.own_laws import law_names, law_of
+from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
-
-LAW = "controller.kind"
 
 _GRIP_FORCE = "controller.grip_force"
 _FIRMNESS = 1.5

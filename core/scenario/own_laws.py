@@ -25,7 +25,7 @@ OUTSIDE = "outside"
 """Name of the law of a run whose torques are set tick by tick (`Simulation.ticks`)."""
 
 LAW_PARAMETERS = "controller.parameters"
-_LAW = "controller.kind"
+LAW = "controller.kind"
 
 
 class Diagnostic(NamedTuple):
@@ -158,7 +158,7 @@ def law_of(kind: str) -> ControlLaw:
 
 def kinds_in(scenario: Scenario) -> Iterator[str]:
     """Every law that a scenario asks for at some time, in that order, each once."""
-    later = (str(change.value) for change in scenario.changes if change.parameter == _LAW)
+    later = (str(change.value) for change in scenario.changes if change.parameter == LAW)
     yield from dict.fromkeys((scenario.controller.kind, *later))
 
 
