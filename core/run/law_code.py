@@ -12,6 +12,7 @@ import traceback
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -141,7 +142,7 @@ def set_parameters(law: OwnLaw | None, values: Mapping[str, float], own: Record)
 
 def seer(law: OwnLaw, own: Record, shape: Shape) -> Callable[[], Any]:
     """Gives what the law sees at a tick: views of its arrays, and its numbers as of now."""
-    seen = own.seen
+    seen: Any = own.seen
     words = np.frombuffer(seen, np.float64)
     tuple_of, model_of = _tuple("Seen", (*_SEEN_NAMES, *_GROUPS)), _tuple("Model", _MODEL_NAMES)
     parameters_of = _tuple("Parameters", tuple(law.parameters))
@@ -253,9 +254,8 @@ def _compiled_entry(law: OwnLaw, command: Any, shape: Shape) -> Any:
 @cache
 def _compile(command: Any, source: str, tuples: Mapping[str, Any]) -> Any:
     """The same function for the same hand is compiled once in a process."""
-    import numba
-    from numba import types
-
+    numba: Any = import_module("numba")  # which has no types of what is used of it here
+    types = numba.types
     scope = {**tuples, "carray": numba.carray, "command": command}
     exec(source, scope)
     seen, answer = (types.CPointer(numba.from_dtype(kind)) for kind in (SEEN, ANSWER))

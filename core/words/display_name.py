@@ -7,7 +7,7 @@ way, so its name is made of facts of its scenario alone: ``paper-case-2 · compo
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, lru_cache
 from itertools import groupby

@@ -15,7 +15,7 @@ from slipgrasp import LawParameter
 
 
 class $name:
-    """Tracks the desired motion, carries the weight, and grips harder the longer a contact slips."""
+    """Tracks the motion, carries the weight, and grips harder the longer a contact slips."""
 
     name = "$kind"
     version = "1"
