@@ -142,11 +142,11 @@ def set_parameters(law: OwnLaw | None, values: Mapping[str, float], own: Record)
 
 def seer(law: OwnLaw, own: Record, shape: Shape) -> Callable[[], Any]:
     """Gives what the law sees at a tick: views of its arrays, and its numbers as of now."""
-    seen: Any = own.seen
+    seen = own.seen
     words = np.frombuffer(seen, np.float64)
     tuple_of, model_of = _tuple("Seen", (*_SEEN_NAMES, *_GROUPS)), _tuple("Model", _MODEL_NAMES)
     parameters_of = _tuple("Parameters", tuple(law.parameters))
-    names = (*_SEEN_NAMES, *_MODEL_NAMES)
+    names: tuple[Any, ...] = (*_SEEN_NAMES, *_MODEL_NAMES)
     values = [_part(seen[name], name, shape) for name in names]
     places = [k for k, name in enumerate(names) if not SEEN[name].shape and name != "tick"]
     numbers = [(k, (SEEN.fields or {})[names[k]][1] // WORD) for k in places]
