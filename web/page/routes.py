@@ -25,7 +25,7 @@ _NEVER_KEPT = {"Cache-Control": "no-store"}
 
 _router = APIRouter(include_in_schema=False)
 STATIC_PATH = "/dashboard/static"
-_MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css"}
+_MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 
 
 def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
@@ -97,8 +97,10 @@ def _static_files() -> dict[str, tuple[bytes, str]]:
 
 
 def head_html() -> str:
-    """Our style and our script, and what the script has to know from the start."""
+    """Title and icon, our style and our script, and what the script has to know from the start."""
     return (
+        "<title>slipgrasp</title>"
+        f'<link rel="icon" type="image/svg+xml" href="{STATIC_PATH}/icon.svg" />'
         f'<link rel="stylesheet" href="{STATIC_PATH}/dashboard.css" />'
         f"{keys_html()}"
         f'<script type="module" src="{STATIC_PATH}/dashboard.js"></script>'
