@@ -10,7 +10,7 @@ observation, reward, terminated, truncated, info = environment.step(action)
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -50,8 +50,6 @@ class GraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         observation_space: `OBSERVED`, ``(6 + 7 n,)``, SI units.
         action_space: Commanded torque of every joint, ``(n, 2)`` [N m].
     """
-
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
 
     def __init__(
         self,
