@@ -9,7 +9,7 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import nearest, shortened
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
-from slipgrasp.core.scenario.own_laws import kinds_in, law_names, law_of, own_law
+from slipgrasp.core.scenario.own_laws import LAW, kinds_in, law_names, law_of, own_law
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
@@ -55,17 +55,22 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
 
 
 def check_law(scenario: Scenario) -> Iterator[FieldError]:
-    """Every law is known here, and one of them at most is not built in."""
+    """Every law is known here."""
     names = law_names()
-    for kind in kinds_in(scenario):
+    asked = {LAW: scenario.controller.kind} | {
+        f"changes.{i}.value": str(change.value)
+        for i, change in enumerate(scenario.changes)
+        if change.parameter == LAW
+    }
+    for key, kind in asked.items():
         if kind not in names:
             near = nearest(kind, names)
             yield FieldError(
-                field="controller.kind",
+                field=key,
                 value=shortened(kind),
                 limit=f"one of {', '.join(names)}",
                 message=(
-                    f"controller.kind: '{shortened(kind)}' is no control law here{near}; "
+                    f"{key}: '{shortened(kind)}' is no control law here{near}; "
                     f"laws: {', '.join(names)}"
                 ),
             )
