@@ -18,6 +18,7 @@ from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
 from slipgrasp.server.http.waiting import WaitPreference
 from slipgrasp.server.reading import RecordingReads
+from slipgrasp.server.runs.retention import RetentionService
 from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
@@ -133,6 +134,12 @@ async def read_run_update(request: Request) -> RunUpdate:
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
 
 
+def get_retention_service(request: Request) -> RetentionService:
+    """What deletes runs by rules for the application that answers."""
+    service: RetentionService = request.app.state.retention_service
+    return service
+
+
 def get_stopping(request: Request) -> asyncio.Event:
     """What is set once the server is to stop."""
     stopping: asyncio.Event = request.app.state.stopping
@@ -211,6 +218,7 @@ def read_download_request(
     )
 
 
+RetentionServiceDep = Annotated[RetentionService, Depends(get_retention_service)]
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
 EndedRunIdDep = Annotated[str, Depends(check_ended)]
 RunResultDep = Annotated[RunResult, Depends(open_stored_run)]

@@ -78,6 +78,11 @@ class StudyService:
         """Leaves what is not finished to the next service."""
         self._queue.close()
 
+    @property
+    def num_unfinished(self) -> int:
+        """How many studies wait or run."""
+        return sum(not live.has_ended for live in self._queue.all().values())
+
     def estimate(self, study: Study) -> tuple[StudyCost, tuple[str, ...]]:
         """What a study is going to take, and what stands in the way of it."""
         settings = self._settings

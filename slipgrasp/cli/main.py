@@ -15,6 +15,7 @@ from slipgrasp.cli import (
     figures,
     laws,
     margin,
+    prune,
     rebuild,
     recover,
     replay,
@@ -102,7 +103,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, replay, diff, verify),
-        *(export, figures, recover, scenarios, laws, serve),
+        *(export, figures, recover, prune, scenarios, laws, serve),
     ):
         command.add_command(commands)
     return parser

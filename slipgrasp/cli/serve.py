@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory, know_law
+from slipgrasp.cli.prune import add_retention, read_retention
 from slipgrasp.cli.serving import (
     add_executor,
     add_limits,
     add_log_format,
+    add_metrics,
     add_network,
     add_port,
     serve_dashboard,
@@ -29,7 +31,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_data_directory(parser)
     add_limits(parser)
     add_executor(parser)
+    add_retention(parser)
     add_log_format(parser)
+    add_metrics(parser)
     parser.add_argument(
         "--law",
         dest="laws",
@@ -46,4 +50,10 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     for specification in arguments.laws:
         know_law(specification)
     folder = data_directory(arguments.data_directory)
-    return serve_dashboard(arguments, folder, study_executor=arguments.executor)
+    return serve_dashboard(
+        arguments,
+        folder,
+        study_executor=arguments.executor,
+        metrics=arguments.metrics,
+        retention=read_retention(arguments),
+    )

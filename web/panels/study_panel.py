@@ -8,7 +8,7 @@ from html import escape
 import viser
 
 from slipgrasp.recordings.study.categories import HELD
-from slipgrasp.server.addresses import API_PATH
+from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.intents.intent import Send
@@ -334,7 +334,7 @@ def _held_html(picture: MapPicture) -> str:
 
 def links_html(followed: Followed) -> str:
     """The results as files."""
-    study = f"{API_PATH}/studies/{escape(followed.study_id)}"
+    study = f"{from_page(API_PATH)}/studies/{escape(followed.study_id)}"
     links = [("results.csv", "CSV"), ("results.json", "JSON")]
     if followed.picture is not None:
         links = [("map.svg", "map as SVG"), ("map.png", "as PNG"), *links]
