@@ -10,6 +10,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import hypot
 from slipgrasp.core.kernel.kinematics import to_inertial_frame
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.quadratic import largest_violation, solve_quadratic
@@ -177,7 +178,7 @@ def _limit_torques(law: Record, work: Record, i: int) -> None:
         return
     for joint in range(2):
         along, across, free = _torque_of_force(work, i, joint)
-        lever = np.hypot(along, across)
+        lever = hypot(along, across)
         along, across, free = along / lever, across / lever, free / lever
         limit = law.torque_limit / lever
         _require(work.quadratic, i, along, across, -limit - free)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import atan2, sincos, square
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
 
@@ -37,7 +38,7 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
     constraint holds to rounding at all times.
     """
     n = hand.num_fingers
-    cosine, sine = np.cos(state.x[ANGLE]), np.sin(state.x[ANGLE])
+    sine, cosine = sincos(state.x[ANGLE])
     omega = state.x[velocity_at(ANGLE)]
     for i in range(n):
         slip, slip_velocity = state.x[slip_at(i)], state.x[slip_velocity_at(n, i)]
@@ -62,9 +63,9 @@ def _solve_finger(hand: Record, i: int, tip_x: float, tip_y: float, kin: Record)
     dx, dy = tip_x - hand.bases[i, 0], tip_y - hand.bases[i, 1]
     squared = dx * dx + dy * dy
     c2 = (squared - first * first - second * second) / (2.0 * first * second)
-    square = 1.0 - c2 * c2
-    kin.extension[i] = square - LEAST_SINE**2
-    s2 = hand.elbows[i] * np.sqrt(max(square, 1e-300))
+    extension = 1.0 - c2 * c2
+    kin.extension[i] = extension - square(LEAST_SINE)
+    s2 = hand.elbows[i] * np.sqrt(max(extension, 1e-300))
     # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
     along, across = first + second * c2, second * s2
     inverse = 1.0 / squared
@@ -84,7 +85,7 @@ def _solve_finger(hand: Record, i: int, tip_x: float, tip_y: float, kin: Record)
     vx, vy = kin.tip_velocities[i, 0], kin.tip_velocities[i, 1]
     rate1, rate2 = i00 * vx + i01 * vy, i10 * vx + i11 * vy
     kin.joint_velocities[i, 0], kin.joint_velocities[i, 1] = rate1, rate2
-    own, total = first * rate1 * rate1, second * (rate1 + rate2) ** 2
+    own, total = first * square(rate1), second * square(rate1 + rate2)
     kin.bias[i, 0] += own * c1 + total * c12
     kin.bias[i, 1] += own * s1 + total * s12
 
@@ -93,8 +94,8 @@ def _solve_finger(hand: Record, i: int, tip_x: float, tip_y: float, kin: Record)
 def joint_angle(kin: Record, i: int, joint: int) -> float:
     """Angle of a joint [rad], the second relative to the first."""
     if joint == 0:
-        return np.arctan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
-    return np.arctan2(kin.bends[i, 1], kin.bends[i, 0])
+        return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
+    return atan2(kin.bends[i, 1], kin.bends[i, 0])
 
 
 @compiled

@@ -7,6 +7,7 @@ friction reach it only through `Truth` sets in which the unknown entries are rep
 from __future__ import annotations
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.motion import desired_motion
 from slipgrasp.core.kernel.records import Integers, Record
@@ -84,7 +85,7 @@ def lyapunov_value(
         value += law.lyapunov_22[k] * rate * rate
     for k in range(unknowns.count):
         deviation = true_value(truth, unknowns, k) - state.x[estimate_at(n, k)]
-        value += deviation**2 / law.adaptation_gains[k]
+        value += square(deviation) / law.adaptation_gains[k]
     return value
 
 

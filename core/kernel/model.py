@@ -114,6 +114,7 @@ SENSORS = np.dtype(
     [
         ("perfect", np.int64),  # 1: everything below is off
         ("noisy", np.int64),
+        ("seed", np.int64),  # of the noise
         ("position_noise", np.float64),  # standard deviations, SI units
         ("velocity_noise", np.float64),
         ("acceleration_noise", np.float64),
@@ -285,7 +286,7 @@ def _pack_sensors(scenario: Scenario, sensors: np.void) -> None:
     sensing = scenario.sensing
     noise = sensing.position_noise, sensing.velocity_noise, sensing.acceleration_noise
     sensors["position_noise"], sensors["velocity_noise"], sensors["acceleration_noise"] = noise
-    sensors["noisy"] = any(noise)
+    sensors["noisy"], sensors["seed"] = any(noise), scenario.simulation.seed
     sensors["true_accelerations"] = sensing.true_accelerations
     sensors["filter_time"] = sensing.acceleration_filter_time
     sensors["true_phases"] = sensing.true_phases

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import sincos
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.scenario import TrajectoryParameters
 from slipgrasp.core.scenario.trajectory import DEGREE, MAX_PIECES, pieces_of
@@ -93,7 +94,7 @@ def _on_piece(motion: Record, piece: int, s: float, coordinate: int) -> tuple[fl
         curve = motion.angles[piece, 2]
         rate = motion.angles[piece, 1] + 2.0 * curve * s
         psi = motion.angles[piece, 0] + s * (motion.angles[piece, 1] + s * curve)
-        sine, cosine = np.sin(psi), np.cos(psi)
+        sine, cosine = sincos(psi)
         along, across = a * cosine + b * sine, b * cosine - a * sine
         position += a * sine + b * (1.0 - cosine)
         velocity += rate * along

@@ -19,7 +19,7 @@ from slipgrasp.core.kernel.records import (
 )
 from slipgrasp.core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from slipgrasp.core.kernel.selection import SELECTION_ROOM
-from slipgrasp.core.kernel.sensing import NOISE_TICKS, SENSES
+from slipgrasp.core.kernel.sensing import SENSES
 from slipgrasp.core.kernel.state import STATE
 from slipgrasp.core.kernel.stepper import STEP
 from slipgrasp.core.kernel.tally import TALLY, add_to_tally, make_tally
@@ -119,7 +119,6 @@ def make_progress() -> Record:
     progress.last_event = progress.last_stick = -np.inf
     progress.step_size = FIRST_STEP
     progress.concerned = -1
-    progress.senses.noise_start = -NOISE_TICKS
     progress.tally = make_tally()
     return progress
 

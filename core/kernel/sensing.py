@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import exp
+from slipgrasp.core.kernel.noise import NOISE, draw_noise
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.state import STATE, reduced_at, slip_velocity_at
 
-NOISE_TICKS = 256
 SAME_TIME = 1e-9
-MAX_CHANNELS = 3 * MAX_COORDINATES
 
 # What is measured, and what the filters and detectors remember.
 SENSES = np.dtype(
@@ -22,8 +22,7 @@ SENSES = np.dtype(
         ("time", np.float64),  # of the tick before [s]
         ("num_ticks", np.int64),  # measured so far
         ("num_filtered", np.int64),  # velocities the filter has seen
-        ("noise_start", np.int64),  # tick of the first row of ``noise``
-        ("noise", np.float64, (NOISE_TICKS, MAX_CHANNELS)),  # standard normal
+        ("noise", NOISE),  # of the latest tick: positions, velocities, accelerations
         ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
         ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
     ],
@@ -43,14 +42,14 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
         now: Time [s].
     """
     sensors, size = model.sensors, 3 + model.num_fingers
-    row = senses.num_ticks - senses.noise_start
     for k in range(model.num_states):
         senses.measured.x[k] = state.x[k]
     if sensors.noisy == 1:
+        draw_noise(senses.noise, sensors.seed, senses.num_ticks, 3 * size)
         for k in range(size):
             at, rate = reduced_at(model.num_fingers, k)
-            senses.measured.x[at] += sensors.position_noise * senses.noise[row, k]
-            senses.measured.x[rate] += sensors.velocity_noise * senses.noise[row, size + k]
+            senses.measured.x[at] += sensors.position_noise * senses.noise.numbers[k]
+            senses.measured.x[rate] += sensors.velocity_noise * senses.noise.numbers[size + k]
     if sensors.true_accelerations == 0:
         _difference(model, senses, torques, now)
     else:
@@ -107,11 +106,10 @@ def measure_acceleration(model: Record, senses: Record, discrete: Record, work: 
     sensors, size = model.sensors, 3 + model.num_fingers
     if sensors.true_accelerations == 0:
         return
-    row = senses.num_ticks - 1 - senses.noise_start
     for k in range(size):
         senses.acceleration[k] = work.acceleration[k]
         if sensors.noisy == 1:
-            noise = senses.noise[row, 2 * size + k]
+            noise = senses.noise.numbers[2 * size + k]
             senses.acceleration[k] += sensors.acceleration_noise * noise
     for i in range(model.num_fingers):
         for joint in range(2):
@@ -134,10 +132,4 @@ def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float
         return 1.0
     if model.sensors.filter_time == 0.0:
         return 1.0 if now > senses.since[i] else 0.0
-    return 1.0 - np.exp((senses.since[i] - now) / model.sensors.filter_time)
-
-
-@compiled
-def noise_used_up(model: Record, senses: Record) -> bool:
-    """Whether the next tick needs noise that is not there yet."""
-    return model.sensors.noisy == 1 and senses.num_ticks >= senses.noise_start + NOISE_TICKS
+    return 1.0 - exp((senses.since[i] - now) / model.sensors.filter_time)

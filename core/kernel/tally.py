@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled_apart
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.guards import friction_margin
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
@@ -73,10 +74,10 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
             tally.least_margin[i] = min(tally.least_margin[i], margin)
         else:
             tally.slipping += 1
-        effort_rate += row.torques[i, 0] ** 2 + row.torques[i, 1] ** 2
+        effort_rate += square(row.torques[i, 0]) + square(row.torques[i, 1])
     for k in range(3):
         error = work.room.error[k]
-        tally.squared_error[k] += half_step * (error**2 + tally.error[k] ** 2)
+        tally.squared_error[k] += half_step * (square(error) + square(tally.error[k]))
         tally.error[k] = error
     tally.effort += half_step * (effort_rate + tally.effort_rate)
     tally.effort_rate = effort_rate

@@ -10,6 +10,7 @@ from __future__ import annotations
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.kinematics import to_contact_frame, to_inertial_frame
 from slipgrasp.core.kernel.linear import orthonormalize
 from slipgrasp.core.kernel.model import MODEL
@@ -37,7 +38,7 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
     spread, size = 0.0, 0.0
     for i in range(n):
         x, y = kin.arms[i, 0], kin.arms[i, 1]
-        spread += (x - mean_x) ** 2 + (y - mean_y) ** 2
+        spread += square(x - mean_x) + square(y - mean_y)
         size += x * x + y * y
     ax, ay = share * room.right_side[0], share * room.right_side[1]
     b = (room.right_side[2] - n * (mean_x * ay - mean_y * ax)) / spread

@@ -21,7 +21,6 @@ from slipgrasp.core.kernel.run import (
     rows_in,
     ticks_in,
 )
-from slipgrasp.core.kernel.sensing import NOISE_TICKS
 from slipgrasp.core.kernel.state import StateParts, parts_of
 from slipgrasp.core.run.law_code import LawCode, Replay, set_parameters
 from slipgrasp.core.run.metrics import compute_metrics
@@ -162,8 +161,6 @@ class Simulation:
         """Advances by one piece of at most about 50 ms of computing."""
         if self.finished:
             return
-        if self._model.sensors.noisy:
-            _provide_noise(self._run, self.scenario)
         status = kernel.advance_run(
             self._model,
             self._run,
@@ -364,24 +361,3 @@ def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
     row = np.zeros((1, shape.num_columns))
     row[0, 1:4] = scenario.trajectory.start
     return row
-
-
-def _provide_noise(run: Record, scenario: Scenario) -> None:
-    """Lays out standard normal numbers for the coming ticks of sampled control.
-
-    Block ``b`` of ticks is drawn from a generator seeded with ``(seed, b)``. It is numpy's
-    `RandomState`, whose numbers never change from one version to the next.
-
-    Args:
-        run: Progress of the run in the kernel.
-        scenario: Its seed and number of fingers.
-    """
-    senses = run["senses"]
-    block, place = divmod(int(senses["num_ticks"]), NOISE_TICKS)
-    if place and senses["noise_start"] == block * NOISE_TICKS:
-        return
-    channels = 3 * (3 + len(scenario.fingers))
-    sequence = np.random.SeedSequence([scenario.simulation.seed, block])
-    generator = np.random.RandomState(np.random.MT19937(sequence))
-    senses["noise"][:, :channels] = generator.standard_normal((NOISE_TICKS, channels))
-    senses["noise_start"] = block * NOISE_TICKS

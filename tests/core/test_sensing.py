@@ -10,6 +10,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
+from tests.references.noise import normal_numbers
 
 CASE_2 = load_scenario("composite-case-2")
 NOISY = load_scenario("composite-case-2-noisy")
@@ -48,12 +49,7 @@ def velocity_noise_in(scenario, trace):
 
 def drawn(seed, num_ticks):
     """The normal numbers of docs/model.md, drawn anew."""
-    blocks = []
-    for block in range(-(-num_ticks // 256)):
-        sequence = np.random.SeedSequence([seed, block])
-        generator = np.random.RandomState(np.random.MT19937(sequence))
-        blocks.append(generator.standard_normal((256, 15)))
-    return np.concatenate(blocks)[:num_ticks]
+    return normal_numbers(seed, num_ticks, 15)
 
 
 def test_velocity_noise_is_as_strong_as_stated_and_drawn_from_the_seed():
