@@ -1,4 +1,4 @@
-"""The constants of a run as the kernel reads them, packed from a scenario.
+"""The constants of a run as the kernel reads them; `slipgrasp.core.kernel.packing` fills them in.
 
 Arrays have one entry per finger, link, coordinate or unknown; ``n`` fingers give
 ``N = 3 + n`` reduced coordinates (object pose, then slip), ``p`` unknowns.
@@ -6,10 +6,9 @@ Arrays have one entry per finger, link, coordinate or unknown; ``n`` fingers giv
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+<<<<<<< HEAD
 from slipgrasp.core.kernel.dop853 import DOP853
 from slipgrasp.core.kernel.methods import DOPRI5, METHOD
 from slipgrasp.core.kernel.motion import MOTION, pack_motion
@@ -25,15 +24,14 @@ from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.own_laws import diagnostics_of, law_of
 from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.unknowns import parse_unknown
+=======
+from slipgrasp.core.kernel.methods import METHOD
+from slipgrasp.core.kernel.motion import MOTION
+from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS
+from slipgrasp.core.scenario import LAW_FACTS, MAX_UNKNOWNS
+>>>>>>> main
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
-FORGETTING_TIME = 1e-3
-_UNKNOWN_KINDS = {
-    "object_mass": OBJECT_MASS,
-    "object_inertia": OBJECT_INERTIA,
-    "friction": FRICTION,
-    "link_mass": LINK_MASS,
-}
 
 # Geometry of fingers and contacts.
 HAND = np.dtype(
@@ -78,11 +76,14 @@ UNKNOWNS = np.dtype(
     align=True,
 )
 
+# What is true of the control law.
+FACTS = np.dtype([(fact, np.bool_) for fact in LAW_FACTS], align=True)
+
 # Gains and settings of the control law (Theorems 3 and 4).
 LAW = np.dtype(
     [
         ("num_fingers", np.int64),
-        *((fact, np.bool_) for fact in LAW_FACTS),
+        ("facts", FACTS),
         ("period", np.float64),  # [s], 0 = continuous
         ("recognition_time", np.float64),  # [s]
         ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
@@ -170,6 +171,7 @@ MODEL = np.dtype(
     ],
     align=True,
 )
+<<<<<<< HEAD
 
 
 def pack_model(scenario: Scenario) -> Record:
@@ -316,3 +318,5 @@ def solve_lyapunov(
     p22 = (weights / 2.0 + p12) / velocity_gains
     p11 = np.where(held, position_gains * p22 + velocity_gains * p12, 0.0)
     return p11, p12, p22
+=======
+>>>>>>> main

@@ -16,8 +16,7 @@ from slipgrasp.core.kernel.run import (
     ROWS_BEFORE_PAUSE,
     TICKS_BEFORE_PAUSE,
     last_row,
-    make_outlet,
-    make_progress,
+    make_run,
     rows_in,
     ticks_in,
 )
@@ -126,6 +125,7 @@ class Simulation:
         self.scenario = scenario
         self.outcome: Outcome | None = None
         self._reason: Reason | None = None
+<<<<<<< HEAD
         self._law, self._identity = None, None
         unknowns = tuple(e.parameter for e in scenario.estimates)
         self.shape = TraceShape(len(scenario.fingers), unknowns, diagnostics)
@@ -136,6 +136,15 @@ class Simulation:
         )
         self._schedule = Schedule(scenario)
         self._model = self._pack()
+=======
+        self.shape = TraceShape(
+            len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
+        )
+        self._keeps_trace = keep_trace
+        self._schedule = Schedule(scenario)
+        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=keep_trace)
+        self._model = self._schedule.pack()
+>>>>>>> main
         self._first = True
         self._same_ticks = False
         self._rows: list[np.ndarray] = []
@@ -333,14 +342,6 @@ class Simulation:
             rows = rows_in(self._outlet, self.shape.num_columns)
             return rows[-1:] if len(rows) else self._rows[-1][-1:]
         return last_row(self._model, self._run)
-
-
-def _initial_run(scenario: Scenario) -> Record:
-    run = make_progress()
-    state = _present_state(run, scenario)
-    state.pose[:] = scenario.trajectory.start
-    state.estimates[:] = [estimate.initial for estimate in scenario.estimates]
-    return run
 
 
 def _present_state(run: Record, scenario: Scenario) -> StateParts:
