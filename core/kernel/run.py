@@ -24,12 +24,8 @@ from slipgrasp.core.kernel.state import STATE, estimate_at
 from slipgrasp.core.kernel.stepper import STEP
 from slipgrasp.core.kernel.tally import TALLY, add_to_tally, begin_tally
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
-<<<<<<< HEAD
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
-=======
-from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_UNKNOWNS
 from slipgrasp.core.scenario.table import TABLE
->>>>>>> main
 
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED = range(4)
@@ -147,15 +143,9 @@ def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> No
     for k in range(int(table.estimates.count)):
         state.x[estimate_at(n, k)] = table.estimates.entries[k].initial
     outlet.keeps_rows = keeps_rows
-<<<<<<< HEAD
     outlet.num_rows = outlet.num_ticks = 0
-    outlet.history[:chatter_changes] = -np.inf
-    return outlet
-=======
-    outlet.num_rows = 0
     for k in range(int(table.simulation.chatter_changes)):
         outlet.history[k] = -np.inf
->>>>>>> main
 
 
 def rows_in(outlet: Record, num_columns: int) -> Floats:

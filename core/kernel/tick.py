@@ -105,7 +105,7 @@ def _learn(model: Record, run: Record) -> None:
     n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
     state = run.step.start
     flow(model, discrete, run.now, state, run.step.slopes[0], work)
-    if model.law.is_own:
+    if model.law.facts.is_own:
         return
     seen_at_once = model.sensors.true_phases == 1 and model.sensors.true_accelerations == 1
     run.memory.trust = trust(model, senses)
@@ -149,7 +149,7 @@ def control_tick(model: Record, run: Record, outlet: Record, first: int, stretch
     else:
         keep_old(model, run)
         _sense(model, run)
-        if model.law.is_own:
+        if model.law.facts.is_own:
             look(model, run)
             if run.own.address == 0:
                 run.own.asked, run.own.first, run.own.stretch = ASKED, first, stretch
@@ -219,7 +219,7 @@ def _sense(model: Record, run: Record) -> None:
     measure(model, senses, run.step.start, run.discrete.torques, run.now)
     detect_slip(model, run.discrete, senses, run.now)
     update_mechanics(model, senses.measured, run.work)
-    if model.law.is_own:
+    if model.law.facts.is_own:
         believe(model.truth, model.unknowns, senses.measured, run.work.believed)
 
 
@@ -227,7 +227,7 @@ def _sense(model: Record, run: Record) -> None:
 def _command_torques(model: Record, run: Record, outlet: Record) -> int:
     """The torque that follows from what was measured; RUNNING where it is finite."""
     run.ticks += 1
-    status = _answer(model, run) if model.law.is_own else _evaluate_law(model, run)
+    status = _answer(model, run) if model.law.facts.is_own else _evaluate_law(model, run)
     if status != RUNNING:
         return status
     for i in range(model.num_fingers):
@@ -280,7 +280,7 @@ def _store_tick(model: Record, run: Record, outlet: Record) -> None:
     column += 1 + 2 * n
     for k in range(p):
         value = run.own.answer.estimates[k]
-        if not model.law.is_own:
+        if not model.law.facts.is_own:
             value = run.step.start.x[estimate_at(n, k)]
         outlet.ticks[column + k] = value
     for k in range(model.num_diagnostics):

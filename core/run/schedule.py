@@ -95,12 +95,8 @@ class Schedule:
         if due:
             self._changes = self._changes[len(due) :]
             values = {change.parameter: _plain(change) for change in due}
-<<<<<<< HEAD
             self.present = with_values(self.present, values, with_law=False)
-=======
-            self.present = with_values(self.present, values)
             self.table = make_table(self.present)
->>>>>>> main
         self._lay_patches(slips, velocities)
         return due
 

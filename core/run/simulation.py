@@ -125,26 +125,13 @@ class Simulation:
         self.scenario = scenario
         self.outcome: Outcome | None = None
         self._reason: Reason | None = None
-<<<<<<< HEAD
         self._law, self._identity = None, None
         unknowns = tuple(e.parameter for e in scenario.estimates)
         self.shape = TraceShape(len(scenario.fingers), unknowns, diagnostics)
         self._size = len(scenario.fingers), len(unknowns)
-        self._run = _initial_run(scenario)
-        self._outlet = make_outlet(
-            keeps_rows=self._keeps_trace, chatter_changes=scenario.simulation.chatter_changes
-        )
         self._schedule = Schedule(scenario)
+        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=self._keeps_trace)
         self._model = self._pack()
-=======
-        self.shape = TraceShape(
-            len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
-        )
-        self._keeps_trace = keep_trace
-        self._schedule = Schedule(scenario)
-        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=keep_trace)
-        self._model = self._schedule.pack()
->>>>>>> main
         self._first = True
         self._same_ticks = False
         self._rows: list[np.ndarray] = []
@@ -314,7 +301,7 @@ class Simulation:
         """The constants of the present stretch."""
         model, present = self._schedule.pack(), self._schedule.present
         model.num_diagnostics = len(self.shape.diagnostics)
-        model.law.is_own |= self._replays_all
+        model.law.facts.is_own |= self._replays_all
         set_parameters(own_law_in(present), present.controller.parameters, self._run.own)
         return model
 

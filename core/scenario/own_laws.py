@@ -156,6 +156,11 @@ def law_of(kind: str) -> ControlLaw:
     return _facts(kind, "A law that is not known here.") if own is None else own.facts
 
 
+def law_number(kind: str) -> int:
+    """The place of a law among the built-in ones, from 0; one's own comes after the last."""
+    return list(CONTROL_LAWS).index(kind) if kind in CONTROL_LAWS else len(CONTROL_LAWS)
+
+
 def kinds_in(scenario: Scenario) -> Iterator[str]:
     """Every law that a scenario asks for at some time, in that order, each once."""
     later = (str(change.value) for change in scenario.changes if change.parameter == LAW)

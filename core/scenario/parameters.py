@@ -280,17 +280,13 @@ def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list
     )
 
 
-<<<<<<< HEAD
 def _words_of(kinds: list[Any]) -> tuple[str, ...]:
     """The words of a choice that are known beforehand."""
     return tuple(c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k))
 
 
-def _alternatives(base: Any) -> tuple[Any, ...]:
-=======
 def alternatives_of(base: Any) -> tuple[Any, ...]:
     """The types of which a value may have any."""
->>>>>>> main
     if isinstance(base, types.UnionType) or typing.get_origin(base) is typing.Union:
         return typing.get_args(base)
     return (base,)

@@ -133,15 +133,10 @@ class Contents:
         if len(checkpoints["t"]) == 0:
             raise NothingToRecoverError(self.name, "it ends before its first sample")
         last = {name: values[-1] for name, values in checkpoints.items()}
-<<<<<<< HEAD
         so_far = self._cut(
             int(last["samples"]), int(last["phase_changes"]), int(last.get("ticks", 0))
         )
-        state = so_far._state_hash(so_far._trace(), so_far._phase_changes())
-=======
-        so_far = self._cut(int(last["samples"]), int(last["phase_changes"]))
         state = so_far._state_hash(so_far.trace(), so_far._phase_changes())
->>>>>>> main
         if (
             last["documents_hash"].tobytes() != self._documents()
             or last["state_hash"].tobytes() != state

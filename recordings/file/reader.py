@@ -40,11 +40,7 @@ from slipgrasp.recordings.file.documents import (
 )
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
-<<<<<<< HEAD
-from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TICKS
-=======
-from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, Topic
->>>>>>> main
+from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TICKS, Topic
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
