@@ -67,9 +67,11 @@ def demand_acceleration(
         if belief[i] != 0:
             room.demand[k] = law.velocity_gains[k] * room.error_rate[k]
             if law.slip_stop > 0.0:
-                # Little more than stops it within one period: the rest would push the others.
+                # Little more than stops it until the next torque can act: the rest would push
+                # the others, and turn the slip round where torques act late.
                 speed = max(belief[i] * state.x[slip_velocity_at(n, i)], 0.0)
-                brake = min(law.slip_stop, speed / law.period + LEAST_BRAKE * law.slip_stop)
+                stopping = speed / (law.period + law.latency)
+                brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
                 room.demand[k] -= belief[i] * brake
 
 

@@ -75,18 +75,22 @@ LAW = np.dtype(
         ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
         ("grasp_force", np.bool_),
+        ("holds", np.bool_),  # every contact inside its cone, slipping or not
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]
         ("torque_limit", np.float64),  # inf where none [N m]
         ("estimate_norm_bound", np.float64),  # phi_0
         ("latency", np.float64),  # [s]
+        ("predicts", np.bool_),  # commands for the state when the torque acts
         ("grip_force", np.float64),  # [N]
         ("grip_rate", np.float64),  # [N/s]
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("forgetting", np.float64),  # per control period
         ("probing", np.float64),  # [1/s]
         ("force_variance", np.float64),  # [N^2]
+        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
+        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
     ],
     align=True,
@@ -104,8 +108,10 @@ SENSORS = np.dtype(
         ("true_accelerations", np.int64),
         ("filter_time", np.float64),  # [s]
         ("true_phases", np.int64),
+        ("sums_slip", np.int64),  # 1: cumulative sums detect it, 0: its duration
         ("slip_threshold", np.float64),  # [m/s]
         ("slip_delay", np.float64),  # [s]
+        ("least_sum", np.float64),  # that noise does not reach [m/s]
     ],
     align=True,
 )

@@ -30,6 +30,7 @@ from slipgrasp.core.scenario import (
     ControllerParameters,
     FingerParameters,
     Scenario,
+    SensingParameters,
 )
 from slipgrasp.core.scenario.geometry import TANGENTS
 from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
@@ -51,6 +52,8 @@ FORGETTING_TIME = 1e-3  # [s]
 _INERTIA_DEVIATION, _DEVIATION = 0.1, 3.0
 
 _ELBOW_UP = choices_of(FingerParameters, "elbow").index("up")
+_HOLD = choices_of(ControllerParameters, "distribution").index("hold")
+_CUMULATIVE = choices_of(SensingParameters, "slip_detector").index("cumulative-sum")
 _MINIMUM_GRASP = choices_of(ControllerParameters, "grasp_force").index("minimum")
 # By number of the face; a polygon's edges follow those of a rectangle.
 _TANGENTS = np.array(tuple(TANGENTS.values()))
@@ -214,12 +217,14 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
         law.velocity_gains[k] = controller.velocity_gain[k]
         _pack_lyapunov(law, k, controller.lyapunov_weight[k])
     law.grasp_force = controller.grasp_force == _MINIMUM_GRASP
+    law.holds = controller.distribution == _HOLD
     law.grip_safety = controller.grip_safety
     law.minimum_normal_force = controller.minimum_normal_force
     law.maximum_normal_force = _or(controller.maximum_normal_force, np.inf)
     law.torque_limit = _or(table.actuation.torque_limit, np.inf)
     law.estimate_norm_bound = controller.estimate_norm_bound
     law.latency = controller.latency
+    law.predicts = controller.prediction > 0.0 and controller.latency > 0.0
     law.grip_force, law.grip_rate = controller.grip_force, controller.grip_rate
 
 
@@ -248,11 +253,30 @@ def _pack_learning(table: Record, unknowns: Record, law: Record) -> None:
     law.forgetting = exp(spans * log(controller.forgetting))
     law.probing = controller.probing
     law.force_variance = controller.force_noise * controller.force_noise
+    law.acceleration_variance = _difference_variance(table)
+    half = 0.5 * table.sensing.slip_threshold
+    law.slip_level = half if table.sensing.true_phases == 0.0 else -np.inf
     for k in range(unknowns.count):
         law.adaptation_gains[k] = controller.adaptation_gain[k]
         usual = _INERTIA_DEVIATION if unknowns.kinds[k] == OBJECT_INERTIA else _DEVIATION
         deviation = _or(controller.initial_deviation[k], usual)
         law.prior_variances[k] = deviation * deviation
+
+
+@compiled
+def _difference_variance(table: Record) -> float:
+    """Variance of filtered differences of velocities with the noise that the law expects.
+
+    White noise of variance s^2, differenced over T, through a filter that gives each difference
+    the share a: (a/T)^2 s^2 2/(2 - a), in square metres per second to the fourth.
+    """
+    sensing, controller = table.sensing, table.controller
+    if sensing.true_accelerations > 0.0 or controller.control_period == 0.0:
+        return 0.0
+    whole = sensing.acceleration_filter_time + controller.control_period
+    share = controller.control_period / whole
+    noise = controller.velocity_noise
+    return 2.0 * noise * noise / (whole * whole * (2.0 - share))
 
 
 @compiled
@@ -269,6 +293,10 @@ def _pack_world(table: Record, model: Record) -> None:
     sensors.filter_time = sensing.acceleration_filter_time
     sensors.true_phases = int(sensing.true_phases)
     sensors.slip_threshold, sensors.slip_delay = sensing.slip_threshold, sensing.slip_delay
+    sensors.sums_slip = 1 if sensing.slip_detector == _CUMULATIVE else 0
+    expected, sensors.least_sum = table.controller.velocity_noise, 0.0
+    if sensing.slip_threshold > 0.0:
+        sensors.least_sum = 20.0 * expected * expected / sensing.slip_threshold
     true = sensors.true_accelerations * sensors.true_phases
     sensors.perfect = true * (1 - sensors.noisy)
     actuators.torque_limit = _or(table.actuation.torque_limit, np.inf)

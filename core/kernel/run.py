@@ -10,6 +10,7 @@ from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
 from slipgrasp.core.kernel.controllers.own_law import OWN_LAW
 from slipgrasp.core.kernel.guards import GUARDS
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.prediction import PREDICTION
 from slipgrasp.core.kernel.records import (
     MAX_FINGERS,
     Floats,
@@ -81,6 +82,7 @@ PROGRESS = np.dtype(
         ("senses", SENSES),
         ("memory", COMPOSITE_MEMORY),
         ("own", OWN_LAW),
+        ("prediction", PREDICTION),
         ("acting", np.int64),  # 1 once a torque of sampled control acts
         ("commanded", np.float64, (MAX_FINGERS, 2)),  # at this tick [N m]
         ("last_command", np.float64, (MAX_FINGERS, 2)),  # the one before [N m]

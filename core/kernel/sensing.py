@@ -25,6 +25,7 @@ SENSES = np.dtype(
         ("noise", NOISE),  # of the latest tick: positions, velocities, accelerations
         ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
         ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
+        ("sums", np.float64, (MAX_FINGERS, 2)),  # of velocities against the belief [m/s]
     ],
     align=True,
 )
@@ -87,6 +88,9 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
     n, sensors = model.num_fingers, model.sensors
     for i in range(n):
         seen = discrete.phases[i]
+        if sensors.true_phases == 0 and sensors.sums_slip == 1:
+            _sum_slip(model, discrete, senses, now, i)
+            continue
         if sensors.true_phases == 0:
             velocity = senses.measured.x[slip_velocity_at(n, i)]
             seen = 0
@@ -98,6 +102,28 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
             discrete.beliefs[i] = seen
             senses.doubt[i] = now
             senses.since[i] = now
+
+
+@compiled
+def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
+    """Belief in the slip of one contact by two cumulative sums (Page's test).
+
+    In stick one sum per direction grows by what the velocity exceeds half the threshold; in slip
+    one by what it falls short of that. A sum that passes its bound changes the belief.
+    """
+    sensors, belief = model.sensors, discrete.beliefs[i]
+    velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i)]
+    level = 0.5 * sensors.slip_threshold
+    bound = max(sensors.least_sum, level * sensors.slip_delay / model.law.period)
+    for side in range(2):
+        sign = 1 - 2 * side
+        growth = sign * velocity - level if belief == 0 else level - belief * velocity
+        senses.sums[i, side] = max(0.0, senses.sums[i, side] + growth)
+    if max(senses.sums[i, 0], senses.sums[i, 1]) > bound:
+        forward = senses.sums[i, 0] > senses.sums[i, 1]
+        discrete.beliefs[i] = 0 if belief != 0 else (1 if forward else -1)
+        senses.sums[i, 0] = senses.sums[i, 1] = 0.0
+        senses.since[i] = now
 
 
 @compiled

@@ -21,6 +21,7 @@ from slipgrasp.core.kernel.guards import arm_guards
 from slipgrasp.core.kernel.jump import LAW_FAILED, MODEL_SINGULAR, RUNNING, finish_jump, settle
 from slipgrasp.core.kernel.law import believe
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.prediction import predict
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
 from slipgrasp.core.kernel.run import (
@@ -112,7 +113,9 @@ def _learn(model: Record, run: Record) -> None:
     for i in range(n):
         run.memory.contact_trust[i] = trust_in_contact(model, senses, run.now, i)
         run.memory.directions[i] = discrete.phases[i] if seen_at_once else discrete.beliefs[i]
-    if model.sensors.perfect == 1:
+    # The law's model is up to date where it has commanded from the true state.
+    up_to_date = model.sensors.perfect == 1 and not model.law.predicts
+    if up_to_date:
         adapt_at_tick(model, discrete, state, work, run.memory)
     else:
         measure_acceleration(model, senses, discrete, work)
@@ -128,7 +131,7 @@ def _learn(model: Record, run: Record) -> None:
     informed = model.sensors.true_accelerations == 1 or senses.num_filtered > 1
     for k in range(model.num_unknowns):
         run.pending_rates[k] = work.rates[k] if informed else 0.0
-    if model.sensors.perfect == 0:
+    if not up_to_date:
         flow(model, discrete, run.now, state, run.step.slopes[0], work)
 
 
@@ -243,6 +246,8 @@ def _command_torques(model: Record, run: Record, outlet: Record) -> int:
 def _evaluate_law(model: Record, run: Record) -> int:
     n, work = model.num_fingers, run.work
     regular = update_command(model, run.discrete, run.now, run.senses.measured, work)
+    if model.law.predicts and run.acting == 1:
+        regular = min(regular, _command_ahead(model, run))
     if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
         return MODEL_SINGULAR
     forces_to_torques(work.kin, n, work.tip_forces, run.commanded)
@@ -286,6 +291,40 @@ def _store_tick(model: Record, run: Record, outlet: Record) -> None:
     for k in range(model.num_diagnostics):
         outlet.ticks[column + p + k] = run.discrete.diagnostics[k]
     outlet.num_ticks += 1
+
+
+@compiled
+def _command_ahead(model: Record, run: Record) -> int:
+    """Commands for the state that is expected when the torque acts."""
+    discrete, work, now = run.discrete, run.work, run.discrete.piece
+    ahead, then = run.prediction.state, run.now + model.law.latency
+    _add_up_impulses(model, run)
+    predict(model, discrete, run.senses.measured, work, run.prediction)
+    while then > model.motion.breaks[discrete.piece]:
+        discrete.piece += 1
+    update_mechanics(model, ahead, work)
+    regular = update_command(model, discrete, then, ahead, work)
+    discrete.piece = now
+    return regular
+
+
+@compiled
+def _add_up_impulses(model: Record, run: Record) -> None:
+    """Integrates the torques that will act over the latency from now, once and twice."""
+    impulses, end = run.prediction.impulses, run.now + model.law.latency
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            impulses[0, i, joint] = impulses[1, i, joint] = 0.0
+    for k in range(run.num_waiting + 1):
+        place = (run.first_waiting + k - 1) % len(run.due)
+        start = run.now if k == 0 else run.due[place]
+        stop = end if k == run.num_waiting else run.due[(place + 1) % len(run.due)]
+        span = stop - start
+        for i in range(model.num_fingers):
+            for joint in range(2):
+                torque = run.discrete.torques[i, joint] if k == 0 else run.waiting[place, i, joint]
+                impulses[0, i, joint] += span * torque
+                impulses[1, i, joint] += span * (end - 0.5 * (start + stop)) * torque
 
 
 @compiled

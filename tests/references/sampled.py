@@ -104,7 +104,7 @@ class _Learner:
         else:
             rates = self._composite.rates(
                 *(loop, now.kin, state, phase, flow.phase, estimates, desired),
-                *(now.torques, measured, period),
+                *(now.torques, now.forces, measured, period),
             )
         return flow, rates
 
