@@ -107,6 +107,8 @@ def _learn(model: Record, run: Record) -> None:
     state = run.step.start
     flow(model, discrete, run.now, state, run.step.slopes[0], work)
     if model.law.facts.is_own:
+        for k in range(model.num_unknowns):
+            run.pending_rates[k] = 0.0  # of the law before it
         return
     seen_at_once = model.sensors.true_phases == 1 and model.sensors.true_accelerations == 1
     run.memory.trust = trust(model, senses)

@@ -185,6 +185,17 @@ def test_a_law_that_comes_in_mid_run_finds_its_memory_empty_and_the_run_as_it_wa
     assert asked[-1] == (result.ticks.times > 0.1 - 1e-9).sum()
 
 
+def test_a_law_that_follows_one_that_learns_finds_its_estimates_and_leaves_them():
+    register_law(Counting)
+    scenario = with_values(load_scenario("composite-case-2"), {"simulation.duration": 0.2})
+    change = Change(time=0.1, parameter="controller.kind", value="counting")
+    result = simulate(replace(scenario, changes=(change,)))
+    own = result.ticks.estimates[result.ticks.times > 0.1 + 1e-9]
+    assert len(own) > 50
+    assert np.ptp(own, axis=0).max() == 0.0
+    assert np.ptp(result.ticks.estimates, axis=0).max() > 0.0
+
+
 def test_an_exception_ends_the_run_as_failed_with_its_line_and_keeps_the_rest():
     register_law(Late)
     result = simulate(of_law("late", SHORT))
