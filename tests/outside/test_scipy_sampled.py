@@ -58,6 +58,8 @@ COMPOSITES = {
     "one deviation": {"controller.initial_deviation": 0.5},
     "gains per coordinate": OBJECT_GAINS,
     "unequal friction": {"fingers.1.friction": 0.3},
+    "links believed too heavy": {"controller.link_mass_ratio": 1.2},
+    "links believed too light": {"controller.link_mass_ratio": 0.8},
     "probing": {
         "controller.probing": 2.0,
         "estimates.0.initial": 0.22,
