@@ -225,7 +225,7 @@ def _sense(model: Record, run: Record) -> None:
     detect_slip(model, run.discrete, senses, run.now)
     update_mechanics(model, senses.measured, run.work)
     if model.law.facts.is_own:
-        believe(model.truth, model.unknowns, senses.measured, run.work.believed)
+        believe(model.law, model.truth, model.unknowns, senses.measured, run.work.believed)
 
 
 @compiled
