@@ -143,7 +143,7 @@ def call(unit: Any, *arguments: Any) -> Any:
     if entry is None:
         prepare_units()
         return call(unit, *arguments)
-    return entry(*[_address(a) if isinstance(a, Record) else a for a in arguments])
+    return entry(*[address_of(a) if isinstance(a, Record) else a for a in arguments])
 
 
 def prepare_units(report: Callable[[float], None] | None = None) -> None:
@@ -259,6 +259,6 @@ def _ctype(kind: Any) -> Any:
     return ctypes.c_void_p if isinstance(kind, types.Record) else _CTYPES[kind]
 
 
-def _address(record: Record) -> int:
+def address_of(record: Record) -> int:
     """Where a record lies in memory; it must outlive the call."""
     return np.frombuffer(record, np.uint8).ctypes.data
