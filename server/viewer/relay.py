@@ -304,4 +304,6 @@ def _with_head(page: bytes, head: str) -> bytes:
     """The page with something put before everything else in its head, in place of viser's name."""
     if page.count(_HEAD) != 1:
         raise RuntimeError("viser's page has no head that something can be put into")
+    if not head:
+        return page
     return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())
