@@ -76,6 +76,7 @@ LAW = np.dtype(
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # every contact inside its cone, slipping or not
+        ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]
@@ -145,6 +146,7 @@ MODEL = np.dtype(
         ("num_fingers", np.int64),  # n
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
+        ("num_diagnostics", np.int64),  # of a law of one's own
         ("hand", HAND),
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]

@@ -26,8 +26,9 @@ from websockets.typing import Subprotocol
 
 from slipgrasp.server.http.access import RELAY_TOKEN
 from slipgrasp.server.tokens import Right
+from slipgrasp.server.viewer.pace import Pace
 
-MAX_VIEWERS = 32
+MAX_VIEWERS = 64
 CLOSE_SECONDS = 1
 FULL_SECONDS = 3.0
 
@@ -198,7 +199,8 @@ async def _hang_up(upstream: ClientConnection) -> None:
 
 
 async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
-    """Passes what a viewer may send; viser takes bytes only."""
+    """Passes what a viewer may send, no faster than it may; viser takes bytes only."""
+    pace = Pace()
     while True:
         message = await viewer.receive()
         if message["type"] == "websocket.disconnect":
@@ -211,6 +213,7 @@ async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: Fi
             _logger.warning("closed a viewer: %s", fault)
             await viewer.close(_POLICY_VIOLATION, fault)
             return
+        await asyncio.sleep(pace.count(len(content)))
         if viewer.state.right < Right.EVERYTHING and not _only_looks(content):
             continue
         try:
@@ -276,4 +279,6 @@ def _with_head(page: bytes, head: str) -> bytes:
     """The page with something put before everything else in its head, in place of viser's name."""
     if page.count(_HEAD) != 1:
         raise RuntimeError("viser's page has no head that something can be put into")
+    if not head:
+        return page
     return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())
