@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-import anyio.from_thread
 import anyio.to_thread
 from anyio import CapacityLimiter
 
@@ -32,6 +31,9 @@ READ_COST = 1.5
 TABLE_COST = 4.0
 DIFF_COST = 5.0
 """Memory for reading a recording, and for what is made of it, per byte of its file."""
+
+ROW_COST = 1000
+"""Memory for a run of a study in a map, or in the part of a table that is written at once."""
 
 UNPACKING_BYTES = 24_000_000
 """Memory for the chunk that is being unpacked, whatever is kept of it."""
@@ -69,6 +71,7 @@ class RecordingReads:
         self._waiting: deque[tuple[int, asyncio.Future[None]]] = deque()
         self._shared: dict[tuple[Any, ...], _Shared] = {}
         self._threads = CapacityLimiter(MAX_THREADS)
+        self._loop = asyncio.get_running_loop()
 
     @asynccontextmanager
     async def shared(
@@ -152,12 +155,12 @@ class RecordingReads:
 
     @contextmanager
     def room_in_thread(self, num_bytes: int) -> Iterator[None]:
-        """What `room` is, for a thread that the event loop has started."""
-        taken = anyio.from_thread.run(self._take, num_bytes)
+        """What `room` is, for any other thread than that of the event loop."""
+        taken = asyncio.run_coroutine_threadsafe(self._take(num_bytes), self._loop).result()
         try:
             yield
         finally:
-            anyio.from_thread.run_sync(self._give, taken)
+            self._loop.call_soon_threadsafe(self._give, taken)
 
     async def _take(self, num_bytes: int) -> int:
         wanted = min(num_bytes, self._max_bytes)

@@ -29,7 +29,11 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
     async def live(app: FastAPI) -> AsyncIterator[None]:
         """Keeps a dashboard for as long as the application lives."""
         app.state.dashboard = await run_in_threadpool(
-            Dashboard, app.state.run_service, app.state.study_service, first
+            Dashboard,
+            app.state.run_service,
+            app.state.study_service,
+            app.state.recording_reads.room_in_thread,
+            first,
         )
         try:
             yield

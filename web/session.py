@@ -38,6 +38,7 @@ from slipgrasp.web.reducers.scenario import ScenarioReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.screen import Screen
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from slipgrasp.web.workers.worker import Worker
 
@@ -53,6 +54,7 @@ class Services:
     Attributes:
         runs: Simulates and saves.
         saved: Knows which runs are kept already.
+        recordings: Opens recordings, and has the memory for what is made of them.
         studies: Runs studies, one at a time.
         directory: Knows every session by its key.
         pacer: Lets the sessions that play share the processor.
@@ -60,6 +62,7 @@ class Services:
 
     runs: RunService
     saved: SavedRuns
+    recordings: OpenRecordings
     studies: StudyService
     directory: SessionDirectory
     pacer: FramePacer
@@ -92,14 +95,14 @@ class Session:
                 self._mailbox.send,
                 simulates_first=first is None,
             ),
-            RecordingsReducer(services.runs.store, self._mailbox.send, first),
-            CompareReducer(services.runs.store, self._mailbox.send),
+            RecordingsReducer(services.runs.store, services.recordings, self._mailbox.send, first),
+            CompareReducer(services.recordings, self._mailbox.send),
             PictureReducer(self._camera),
             PlaybackReducer(services.pacer),
             LinkReducer(self._mailbox.send),
             ChartsReducer(),
-            ExportReducer(self._mailbox.send, self._deliver),
-            StudyReducer(services.studies, self._mailbox.send),
+            ExportReducer(services.recordings, self._mailbox.send, self._deliver),
+            StudyReducer(services.studies, services.recordings.room, self._mailbox.send),
         )
         self._gone = threading.Event()
         self._thread = threading.Thread(

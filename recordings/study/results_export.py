@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
 
 ROWS_AT_ONCE = 1000
+MOST_ROWS_AT_ONCE = 50 * ROWS_AT_ONCE
+"""So many rows make a group of a Parquet file."""
 
 
 def write_csv(results: StudyResults, stream: TextIO, num_rows: int | None = None) -> None:
@@ -97,8 +99,8 @@ def write_parquet(results: StudyResults, stream: BinaryIO, num_rows: int | None 
     schema = pyarrow.schema(fields, metadata={"slipgrasp.study": study})
     count = results.num_rows if num_rows is None else num_rows
     with parquet.ParquetWriter(stream, schema) as writer:
-        for start in range(0, count, 50 * ROWS_AT_ONCE):
-            end = min(count, start + 50 * ROWS_AT_ONCE)
+        for start in range(0, count, MOST_ROWS_AT_ONCE):
+            end = min(count, start + MOST_ROWS_AT_ONCE)
             arrays = [
                 pyarrow.array(_cells(results, column, start, end), field.type)
                 for column, field in zip(results.columns, fields, strict=True)

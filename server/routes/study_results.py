@@ -14,10 +14,12 @@ from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import QueryError, RecordingError
 from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.results_export import MOST_ROWS_AT_ONCE
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
     DrawingDep,
     FileCacheDep,
+    RecordingReadsDep,
     StudyResultsDep,
     StudyServiceDep,
 )
@@ -37,6 +39,7 @@ from slipgrasp.server.http.downloads import (
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.paging import page_links
+from slipgrasp.server.reading import ROW_COST, RecordingReads
 from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.schemas import (
     MapQuery,
@@ -46,7 +49,7 @@ from slipgrasp.server.studies.schemas import (
     StudySummaryPublic,
 )
 
-_PROBLEMS = (404, 422, 507)
+_PROBLEMS = (404, 422, 503, 507)
 
 router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 
@@ -128,10 +131,15 @@ def record_study_run(
     responses=download_responses(CSV, problems=_PROBLEMS),
 )
 def read_study_results_as_csv(
-    study_id: str, results: StudyResultsDep, asked: DownloadRequestDep, cache: FileCacheDep
+    study_id: str,
+    results: StudyResultsDep,
+    asked: DownloadRequestDep,
+    cache: FileCacheDep,
+    reads: RecordingReadsDep,
 ) -> Response:
     """One row per run that is done; numbers with all their digits."""
-    return _table(cache, study_id, results, "csv", CSV, _utf8(results.write_csv)).answer(asked)
+    write = _utf8(results.write_csv)
+    return _table(cache, reads, study_id, results, "csv", CSV, write).answer(asked)
 
 
 @router.head("/results.json", include_in_schema=False)
@@ -141,10 +149,15 @@ def read_study_results_as_csv(
     responses=download_responses(JSON, problems=_PROBLEMS),
 )
 def read_study_results_as_json(
-    study_id: str, results: StudyResultsDep, asked: DownloadRequestDep, cache: FileCacheDep
+    study_id: str,
+    results: StudyResultsDep,
+    asked: DownloadRequestDep,
+    cache: FileCacheDep,
+    reads: RecordingReadsDep,
 ) -> Response:
     """The rows of all runs that are done, with the units of their columns."""
-    return _table(cache, study_id, results, "json", JSON, _utf8(results.write_json)).answer(asked)
+    write = _utf8(results.write_json)
+    return _table(cache, reads, study_id, results, "json", JSON, write).answer(asked)
 
 
 @router.head("/results.parquet", include_in_schema=False)
@@ -154,10 +167,15 @@ def read_study_results_as_json(
     responses=download_responses(PARQUET, problems=_PROBLEMS),
 )
 def read_study_results_as_parquet(
-    study_id: str, results: StudyResultsDep, asked: DownloadRequestDep, cache: FileCacheDep
+    study_id: str,
+    results: StudyResultsDep,
+    asked: DownloadRequestDep,
+    cache: FileCacheDep,
+    reads: RecordingReadsDep,
 ) -> Response:
     """All rows that are done as a table with units; its metadata has the study itself."""
-    return _table(cache, study_id, results, "parquet", PARQUET, results.write_parquet).answer(asked)
+    write = results.write_parquet
+    return _table(cache, reads, study_id, results, "parquet", PARQUET, write).answer(asked)
 
 
 @router.head("/map.svg", include_in_schema=False)
@@ -171,9 +189,10 @@ def draw_study_map_as_svg(
     drawing: DrawingDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
+    reads: RecordingReadsDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two of the varied parameters."""
-    return _map(study_id, results, query, drawing, cache, "svg").answer(asked)
+    return _map(study_id, results, query, drawing, cache, reads, "svg").answer(asked)
 
 
 @router.head("/map.png", include_in_schema=False)
@@ -187,9 +206,10 @@ def draw_study_map_as_png(
     drawing: DrawingDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
+    reads: RecordingReadsDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two varied parameters, in pixels."""
-    return _map(study_id, results, query, drawing, cache, "png").answer(asked)
+    return _map(study_id, results, query, drawing, cache, reads, "png").answer(asked)
 
 
 @router.head("/recording", include_in_schema=False)
@@ -222,6 +242,7 @@ def _utf8(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], Non
 
 def _table(
     cache: FileCache,
+    reads: RecordingReads,
     study_id: str,
     results: StudyResults,
     ending: str,
@@ -231,11 +252,16 @@ def _table(
     """Rows are only ever added: the study and their number decide every byte."""
     count = results.num_rows
     tag = tag_of(study_id, count, ending)
+
+    def make(stream: BinaryIO) -> None:
+        with reads.room_in_thread(ROW_COST * min(count, MOST_ROWS_AT_ONCE)):
+            write(stream, count)
+
     return Download(
         tag=tag,
         name=f"{study_id}.{ending}",
         media_type=media_type,
-        open=lambda: cache.open(tag, lambda stream: write(stream, count)),
+        open=lambda: cache.open(tag, make),
     )
 
 
@@ -245,6 +271,7 @@ def _map(
     query: MapQuery,
     drawing: threading.Lock,
     cache: FileCache,
+    reads: RecordingReads,
     ending: Literal["svg", "png"],
 ) -> Download:
     x, y = _axes_of_map(results, query)
@@ -256,7 +283,8 @@ def _map(
         from slipgrasp.figures.files import save_figure
         from slipgrasp.figures.success_map import draw_success_map
 
-        with drawing:
+        # Who waits for the pen needs no memory yet.
+        with drawing, reads.room_in_thread(ROW_COST * shown.num_rows):
             save_figure(draw_success_map(shown, x, y), stream, ending)
 
     return Download(

@@ -34,6 +34,8 @@ from slipgrasp.server.studies.recorder import StudyRecorder
 
 MAX_CHECKS = 4
 MAX_OPENED = 4
+MAX_OPENED_ROWS = 1_000_000
+"""How many studies that have ended are kept in memory, and how many of their runs."""
 
 _logger = logging.getLogger(__name__)
 
@@ -179,9 +181,13 @@ class StudyService:
             if results is None:
                 results = read_results(self.store.file_of(study_id))
             self._opened[study_id] = results
-            while len(self._opened) > MAX_OPENED:
+            while len(self._opened) > 1 and self._has_too_many():
                 self._opened.popitem(last=False)
             return results
+
+    def _has_too_many(self) -> bool:
+        rows = sum(results.num_rows for results in self._opened.values())
+        return len(self._opened) > MAX_OPENED or rows > MAX_OPENED_ROWS
 
     def cancel(self, study_id: str) -> StudyStatus:
         """Ends a study; what is done stays, and what has ended is left alone.

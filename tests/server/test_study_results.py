@@ -17,12 +17,29 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study.results import read_results
+from slipgrasp.server.reading import MAX_BYTES, SMALL_BYTES
+from slipgrasp.server.routes import study_results
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 
 pytestmark = pytest.mark.slow
 
 FILES = ["results.csv", "results.json", "results.parquet", "map.svg", "map.png", "recording"]
+
+
+@pytest.mark.parametrize("file", FILES[:5])
+def test_beyond_the_memory_for_reading_a_table_or_map_is_refused_for_a_while(
+    studying, studies, finished_study, file, monkeypatch
+):
+    reads = studying.app.state.recording_reads
+    studying.app.state.file_cache.close()
+    monkeypatch.setattr(study_results, "ROW_COST", SMALL_BYTES)
+    monkeypatch.setattr(reads, "_patience", 0.05)
+    with reads.room_in_thread(MAX_BYTES):
+        answer = studies.get(path_of(finished_study, file))
+    assert answer.status_code == 503 and int(answer.headers["Retry-After"]) > 0
+    assert "memory" in answer.json()["detail"]
+    assert studies.get(path_of(finished_study, file)).status_code == 200
 
 
 def path_of(study, rest):

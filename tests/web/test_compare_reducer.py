@@ -30,6 +30,7 @@ from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewStat
 from slipgrasp.web.panels.compare_panel import compare_html
 from slipgrasp.web.reducers.compare import CompareReducer
 from tests.waiting import PATIENCE
+from tests.web.opening import recordings_in
 
 REST = 1.0
 
@@ -47,7 +48,7 @@ class Comparison:
 
     def __init__(self, store: RecordingStore, view: ViewState) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-        self.reducer = CompareReducer(store, self.answers.put)
+        self.reducer = CompareReducer(recordings_in(store), self.answers.put)
         self.view = view
 
     def ask(self, intent: Intent) -> None:

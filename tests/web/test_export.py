@@ -13,6 +13,7 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
 from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
@@ -32,8 +33,10 @@ from slipgrasp.web.model.view import ChartsView, Ghost, RunStage, RunStatus, Sho
 from slipgrasp.web.panels.export_panel import ExportPanel
 from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.workers.export_worker import ExportWorker
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 from tests.waiting import PATIENCE
 from tests.web.listening_gui import ListeningClient
+from tests.web.opening import recordings_in
 from tests.web.test_charts_panel import view_of
 
 pytestmark = pytest.mark.slow
@@ -52,10 +55,10 @@ def short() -> RunResult:
 class Office:
     """A reducer, the view that it has made, and the files that it has delivered."""
 
-    def __init__(self, view: ViewState) -> None:
+    def __init__(self, view: ViewState, recordings: OpenRecordings) -> None:
         self.answers: SimpleQueue[Intent] = SimpleQueue()
         self.delivered: list[ExportFile] = []
-        self.reducer = ExportReducer(self.answers.put, self.delivered.append)
+        self.reducer = ExportReducer(recordings, self.answers.put, self.delivered.append)
         self.view = view
 
     def take(self, intent: Intent) -> Exporting:
@@ -73,8 +76,8 @@ class Office:
 
 
 @pytest.fixture
-def office(short: RunResult) -> Iterator[Office]:
-    office = Office(view_of(short))
+def office(short: RunResult, store: RecordingStore) -> Iterator[Office]:
+    office = Office(view_of(short), recordings_in(store))
     yield office
     for worker in office.reducer.workers:
         worker.close()

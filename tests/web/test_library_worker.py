@@ -25,6 +25,7 @@ from slipgrasp.web.model.run_list import OUTCOME_CHOICES, ROWS_PER_PAGE, RunFilt
 from slipgrasp.web.workers.library_worker import LibraryWorker
 from slipgrasp.web.workers.worker import QueueWorker
 from tests.waiting import PATIENCE
+from tests.web.opening import recordings_in
 
 ALL = RunFilter()
 HOSTILE = "<img src=x onerror=alert(1)>"
@@ -39,7 +40,7 @@ class Library:
 
     def __init__(self, store: RecordingStore) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-        self.worker = LibraryWorker(store, self.answers.put)
+        self.worker = LibraryWorker(store, recordings_in(store), self.answers.put)
 
     def answer(self) -> Intent:
         return self.answers.get(timeout=PATIENCE)

@@ -28,6 +28,7 @@ from slipgrasp.web.model.run_list import ROWS_PER_PAGE, Notice, RunList
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.recordings import RecordingsReducer, relist_interval
 from tests.waiting import PATIENCE
+from tests.web.opening import recordings_in
 
 
 def first_view() -> ViewState:
@@ -52,7 +53,7 @@ class Sitting:
 
     def __init__(self, store: RecordingStore) -> None:
         self.answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-        self.reducer = RecordingsReducer(store, self.answers.put, None)
+        self.reducer = RecordingsReducer(store, recordings_in(store), self.answers.put, None)
         self.view = self.reducer.start(first_view())
 
     def ask(self, intent: Intent, until: type[Intent] = RecordingsListed) -> None:

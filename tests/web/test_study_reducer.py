@@ -6,6 +6,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -112,7 +113,7 @@ def service(tmp_path: Path) -> Iterator[StudyService]:
 
 def new_bench(service: StudyService) -> Bench:
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-    reducer = StudyReducer(service, answers.put)
+    reducer = StudyReducer(service, lambda _: nullcontext(), answers.put)
     view = ViewState(
         draft=Draft.starting_from("quick", quick_scenario()),
         status=RunStatus(RunStage.PREVIEW),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +17,7 @@ Source = str | Path
 """The id of a stored run, or a file."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Replay:
     """A recording that was opened.
 
@@ -40,13 +41,31 @@ class Replay:
         return " · ".join(filter(None, (f"recording {self.name}", self.run_id)))
 
 
-def open_replay(store: RecordingStore, source: Source) -> Replay:
+def read_run(path: Path, should_stop: Callable[[], bool] = lambda: False) -> RunResult:
+    """The run in a file, which may be still being written (``.part``).
+
+    Args:
+        path: The file.
+        should_stop: Asked again and again whether nobody needs it any more.
+
+    Raises:
+        RecordingError: As `open_replay`.
+    """
+    if path.suffix == PART_SUFFIX:
+        return read_unfinished(path).result
+    return read_recording(path, should_stop=should_stop)
+
+
+def open_replay(
+    store: RecordingStore, source: Source, read: Callable[[Path], RunResult] = read_run
+) -> Replay:
     """Reads a recording.
 
     Args:
         store: The stored runs.
         source: What to open. A file that is still being written is read up to its last whole
             chunk; once it is finished, it has left its ``.part`` behind.
+        read: Gives the run in a file.
 
     Raises:
         RecordingNotFoundError: If there is none.
@@ -55,14 +74,14 @@ def open_replay(store: RecordingStore, source: Source) -> Replay:
     if isinstance(source, str):
         stored = store.get(source)
         recorded = moment_words(stored.created)
-        return Replay(stored.display_name, recorded, store.open(source), stored.id)
+        return Replay(stored.display_name, recorded, read(stored.path), stored.id)
     if source.suffix == PART_SUFFIX:
         try:
-            result = read_unfinished(source).result
+            result = read(source)
             return Replay(source.name, _last_written(source), result, is_unfinished=True)
         except RecordingNotFoundError:
             source = source.with_suffix("")
-    result = read_recording(source)
+    result = read(source)
     return Replay(source.name, _last_written(source), result)
 
 

@@ -240,6 +240,13 @@ def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     return playback.within(TimeWindow(min(window.start, time), max(window.end, time)))
 
 
+def replays_of(view: ViewState) -> tuple[Replay, ...]:
+    """The recordings that a page has in memory."""
+    shown = (view.shown, view.ghost.shown if view.ghost else None)
+    replays = (view.replay, *(run.replay for run in shown if run is not None))
+    return tuple(replay for replay in replays if replay is not None)
+
+
 def show_replay(view: ViewState, recording: Replay) -> ViewState:
     """Puts a recording on the screen; a run that is still computed is void then."""
     ticket, draft, editing = view.ticket + 1, Draft.from_replay(recording), view.editing

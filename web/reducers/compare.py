@@ -6,7 +6,6 @@ import itertools
 from dataclasses import replace
 from typing import ClassVar
 
-from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.web.model.intents.compare import (
     CompareRuns,
     CompareUnreadable,
@@ -18,9 +17,16 @@ from slipgrasp.web.model.intents.compare import (
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.recordings import OpenRecording
 from slipgrasp.web.model.pairing import pair_of, swapped, with_ghost, without_ghost
-from slipgrasp.web.model.view import Comparing, Pair, ViewState, show_replay
+from slipgrasp.web.model.view import (
+    Comparing,
+    Pair,
+    ViewState,
+    replays_of,
+    show_replay,
+)
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.comparison_worker import ComparisonWorker
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 
 _REST = 0.3
 
@@ -29,7 +35,7 @@ class CompareReducer(Reducer):
     """Compares whatever two runs are on the screen, once they have been there for a moment.
 
     Args:
-        store: The stored runs.
+        recordings: Opens stored runs.
         send: Takes the worker's answers.
     """
 
@@ -42,9 +48,9 @@ class CompareReducer(Reducer):
         RunsCompared,
     )
 
-    def __init__(self, store: RecordingStore, send: Send) -> None:
+    def __init__(self, recordings: OpenRecordings, send: Send) -> None:
         self._send = send
-        self._worker = ComparisonWorker(store, send)
+        self._worker = ComparisonWorker(recordings, send)
         self.workers = (self._worker,)
         # Requests for runs count up from zero; these tickets never meet theirs.
         self._tickets = itertools.count(-1, -1)
@@ -104,7 +110,11 @@ class CompareReducer(Reducer):
 
     def _open(self, view: ViewState, a: str, b: str) -> ViewState:
         number = view.opening + 1
-        self._worker.open(number, "" if _is_shown(a, view) else a, b)
+        keeps_a = _is_shown(a, view)
+        # The run on the screen stays, and so does its recording.
+        kept = () if not keeps_a or view.shown is None else (view.shown.replay, view.replay)
+        instead_of = [replay for replay in replays_of(view) if replay not in kept]
+        self._worker.open(number, "" if keeps_a else a, b, instead_of)
         return replace(view, opening=number)
 
 

@@ -24,12 +24,14 @@ from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.export_worker import ExportWorker
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 
 
 class ExportReducer(Reducer):
     """Makes files and brings them to the user, one at a time.
 
     Args:
+        recordings: Has the memory for drawing runs.
         send: Takes the answers of its thread.
         deliver: Brings a file to the user.
     """
@@ -44,7 +46,10 @@ class ExportReducer(Reducer):
         ExportFailed,
     )
 
-    def __init__(self, send: Send, deliver: Callable[[ExportFile], None]) -> None:
+    def __init__(
+        self, recordings: OpenRecordings, send: Send, deliver: Callable[[ExportFile], None]
+    ) -> None:
+        self._recordings = recordings
         self._deliver = deliver
         self._worker = ExportWorker(send)
         self.workers = (self._worker,)
@@ -70,11 +75,20 @@ class ExportReducer(Reducer):
             return replace(begun, pictures=begun.pictures + 1, picture_name=name)
         if isinstance(intent, ExportCharts):
             name = file_name(run, "charts", "svg")
-            self._worker.start(number, lambda _: ExportFile(name, _charts_file(view, shown)))
+            self._worker.start(number, lambda _: ExportFile(name, self._charts(view, shown)))
             return replace(begun, busy_with="Drawing the charts")
         name = file_name(run, "replay", "html")
-        self._worker.start(number, lambda tell: ExportFile(name, _replay_file(shown, tell)))
+        self._worker.start(number, lambda tell: ExportFile(name, self._replay(shown, tell)))
         return replace(begun, busy_with="Recording the replay")
+
+    def _charts(self, view: ViewState, shown: Shown) -> bytes:
+        runs = (shown.result, *((view.ghost.shown.result,) if view.ghost else ()))
+        with self._recordings.room_for(*runs):
+            return _charts_file(view, shown)
+
+    def _replay(self, shown: Shown, tell: Callable[[float], None]) -> bytes:
+        with self._recordings.room_for(shown.result):
+            return _replay_file(shown, tell)
 
     def _take_answer(
         self, answer: ExportMoved | ExportFinished | ExportFailed, exporting: Exporting

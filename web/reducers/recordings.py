@@ -24,9 +24,17 @@ from slipgrasp.web.model.intents.recordings import (
 from slipgrasp.web.model.intents.runs import RunSaved
 from slipgrasp.web.model.replay import Source
 from slipgrasp.web.model.run_list import Notice, RunFilter, RunList
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState, show_replay, with_status
+from slipgrasp.web.model.view import (
+    RunStage,
+    RunStatus,
+    ViewState,
+    replays_of,
+    show_replay,
+    with_status,
+)
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.library_worker import LibraryWorker
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 
 _LEAST_INTERVAL = 4.0
 _SHARE = 0.005
@@ -48,6 +56,7 @@ class RecordingsReducer(Reducer):
 
     Args:
         store: The stored runs.
+        recordings: Opens them.
         send: Takes the worker's answers.
         first: The recording to open first, if any.
     """
@@ -67,8 +76,14 @@ class RecordingsReducer(Reducer):
         RunSaved,
     )
 
-    def __init__(self, store: RecordingStore, send: Send, first: Source | None) -> None:
-        self._worker = LibraryWorker(store, send)
+    def __init__(
+        self,
+        store: RecordingStore,
+        recordings: OpenRecordings,
+        send: Send,
+        first: Source | None,
+    ) -> None:
+        self._worker = LibraryWorker(store, recordings, send)
         self.workers = (self._worker,)
         self._first = first
         self._listed_at: float | None = None
@@ -140,7 +155,7 @@ class RecordingsReducer(Reducer):
 
     def _open(self, view: ViewState, source: Source) -> ViewState:
         number = view.opening + 1
-        self._worker.open(number, source)
+        self._worker.open(number, source, replays_of(view))
         return replace(view, opening=number)
 
 

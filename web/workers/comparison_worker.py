@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import partial
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.compare.comparison import IncomparableError, compare
 from slipgrasp.recordings.exceptions import RecordingError
-from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.web.model.intents.compare import CompareUnreadable, RunsCompared, RunsOpened
 from slipgrasp.web.model.intents.intent import Send
-from slipgrasp.web.model.replay import open_replay
+from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Pair
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.worker import QueueWorker
 
 
@@ -19,37 +21,42 @@ class ComparisonWorker(QueueWorker):
     """Answers the latest request for two recordings, and the latest to compare two runs.
 
     Args:
-        store: The stored runs.
+        recordings: Opens stored runs.
         send: Takes the answers.
     """
 
-    def __init__(self, store: RecordingStore, send: Send) -> None:
+    def __init__(self, recordings: OpenRecordings, send: Send) -> None:
         super().__init__("comparison-worker")
-        self._store, self._send = store, send
+        self._recordings, self._send = recordings, send
 
-    def open(self, number: int, a: str, b: str) -> None:
+    def open(self, number: int, a: str, b: str, instead_of: Collection[Replay] = ()) -> None:
         """Asks for recordings.
 
         Args:
             number: What the answer is to be recognised by.
             a: Id of the first; empty if only the second is needed.
             b: Id of the second.
+            instead_of: What the page will show no more.
         """
-        self.ask(partial(self._open, number, a, b), "open")
+        self.ask(partial(self._open, number, a, b, instead_of), "open")
 
     def compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
         """Asks what tells two runs apart."""
         self.ask(partial(self._compare, pair, a, b), "compare")
 
-    def _open(self, number: int, a: str, b: str) -> None:
+    def _open(self, number: int, a: str, b: str, instead_of: Collection[Replay]) -> None:
+        def opened(run_id: str) -> Replay:
+            return self._recordings.open(run_id, instead_of, self.is_closed)
+
         try:
-            first = open_replay(self._store, a) if a else None
-            self._send(RunsOpened(number, first, open_replay(self._store, b)))
+            self._send(RunsOpened(number, opened(a) if a else None, opened(b)))
         except RecordingError as error:
             self._send(CompareUnreadable(number, str(error)))
 
     def _compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
         try:
-            self._send(RunsCompared(pair, compare(a, b)))
-        except IncomparableError as error:
+            with self._recordings.room_for(a, b):
+                found = compare(a, b)
+            self._send(RunsCompared(pair, found))
+        except (IncomparableError, ServiceBusyError) as error:
             self._send(RunsCompared(pair, None, str(error)))

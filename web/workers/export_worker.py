@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed, ExportFinished, ExportMoved
 from slipgrasp.web.model.intents.intent import Intent, Send
@@ -67,6 +68,8 @@ class ExportWorker(Worker):
             answer = ExportFinished(number, make(tell))
         except ExportCancelledError:
             answer = ExportFailed(number, _CANCELLED)
+        except ServiceBusyError as error:
+            answer = ExportFailed(number, f"The file could not be made: {error}.")
         except OSError as error:
             answer = ExportFailed(number, f"The file could not be made: {error.strerror or error}.")
         finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from functools import partial
 
 from slipgrasp.recordings.exceptions import RecordingError, RecordingNotFoundError
@@ -19,8 +20,9 @@ from slipgrasp.web.model.intents.recordings import (
     RecordingsListed,
     RecordingUnreadable,
 )
-from slipgrasp.web.model.replay import Source, open_replay
+from slipgrasp.web.model.replay import Replay, Source
 from slipgrasp.web.model.run_list import ROWS_PER_PAGE, RunFilter
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.worker import QueueWorker
 
 NUM_RECENT = 30
@@ -31,21 +33,23 @@ class LibraryWorker(QueueWorker):
 
     Args:
         store: The stored runs.
+        recordings: Opens them.
         send: Takes the answers.
     """
 
-    def __init__(self, store: RecordingStore, send: Send) -> None:
+    def __init__(self, store: RecordingStore, recordings: OpenRecordings, send: Send) -> None:
         super().__init__("library-worker")
-        self._store, self._send = store, send
+        self._store, self._recordings, self._send = store, recordings, send
 
-    def open(self, number: int, source: Source) -> None:
+    def open(self, number: int, source: Source, instead_of: Collection[Replay] = ()) -> None:
         """Asks for a recording; one that still waits is forgotten.
 
         Args:
             number: What the answer is to be recognised by.
             source: The recording.
+            instead_of: What the page will show no more.
         """
-        self.ask(partial(self._open, number, source), "open")
+        self.ask(partial(self._open, number, source, instead_of), "open")
 
     def list(self, page: int, wanted: RunFilter, chosen_id: str = "") -> None:
         """Asks for a page of the list.
@@ -65,9 +69,10 @@ class LibraryWorker(QueueWorker):
         """Asks to have a run deleted."""
         self.ask(partial(self._delete, request), must=True)
 
-    def _open(self, number: int, source: Source) -> None:
+    def _open(self, number: int, source: Source, instead_of: Collection[Replay]) -> None:
         try:
-            self._send(RecordingOpened(number, open_replay(self._store, source)))
+            replay = self._recordings.open(source, instead_of, self.is_closed)
+            self._send(RecordingOpened(number, replay))
         except RecordingError as error:
             self._send(RecordingUnreadable(number, str(error)))
 

@@ -7,6 +7,8 @@ from functools import partial
 
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.reading import ROW_COST
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.intents.intent import Send
@@ -22,6 +24,7 @@ from slipgrasp.web.model.intents.study import (
 )
 from slipgrasp.web.model.study_draft import StudyDraft, study_of
 from slipgrasp.web.model.study_map import MapPicture
+from slipgrasp.web.workers.open_recordings import Room
 from slipgrasp.web.workers.worker import QueueWorker
 
 MOST_LISTED = 30
@@ -36,12 +39,13 @@ class StudyWorker(QueueWorker):
 
     Args:
         service: Runs studies.
+        room: The memory for drawing maps.
         send: Takes the answers.
     """
 
-    def __init__(self, service: StudyService, send: Send) -> None:
+    def __init__(self, service: StudyService, room: Room, send: Send) -> None:
         super().__init__("study-worker")
-        self._service, self._send = service, send
+        self._service, self._room, self._send = service, room, send
         self._told: tuple[int, StudyStatus, int] | None = None
         self._drawn: tuple[int, int] | None = None
         self._draw_again_at = 0.0
@@ -155,7 +159,12 @@ class StudyWorker(QueueWorker):
         # What draws figures takes a second to load, and few sessions ever need it.
         from slipgrasp.web.charts.study_map import draw_map
 
-        picture = draw_map(self._service.results(status.stored.id))
+        try:
+            with self._room(ROW_COST * status.finished):
+                picture = draw_map(self._service.results(status.stored.id))
+        except ServiceBusyError:
+            # It is asked for again with the next look at the study.
+            return None, True
         self._drawn = drawn
         took = time.monotonic() - started
         self._draw_again_at = started + max(_REDRAW_EVERY, took / _DRAWING_SHARE)

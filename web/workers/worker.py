@@ -68,6 +68,10 @@ class QueueWorker(Worker):
             self._waiting = {key: w for key, w in self._waiting.items() if w.must}
             self._wake.notify()
 
+    def is_closed(self) -> bool:
+        """Whether it was asked to end."""
+        return self._closed
+
     def join(self, timeout: float) -> None:
         """Waits until the thread has ended [s]."""
         self._thread.join(timeout)
@@ -84,3 +88,5 @@ class QueueWorker(Worker):
             except Exception:
                 # The edge of the thread: one failed task must not end all that follow.
                 _logger.exception("a task of the thread %s failed", self._thread.name)
+            # Until the next one comes it would keep the runs that it was about.
+            del waiting
