@@ -6,9 +6,11 @@ contacts], with the true friction.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
@@ -42,7 +44,7 @@ def find_controllable(model: Record, discrete: Record, work: Record) -> int:
     for k in range(3):
         share = 0.0
         for i in range(rank):
-            share += basis[i, k] ** 2
+            share += square(basis[i, k])
         work.shares[k] = 1.0 if rank == rows else share
     return rank
 
@@ -68,7 +70,7 @@ def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) 
     """
     whole, rest = 0.0, 0.0
     for k in range(length):
-        whole += vectors[candidate, k] ** 2
+        whole += square(vectors[candidate, k])
     for _ in range(2):
         for i in range(count):
             part = 0.0
@@ -77,9 +79,9 @@ def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) 
             for k in range(length):
                 vectors[candidate, k] -= part * vectors[i, k]
     for k in range(length):
-        rest += vectors[candidate, k] ** 2
-    if rest <= DEPENDENT**2 * whole:
+        rest += square(vectors[candidate, k])
+    if rest <= square(DEPENDENT) * whole:
         return 0
     for k in range(length):
-        vectors[count, k] = vectors[candidate, k] / rest**0.5
+        vectors[count, k] = vectors[candidate, k] / np.sqrt(rest)
     return 1

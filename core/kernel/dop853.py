@@ -218,7 +218,7 @@ _DOP853_DENSE = (
 
 # Order 8: twelve evaluations a step, but steps ten times as long where the motion is smooth.
 DOP853 = pack_method(
-    exponent=1 / 8,
+    roots=3,
     last=12,
     nodes=_DOP853_NODES,
     matrix=_DOP853_MATRIX,

@@ -113,7 +113,8 @@ def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tu
     """Kinetic and potential energy [J] of object and fingers, heights from y = 0."""
     kinetic, potential = 0.0, hand.gravity * truth.object_inertia[0] * state.x[Y]
     for k in range(3):
-        kinetic += 0.5 * truth.object_inertia[k] * state.x[velocity_at(k)] ** 2
+        rate = state.x[velocity_at(k)]
+        kinetic += 0.5 * truth.object_inertia[k] * rate * rate
     for i in range(hand.num_fingers):
         rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
         joint_height = hand.bases[i, 1]

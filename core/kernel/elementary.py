@@ -151,6 +151,20 @@ def nearest(x: float) -> float:
 
 
 @compiled
+def square(x: float) -> float:
+    """One rounded product, which ``x**2`` is not everywhere."""
+    return x * x
+
+
+@compiled
+def root(x: float, times: int) -> float:
+    """The square root, taken that many times: x^(1 / 2^times)."""
+    for _ in range(times):
+        x = np.sqrt(x)
+    return x
+
+
+@compiled
 def _exact_sum(a: float, b: float) -> tuple[float, float]:
     """The rounded sum and what rounding took from it (Knuth)."""
     total = a + b
@@ -314,8 +328,8 @@ def hypot(x: float, y: float) -> float:
     length = np.sqrt(first + second)
     if length == 0.0:
         return 0.0
-    square, square_rest = _exact_product(length, length)
-    excess = ((square - first) - second) + ((square_rest - first_rest) - second_rest)
+    whole, whole_rest = _exact_product(length, length)
+    excess = ((whole - first) - second) + ((whole_rest - first_rest) - second_rest)
     return length - excess / (2.0 * length)
 
 

@@ -7,6 +7,7 @@ from collections import namedtuple
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import atan2, sincos, square
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
 
@@ -45,7 +46,7 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
     The fingers follow from inverse kinematics on a fixed elbow branch, so the position
     constraint holds to rounding at all times.
     """
-    cosine, sine = np.cos(state.x[ANGLE]), np.sin(state.x[ANGLE])
+    sine, cosine = sincos(state.x[ANGLE])
     omega = state.x[velocity_at(ANGLE)]
     for i in range(hand.num_fingers):
         slip, slip_velocity = state.x[slip_at(i)], state.x[slip_velocity_at(hand.num_fingers, i)]
@@ -83,8 +84,8 @@ def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: floa
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
     squared = dx * dx + dy * dy
     c2 = (squared - first * first - second * second) / (2.0 * first * second)
-    square = 1.0 - c2 * c2
-    s2 = hand.elbows[i] * np.sqrt(max(square, 1e-300))
+    extension = 1.0 - c2 * c2
+    s2 = hand.elbows[i] * np.sqrt(max(extension, 1e-300))
     # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
     along, across = first + second * c2, second * s2
     inverse = 1.0 / squared
@@ -95,11 +96,24 @@ def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: floa
     i00, i01 = scale * second * c12, scale * second * s12
     i10, i11 = -scale * dx, -scale * dy
     rate1, rate2 = i00 * vx + i01 * vy, i10 * vx + i11 * vy
-    own, total = first * rate1 * rate1, second * (rate1 + rate2) * (rate1 + rate2)
+    own, total = first * square(rate1), second * square(rate1 + rate2)
     bias_x, bias_y = own * c1 + total * c12, own * s1 + total * s12
-    extension = square - LEAST_SINE**2
     return Finger(
-        c1, s1, c12, s12, c2, s2, i00, i01, i10, i11, rate1, rate2, bias_x, bias_y, extension
+        c1,
+        s1,
+        c12,
+        s12,
+        c2,
+        s2,
+        i00,
+        i01,
+        i10,
+        i11,
+        rate1,
+        rate2,
+        bias_x,
+        bias_y,
+        extension - square(LEAST_SINE),
     )
 
 
@@ -144,8 +158,8 @@ def stored_finger(kin: Record, i: int) -> Finger:
 def joint_angle(kin: Record, i: int, joint: int) -> float:
     """Angle of a joint [rad], the second relative to the first."""
     if joint == 0:
-        return np.arctan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
-    return np.arctan2(kin.bends[i, 1], kin.bends[i, 0])
+        return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
+    return atan2(kin.bends[i, 1], kin.bends[i, 0])
 
 
 @compiled

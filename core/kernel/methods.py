@@ -19,7 +19,7 @@ METHOD = np.dtype(
         ("last", np.int64),
         ("num_slopes", np.int64),
         ("num_dense", np.int64),  # rows of ``dense``
-        ("exponent", np.float64),  # of the error in the step size
+        ("roots", np.int64),  # the step size follows the error to the power -1 / 2^roots
         ("nodes", np.float64, (MAX_SLOPES,)),
         ("num_ordered", np.int64),
         ("ordered", np.int64, (MAX_SLOPES,)),  # slopes at different nodes, from start to end
@@ -35,7 +35,7 @@ Sparse = Sequence[Sequence[tuple[int, float]]]
 
 
 def pack_method(
-    exponent: float,
+    roots: int,
     last: int,
     nodes: Sequence[float],
     matrix: Sparse,
@@ -46,7 +46,7 @@ def pack_method(
     """One `METHOD` from its coefficients.
 
     Args:
-        exponent: Of the error in the step size.
+        roots: Square roots of the error in the step size: its power is -1 / 2^roots.
         last: Number of the slope at the end of the step.
         nodes: One per slope, those for values inside the step included.
         matrix: Per slope, the (column, coefficient) pairs that are not zero.
@@ -57,7 +57,7 @@ def pack_method(
     packed = np.zeros(1, METHOD)
     method: np.void = packed[0]
     method["last"], method["num_slopes"], method["num_dense"] = last, len(nodes), len(dense)
-    method["exponent"] = exponent
+    method["roots"] = roots
     method["nodes"][: len(nodes)] = nodes
     ordered = [*sorted((k for k in range(last) if nodes[k] < 1.0), key=nodes.__getitem__), last]
     method["num_ordered"] = len(ordered)
@@ -73,7 +73,7 @@ def pack_method(
 
 # Dormand-Prince 5(4): six evaluations a step, cheapest for the short steps of sampled control.
 DOPRI5 = pack_method(
-    exponent=1 / 5,
+    roots=2,
     last=6,
     nodes=(0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0),
     matrix=(

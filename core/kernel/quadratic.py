@@ -14,6 +14,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import hypot, square
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 
 # Two force components and at most one slip row and eight inequalities per finger; the wrench,
@@ -140,7 +141,7 @@ def _split_normal(problem: Record, row: int) -> float:
     whole, rest = 0.0, 0.0
     for i in range(size):
         problem.step[i] = problem.normals[row, i]
-        whole += problem.step[i] ** 2
+        whole += square(problem.step[i])
     for k in range(count):
         problem.parts[k] = 0.0
     for _ in range(2):
@@ -152,13 +153,13 @@ def _split_normal(problem: Record, row: int) -> float:
             for i in range(size):
                 problem.step[i] -= part * problem.basis[i, k]
     for i in range(size):
-        rest += problem.step[i] ** 2
+        rest += square(problem.step[i])
     for k in range(count - 1, -1, -1):
         total = problem.parts[k]
         for j in range(k + 1, count):
             total -= problem.triangle[k, j] * problem.slopes[j]
         problem.slopes[k] = total / problem.triangle[k, k]
-    return rest if rest > DEPENDENT**2 * whole else 0.0
+    return rest if rest > square(DEPENDENT) * whole else 0.0
 
 
 @compiled
@@ -195,7 +196,7 @@ def _let_go(problem: Record, gone: int) -> None:
             problem.triangle[j, k] = problem.triangle[j, k + 1]
     for k in range(gone, last):
         a, b = problem.triangle[k, k], problem.triangle[k + 1, k]
-        length = np.hypot(a, b)
+        length = hypot(a, b)
         cosine, sine = a / length, b / length
         problem.triangle[k, k] = length
         for j in range(k + 1, last):

@@ -9,6 +9,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.flow import flow
 from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
@@ -80,8 +81,8 @@ def take_step(
     for j in range(size):
         largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
         scale = 1.0 / (absolute + relative * largest)
-        total += (scale * step.terms[0, j]) ** 2
-        correction += (scale * step.terms[1, j]) ** 2
+        total += square(scale * step.terms[0, j])
+        correction += square(scale * step.terms[1, j])
     if total == 0.0:
         return 0.0
     return h * total / np.sqrt((total + 0.01 * correction) * size)

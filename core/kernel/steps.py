@@ -8,7 +8,12 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.dips import find_dip
 from slipgrasp.core.kernel.dynamics import stored_energy
+<<<<<<< ours
 from slipgrasp.core.kernel.flow import flow, update_mechanics
+=======
+from slipgrasp.core.kernel.elementary import root
+from slipgrasp.core.kernel.flow import flow
+>>>>>>> theirs
 from slipgrasp.core.kernel.guards import (
     find_fired,
     find_overlooked,
@@ -50,7 +55,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
     numerics, now = model.numerics, run.now
     rest = until - now
     h = min(run.step_size, numerics.max_step, ROWS_PER_STEP / numerics.output_rate)
-    exponent = model.method.exponent
+    roots = model.method.roots
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
         error = take_step(model, run.discrete, now, size, run.step, run.work)
@@ -58,11 +63,11 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
             error = max(error, _ledger_error(model, run, size))
         run.steps += 1
         if error <= 1.0:
-            growth = min(MAX_GROWTH, 0.9 * max(error, 1e-10) ** -exponent)
+            growth = min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), roots))
             if size < rest or growth < 1.0 or size * growth > h:
                 run.step_size = size * growth
             return size
-        shrink = max(0.2, 0.9 * error**-exponent) if error < np.inf else 0.1
+        shrink = max(0.2, 0.9 / root(error, roots)) if error < np.inf else 0.1
         h = size * shrink
         if h < LEAST_STEP * max(1.0, now) and h < rest:
             return 0.0

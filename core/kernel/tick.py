@@ -7,6 +7,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.interface import adapt_at_tick
+from slipgrasp.core.kernel.elementary import nearest
 from slipgrasp.core.kernel.flow import flow, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import arm_guards
 from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, settle
@@ -240,9 +241,9 @@ def _let_wait(model: Record, run: Record) -> None:
     """Puts the command in the queue; those that would act after it are dropped."""
     due = run.now + model.law.latency
     periods = model.law.latency / model.law.period
-    if abs(periods - np.rint(periods)) < SAME_TICK:
+    if abs(periods - nearest(periods)) < SAME_TICK:
         # The very instant of a tick, not one rounding beside it.
-        due = run.tick_origin + (run.ticks - 1 + np.rint(periods)) * model.law.period
+        due = run.tick_origin + (run.ticks - 1 + nearest(periods)) * model.law.period
     room = len(run.due)
     while run.num_waiting > 0:
         if run.due[(run.first_waiting + run.num_waiting - 1) % room] < due:
