@@ -8,12 +8,8 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.dips import find_dip
 from slipgrasp.core.kernel.dynamics import stored_energy
-<<<<<<< ours
-from slipgrasp.core.kernel.flow import flow, update_mechanics
-=======
 from slipgrasp.core.kernel.elementary import root
-from slipgrasp.core.kernel.flow import flow
->>>>>>> theirs
+from slipgrasp.core.kernel.flow import flow, update_mechanics
 from slipgrasp.core.kernel.guards import (
     find_fired,
     find_overlooked,
