@@ -41,7 +41,7 @@ from slipgrasp.core.kernel.run import (
 )
 from slipgrasp.core.kernel.sensing import noise_used_up
 from slipgrasp.core.kernel.state import supplied_at
-from slipgrasp.core.kernel.stepper import take_step
+from slipgrasp.core.kernel.stepper import method_of, take_step
 from slipgrasp.core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
 from slipgrasp.core.kernel.tick import (
     apply_command,
@@ -260,9 +260,10 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
         if h == 0.0 and run.fired == 0:
             emit(model, run, outlet, now, step.start)
             return STEP_UNDERFLOW
+        last = method_of(model, step).last
         for k in range(model.num_states):
             step.start.x[k] = step.end.x[k]
-            step.slopes[0].x[k] = step.slopes[model.method.last].x[k]
+            step.slopes[0].x[k] = step.slopes[last].x[k]
         reaches = h == until - now and run.fired == 0
         run.now = until if reaches else now + h
         if run.fired == 1:

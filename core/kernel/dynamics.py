@@ -12,7 +12,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.kinematics import Finger, stored_finger
-from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.state import Y, velocity_at
 
 # Apparent inertia and bias force of the fingers at their tips.
@@ -63,25 +63,45 @@ def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
     for i in range(hand.num_fingers):
         finger = stored_finger(kin, i)
         for link in range(2):
-            joint_space = joint_space_unit(hand, i, link, finger)
-            xx, xy, yy, fx, fy = seen_at_tip(finger, joint_space, kin.bias[i, 0], kin.bias[i, 1])
+            m11, m12, m22, h1, h2 = joint_space_unit(hand, i, link, finger)
+            bx, by = finger.bias_x, finger.bias_y
+            xx, xy, yy, fx, fy = seen_at_tip(finger, m11, m12, m22, h1, h2, bx, by)
             unit.inertia[i, link, 0], unit.inertia[i, link, 1] = xx, xy
             unit.inertia[i, link, 2] = yy
             unit.bias[i, link, 0], unit.bias[i, link, 1] = fx, fy
 
 
 @compiled
-def seen_at_tip(
-    finger: Finger, joint_space: tuple[float, float, float, float, float], bx: float, by: float
+def joint_space(
+    hand: Record, masses: Floats, i: int, finger: Finger
 ) -> tuple[float, float, float, float, float]:
-    """Lambda_xx, Lambda_xy, Lambda_yy and f_0 from M and h, for a tip whose bias is (bx, by)."""
-    m11, m12, m22, h1, h2 = joint_space
-    i00, i01, i10, i11 = (
-        finger.inverse00,
-        finger.inverse01,
-        finger.inverse10,
-        finger.inverse11,
+    """Inertia M_11, M_12, M_22 and bias h_1, h_2 of finger ``i``, links ``(n, 2)`` [kg]."""
+    a11, a12, a22, a1, a2 = joint_space_unit(hand, i, 0, finger)
+    b11, b12, b22, b1, b2 = joint_space_unit(hand, i, 1, finger)
+    a, b = masses[i, 0], masses[i, 1]
+    return (
+        a * a11 + b * b11,
+        a * a12 + b * b12,
+        a * a22 + b * b22,
+        a * a1 + b * b1,
+        a * a2 + b * b2,
     )
+
+
+@compiled
+def seen_at_tip(
+    finger: Finger,
+    m11: float,
+    m12: float,
+    m22: float,
+    h1: float,
+    h2: float,
+    bx: float,
+    by: float,
+) -> tuple[float, float, float, float, float]:
+    """Lambda_xx, Lambda_xy, Lambda_yy and f_0 from M and h, for a tip whose bias is b."""
+    i00, i01 = finger.inverse00, finger.inverse01
+    i10, i11 = finger.inverse10, finger.inverse11
     # Joint accelerations by which the tip has the acceleration b, and what torques they take.
     b1, b2 = i00 * bx + i01 * by, i10 * bx + i11 * by
     t1, t2 = h1 + m11 * b1 + m12 * b2, h2 + m12 * b1 + m22 * b2

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipgrasp.core.kernel.dop853 import DOP853
-from slipgrasp.core.kernel.methods import DOPRI5, METHOD
+from slipgrasp.core.kernel.methods import BS32, DOPRI5, MAX_METHODS, METHOD, RK43
 from slipgrasp.core.kernel.motion import MOTION, pack_motion
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record, make_record
 from slipgrasp.core.kernel.state import count_states
@@ -164,7 +164,8 @@ MODEL = np.dtype(
         ("sensors", SENSORS),
         ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
-        ("method", METHOD),
+        ("num_methods", np.int64),
+        ("methods", METHOD, (MAX_METHODS,)),  # in rising order
     ],
     align=True,
 )
@@ -188,7 +189,10 @@ def pack_model(scenario: Scenario) -> Record:
     simulation, numerics = scenario.simulation, model["numerics"]
     for name in NUMERICS.names or ():
         numerics[name] = getattr(simulation, name)
-    model["method"] = DOPRI5 if scenario.controller.control_period > 0.0 else DOP853
+    methods = (BS32, RK43, DOPRI5) if scenario.controller.control_period > 0.0 else (DOP853,)
+    model["num_methods"] = len(methods)
+    for rank, method in enumerate(methods):
+        model["methods"][rank] = method
     return record
 
 

@@ -54,6 +54,8 @@ PROGRESS = np.dtype(
         ("tally", TALLY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
+        ("rank", np.int64),  # of the method for the next step
+        ("quiet_steps", np.int64),  # in a row, far within tolerance
         ("hold_until", np.float64),  # end of a recognition hold, inf if none [s]
         ("tick_origin", np.float64),  # time of tick 0 of sampled control [s]
         ("last_tick", np.float64),  # [s]

@@ -10,17 +10,19 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
-from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.flow import flow, forget_mechanics
 from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.state import MAX_STATE, STATE
+from slipgrasp.core.kernel.sticking import all_stick, sticking_flow
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
+        ("rank", np.int64),  # of the method by which it is taken
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
@@ -34,13 +36,19 @@ STEP = np.dtype(
 
 
 @compiled
+def method_of(model: Record, step: Record) -> Record:
+    """The method by which a step is taken."""
+    return model.methods[step.rank]
+
+
+@compiled
 def _combine(model: Record, row: int, h: float, step: Record, target: Record) -> None:
     """The state at which slope ``row`` is taken."""
-    size = model.num_states
+    size, matrix = model.num_states, method_of(model, step).matrix
     for j in range(size):
         target.x[j] = step.start.x[j]
     for k in range(row):
-        weight = h * model.method.matrix[row, k]
+        weight = h * matrix[row, k]
         if weight != 0.0:
             for j in range(size):
                 target.x[j] += weight * step.slopes[k].x[j]
@@ -58,22 +66,38 @@ def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: F
                 total[j] += weight * step.slopes[k].x[j]
 
 
-@compiled_apart(types.float64, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
-) -> float:
-    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step.
-
-    Returns:
-        The error over what is allowed, root mean square; not a number if anything is not.
-    """
-    method = model.method
-    for row in range(1, method.last + 1):
-        _combine(model, row, h, step, step.end)
-        flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
-        sample_guards(model, discrete, work, step.samples, row)
+) -> None:
+    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
+    method = method_of(model, step)
+    if model.law.period > 0.0 and all_stick(model, discrete):
+        forget_mechanics(work)
+        for row in range(1, method.last):
+            _combine(model, row, h, step, step.end)
+            sticking_flow(model, discrete, step.end, step.slopes[row], work)
+            sample_guards(model, discrete, work, step.samples, row)
+    else:
+        for row in range(1, method.last):
+            _combine(model, row, h, step, step.end)
+            flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
+            sample_guards(model, discrete, work, step.samples, row)
+    _combine(model, method.last, h, step, step.end)
+    flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
     step.prepared = 0
-    size = model.num_states
+
+
+@compiled_apart(types.float64, MODEL, types.float64, STEP)
+def step_error(model: Record, h: float, step: Record) -> float:
+    """The error of a step over what is allowed, root mean square; not a number if anything is not.
+
+    Args:
+        model: Constants of the run.
+        h: Size of the step [s].
+        step: The step; the first terms of its interpolant are overwritten.
+    """
+    size, method = model.num_states, method_of(model, step)
     _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
     _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
     relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
@@ -88,6 +112,22 @@ def take_step(
     return h * total / np.sqrt((total + 0.01 * correction) * size)
 
 
+@compiled
+def is_quiet(model: Record, h: float, step: Record) -> bool:
+    """Whether every error of the step is at most half of what is allowed.
+
+    The error as `step_error` has it is then at most a half, and nobody divides to see it.
+    """
+    size, method = model.num_states, method_of(model, step)
+    _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
+    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
+    quiet = True
+    for j in range(size):
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        quiet = quiet and abs(h * step.terms[0, j]) <= 0.5 * (absolute + relative * largest)
+    return quiet
+
+
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def prepare_interpolant(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
@@ -96,7 +136,7 @@ def prepare_interpolant(
     if step.prepared == 1:
         return
     step.prepared = 1
-    method = model.method
+    method = method_of(model, step)
     for row in range(method.last + 1, method.num_slopes):
         _combine(model, row, h, step, step.stage)
         flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
@@ -116,7 +156,7 @@ def prepare_interpolant(
 @compiled
 def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
     """State inside the step, by the continuous extension of the method."""
-    size, last = model.num_states, model.method.num_dense + 2
+    size, last = model.num_states, method_of(model, step).num_dense + 2
     for j in range(size):
         state.x[j] = 0.0
     for term in range(last, -1, -1):
