@@ -42,7 +42,7 @@ from slipgrasp.core.kernel.run import (
 from slipgrasp.core.kernel.sensing import noise_used_up
 from slipgrasp.core.kernel.state import supplied_at
 from slipgrasp.core.kernel.stepper import method_of, take_step
-from slipgrasp.core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
+from slipgrasp.core.kernel.steps import cut_at_event, emit_due, emit_inside, take_accepted_step
 from slipgrasp.core.kernel.tick import (
     apply_command,
     control_tick,
@@ -247,6 +247,7 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
     now, step = run.now, run.step
     until = _next_break(model, run, t_stop)
     if until > now:
+        emit_due(model, run, outlet)
         taken = take_accepted_step(model, run, until)
         if taken == 0.0:
             emit(model, run, outlet, now, step.start)

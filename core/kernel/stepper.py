@@ -19,6 +19,9 @@ from slipgrasp.core.kernel.state import MAX_STATE, STATE
 from slipgrasp.core.kernel.sticking import all_stick, sticking_flow
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
+# Share of the allowed error from which a higher order is worth its cost.
+QUIET = 0.1
+
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
@@ -114,9 +117,9 @@ def step_error(model: Record, h: float, step: Record) -> float:
 
 @compiled
 def is_quiet(model: Record, h: float, step: Record) -> bool:
-    """Whether every error of the step is at most half of what is allowed.
+    """Whether no error of the step is more than the share QUIET of what is allowed.
 
-    The error as `step_error` has it is then at most a half, and nobody divides to see it.
+    The error as `step_error` has it is then not more either, and nobody divides to see it.
     """
     size, method = model.num_states, method_of(model, step)
     _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
@@ -124,7 +127,7 @@ def is_quiet(model: Record, h: float, step: Record) -> bool:
     quiet = True
     for j in range(size):
         largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
-        quiet = quiet and abs(h * step.terms[0, j]) <= 0.5 * (absolute + relative * largest)
+        quiet = quiet and abs(h * step.terms[0, j]) <= QUIET * (absolute + relative * largest)
     return quiet
 
 

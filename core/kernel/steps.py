@@ -25,12 +25,13 @@ from slipgrasp.core.kernel.run import (
     OUTPUT_ROUNDING,
     PROGRESS,
     ROWS_PER_STEP,
-    emit,
+    emit_as_of,
     evaluate_at,
     store_row,
 )
 from slipgrasp.core.kernel.state import ANGLE, dissipated_at, supplied_at, velocity_at
 from slipgrasp.core.kernel.stepper import (
+    QUIET,
     interpolate,
     is_quiet,
     method_of,
@@ -41,7 +42,6 @@ from slipgrasp.core.kernel.stepper import (
 
 LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
-RAISING = 0.5  # share of the allowed error from which a higher order is worth its cost
 QUIET_STEPS = 100
 LOCATION_WIDTH = 2e-14
 LOCATION_SHARE = 1e-13
@@ -73,7 +73,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         error, roots = step_error(model, size, step), method_of(model, step).roots
         if error <= 1.0 and fast:
             error = max(error, _ledger_error(model, run, size))
-        is_raised = not error <= RAISING and _raise_order(model, run)
+        is_raised = not error <= QUIET and _raise_order(model, run)
         if error <= 1.0:
             growth = min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), roots))
             if not is_raised and (size < rest or growth < 1.0 or size * growth > h):
@@ -223,9 +223,23 @@ def _gives_back(model: Record, run: Record, h: float) -> bool:
         output += 1
 
 
+@compiled
+def emit_due(model: Record, run: Record, outlet: Record) -> None:
+    """Rows whose time has come are those of the present state.
+
+    Before the step that leaves it: mechanics and law of the state are still at hand.
+    """
+    while True:
+        t = run.outputs / model.numerics.output_rate
+        if t > run.now + OUTPUT_ROUNDING:
+            return
+        emit_as_of(model, run, outlet, run.now, run.step.start, t)
+        run.outputs += 1
+
+
 @compiled_apart(types.float64, MODEL, PROGRESS, OUTLET, types.float64)
 def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
-    """Rows at the output times from the start of the step to before its end.
+    """Rows at the output times inside the step.
 
     Returns:
         How much of the step agrees with its phases: ``h``, or where a row shows a guard that
@@ -237,19 +251,16 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
         t = run.outputs / model.numerics.output_rate
         if t >= end - OUTPUT_ROUNDING:
             return h
-        if t <= now or h == 0.0:
-            emit(model, run, outlet, t, run.step.start)
-        else:
-            if not prepared:
-                prepare_interpolant(model, run.discrete, now, h, run.step, run.work)
-                prepared = True
-                if _gives_back(model, run, h):
-                    return 0.5 * h
-            interpolate(model, run.step, (t - now) / h, run.step.stage)
-            if evaluate_at(model, run, t, run.step.stage) == 1:
-                if is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 1:
-                    return t - now
-                store_row(model, run, outlet)
+        if not prepared:
+            prepare_interpolant(model, run.discrete, now, h, run.step, run.work)
+            prepared = True
+            if _gives_back(model, run, h):
+                return 0.5 * h
+        interpolate(model, run.step, (t - now) / h, run.step.stage)
+        if evaluate_at(model, run, t, run.step.stage) == 1:
+            if is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 1:
+                return t - now
+            store_row(model, run, outlet)
         run.outputs += 1
 
 

@@ -10,7 +10,7 @@ from slipgrasp.core.kernel.controllers.interface import adapt_at_tick
 from slipgrasp.core.kernel.elementary import nearest
 from slipgrasp.core.kernel.flow import flow, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import arm_guards
-from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, settle
+from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, set_first_slope, settle
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
@@ -90,7 +90,7 @@ def _learn(model: Record, run: Record) -> None:
     """
     n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
     state = run.step.start
-    flow(model, discrete, run.now, state, run.step.slopes[0], work)
+    set_first_slope(model, run)
     seen_at_once = model.sensors.true_phases == 1 and model.sensors.true_accelerations == 1
     run.memory.trust = trust(model, senses)
     for i in range(n):
@@ -162,7 +162,7 @@ def apply_command(model: Record, run: Record, outlet: Record) -> int:
     if status != RUNNING:
         _emit_before(model, run, outlet)
         return status
-    flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
+    set_first_slope(model, run)
     return _finish_tick(model, run, outlet, 0)
 
 
