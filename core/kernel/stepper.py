@@ -15,8 +15,17 @@ from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Floats, Record
-from slipgrasp.core.kernel.state import MAX_STATE, STATE
-from slipgrasp.core.kernel.sticking import all_stick, sticking_flow
+from slipgrasp.core.kernel.state import (
+    ANGLE,
+    MAX_STATE,
+    STATE,
+    X,
+    Y,
+    slip_at,
+    supplied_at,
+    velocity_at,
+)
+from slipgrasp.core.kernel.sticking import all_stick, sticking_acceleration
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 # Share of the allowed error from which a higher order is worth its cost.
@@ -69,6 +78,32 @@ def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: F
                 total[j] += weight * step.slopes[k].x[j]
 
 
+@compiled
+def _take_sticking_stage(
+    model: Record, discrete: Record, row: int, h: float, step: Record, work: Record
+) -> None:
+    """Slope ``row`` while all contacts stick: only the object moves."""
+    start, matrix = step.start.x, method_of(model, step).matrix
+    x, y, angle = start[X], start[Y], start[ANGLE]
+    vx, vy, omega = start[velocity_at(X)], start[velocity_at(Y)], start[velocity_at(ANGLE)]
+    for k in range(row):
+        weight, slope = h * matrix[row, k], step.slopes[k].x
+        x, y, angle = x + weight * slope[X], y + weight * slope[Y], angle + weight * slope[ANGLE]
+        vx = vx + weight * slope[velocity_at(X)]
+        vy = vy + weight * slope[velocity_at(Y)]
+        omega = omega + weight * slope[velocity_at(ANGLE)]
+    acceleration, power = sticking_acceleration(
+        model, discrete, step.start, (x, y, angle), (vx, vy, omega), work
+    )
+    slope = step.slopes[row].x
+    slope[X], slope[Y], slope[ANGLE] = vx, vy, omega
+    for j in range(slip_at(0), model.num_states):
+        slope[j] = 0.0
+    for k in range(3):
+        slope[velocity_at(k)] = acceleration[k]
+    slope[supplied_at(model)] = power
+
+
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
@@ -78,8 +113,7 @@ def take_step(
     if model.law.period > 0.0 and all_stick(model, discrete):
         forget_mechanics(work)
         for row in range(1, method.last):
-            _combine(model, row, h, step, step.end)
-            sticking_flow(model, discrete, step.end, step.slopes[row], work)
+            _take_sticking_stage(model, discrete, row, h, step, work)
             sample_guards(model, discrete, work, step.samples, row)
     else:
         for row in range(1, method.last):
@@ -121,14 +155,16 @@ def is_quiet(model: Record, h: float, step: Record) -> bool:
 
     The error as `step_error` has it is then not more either, and nobody divides to see it.
     """
-    size, method = model.num_states, method_of(model, step)
-    _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
+    method = method_of(model, step)
     relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
-    quiet = True
-    for j in range(size):
+    for j in range(model.num_states):
+        error = 0.0
+        for k in range(method.last + 1):
+            error += method.error[k] * step.slopes[k].x[j]
         largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
-        quiet = quiet and abs(h * step.terms[0, j]) <= QUIET * (absolute + relative * largest)
-    return quiet
+        if not abs(h * error) <= QUIET * (absolute + relative * largest):
+            return False
+    return True
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)

@@ -10,10 +10,10 @@ from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.dynamics import joint_space, seen_at_tip
 from slipgrasp.core.kernel.elementary import sincos
 from slipgrasp.core.kernel.kinematics import place_contact, solve_finger, to_contact_frame
-from slipgrasp.core.kernel.linear import invert_symmetric
+from slipgrasp.core.kernel.linear import Triple, invert_symmetric, multiply_symmetric
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.reduced import add_finger, inertial_force
-from slipgrasp.core.kernel.state import ANGLE, X, Y, slip_at, supplied_at, velocity_at
+from slipgrasp.core.kernel.reduced import add_finger
+from slipgrasp.core.kernel.state import slip_at
 
 
 @compiled
@@ -26,22 +26,32 @@ def all_stick(model: Record, discrete: Record) -> bool:
 
 
 @compiled
-def sticking_flow(
-    model: Record, discrete: Record, state: Record, derivative: Record, work: Record
-) -> None:
-    """Derivative of the state: of pose, velocity and supplied energy, 0 for the rest.
+def sticking_acceleration(
+    model: Record, discrete: Record, state: Record, pose: Triple, velocity: Triple, work: Record
+) -> tuple[Triple, float]:
+    """Acceleration of the object under held torques, and their power.
 
-    Of ``work`` it leaves what the guards of sticking contacts watch: forces and extensions.
+    Args:
+        model: Constants of the run.
+        discrete: The torques; every contact sticks.
+        state: Slip is taken from it.
+        pose: Of the object [m, m, rad].
+        velocity: Of the object [m/s, m/s, rad/s].
+        work: What the guards of sticking contacts watch is written to it: forces, extensions.
+
+    Returns:
+        Acceleration [m/s^2, m/s^2, rad/s^2], power of torques and pulses [W].
     """
-    n, hand, body, kin = model.num_fingers, model.hand, model.truth.object_inertia, work.kin
-    sine, cosine = sincos(state.x[ANGLE])
-    vx, vy, omega = state.x[velocity_at(X)], state.x[velocity_at(Y)], state.x[velocity_at(ANGLE)]
-    fx, fy, moment = model.load[0], model.load[1] - body[1] * hand.gravity, model.load[2]
-    power = model.load[0] * vx + model.load[1] * vy + model.load[2] * omega
+    hand, body, load, kin = model.hand, model.truth.object_inertia, model.load, work.kin
+    x, y, angle = pose
+    vx, vy, omega = velocity
+    sine, cosine = sincos(angle)
+    fx, fy, moment = load[0], load[1] - body[1] * hand.gravity, load[2]
+    power = load[0] * vx + load[1] * vy + load[2] * omega
     inertia = (body[0], 0.0, 0.0, body[1], 0.0, body[2])
-    for i in range(n):
+    for i in range(model.num_fingers):
         tx, ty, rx, ry = place_contact(hand, i, state.x[slip_at(i)], cosine, sine)
-        dx, dy = state.x[X] + rx - hand.bases[i, 0], state.x[Y] + ry - hand.bases[i, 1]
+        dx, dy = x + rx - hand.bases[i, 0], y + ry - hand.bases[i, 1]
         finger = solve_finger(hand, i, dx, dy, vx - omega * ry, vy + omega * rx)
         bx, by = finger.bias_x - omega * omega * rx, finger.bias_y - omega * omega * ry
         m11, m12, m22, h1, h2 = joint_space(hand, model.truth.link_masses, i, finger)
@@ -57,17 +67,21 @@ def sticking_flow(
         work.dynamics.bias[i, 0], work.dynamics.bias[i, 1] = ox, oy
         work.dynamics.inertia[i, 0], work.dynamics.inertia[i, 1] = xx, xy
         work.dynamics.inertia[i, 2] = yy
-    _, (i00, i01, i02, i11, i12, i22) = invert_symmetric(inertia)
-    work.acceleration[0] = i00 * fx + i01 * fy + i02 * moment
-    work.acceleration[1] = i01 * fx + i11 * fy + i12 * moment
-    work.acceleration[2] = i02 * fx + i12 * fy + i22 * moment
+    _, inverse = invert_symmetric(inertia)
+    acceleration = multiply_symmetric(inverse, (fx, fy, moment))
+    _keep_forces(model.num_fingers, acceleration, work)
+    return acceleration, power
+
+
+@compiled
+def _keep_forces(n: int, acceleration: Triple, work: Record) -> None:
+    """Contact forces: what the torques leave of u - f_0 once the fingers move along."""
+    ax, ay, turn = acceleration
+    kin, dynamics = work.kin, work.dynamics
     for i in range(n):
-        work.acceleration[3 + i] = 0.0
-        ox, oy = inertial_force(kin, work.dynamics, i, work.acceleration)
-        work.forces[i, 0], work.forces[i, 1] = to_contact_frame(kin, i, -ox, -oy)
-    for j in range(model.num_states):
-        derivative.x[j] = 0.0
-    for k in range(3):
-        derivative.x[k] = state.x[velocity_at(k)]
-        derivative.x[velocity_at(k)] = work.acceleration[k]
-    derivative.x[supplied_at(model)] = power
+        rx, ry = kin.arms[i, 0], kin.arms[i, 1]
+        sx, sy = ax - turn * ry, ay + turn * rx
+        xx, xy, yy = dynamics.inertia[i, 0], dynamics.inertia[i, 1], dynamics.inertia[i, 2]
+        fx = -dynamics.bias[i, 0] - xx * sx - xy * sy
+        fy = -dynamics.bias[i, 1] - xy * sx - yy * sy
+        work.forces[i, 0], work.forces[i, 1] = to_contact_frame(kin, i, fx, fy)
