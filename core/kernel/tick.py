@@ -194,7 +194,9 @@ def _command_torques(model: Record, run: Record) -> bool:
     measure(model, senses, run.step.start, discrete.torques, run.now)
     detect_slip(model, discrete, senses, run.now)
     update_mechanics(model, senses.measured, work)
+    work.quadratic.warm = 1
     regular = update_command(model, discrete, run.now, senses.measured, work)
+    work.quadratic.warm = 0
     if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
         return False
     forces_to_torques(work.kin, n, work.tip_forces, run.commanded)
