@@ -212,6 +212,7 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
         same_ticks: 1 where sampled control keeps its ticks (its period did not change).
     """
     run.begun = 1
+    run.rank = run.quiet_steps = 0
     forget_mechanics(run.work)
     if first == 0:
         _book_energy(model, run)

@@ -29,7 +29,7 @@ from slipgrasp.core.kernel.sticking import all_stick, sticking_acceleration
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 # Share of the allowed error from which a higher order is worth its cost.
-QUIET = 0.1
+QUIET = 0.03
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(

@@ -39,6 +39,7 @@ from slipgrasp.core.kernel.stepper import (
     step_error,
     take_step,
 )
+from slipgrasp.core.kernel.sticking import all_stick
 
 LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
@@ -58,11 +59,11 @@ GIVEN_BACK = 1e-10  # [J]
 def take_accepted_step(model: Record, run: Record, until: float) -> float:
     """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
     numerics, now, step = model.numerics, run.now, run.step
-    rest = until - now
+    rest, sticks = until - now, all_stick(model, run.discrete)
     h = min(run.step_size, numerics.max_step, ROWS_PER_STEP / numerics.output_rate)
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
-        step.rank = run.rank
+        step.rank = run.rank if sticks else model.num_methods - 1
         take_step(model, run.discrete, now, size, step, run.work)
         run.steps += 1
         fast = size > LEAST_LEDGER_STEP and _turns_fast(model, run)
@@ -73,7 +74,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         error, roots = step_error(model, size, step), method_of(model, step).roots
         if error <= 1.0 and fast:
             error = max(error, _ledger_error(model, run, size))
-        is_raised = not error <= QUIET and _raise_order(model, run)
+        is_raised = sticks and not error <= QUIET and _raise_order(model, run)
         if error <= 1.0:
             growth = min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), roots))
             if not is_raised and (size < rest or growth < 1.0 or size * growth > h):
