@@ -27,6 +27,7 @@ PARTS = {
     "elementary": "error of the kernel's elementary functions against mpmath, beside numpy",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
+    "sampled": "accuracy against cost of sampled control",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "recording": "writing and reading a recording, a slider's change",
     "catalogue": "searching a folder of 10 000 recordings",

@@ -28,6 +28,8 @@ from slipgrasp.core.scenario.unknowns import parse_unknown
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 FORGETTING_TIME = 1e-3
+# Methods of sampled and of continuous control, in rising order.
+SHORT_STEPS, LONG_STEPS = (BS32, RK43, DOPRI5), (DOP853,)
 _UNKNOWN_KINDS = {
     "object_mass": OBJECT_MASS,
     "object_inertia": OBJECT_INERTIA,
@@ -189,7 +191,7 @@ def pack_model(scenario: Scenario) -> Record:
     simulation, numerics = scenario.simulation, model["numerics"]
     for name in NUMERICS.names or ():
         numerics[name] = getattr(simulation, name)
-    methods = (BS32, RK43, DOPRI5) if scenario.controller.control_period > 0.0 else (DOP853,)
+    methods = SHORT_STEPS if scenario.controller.control_period > 0.0 else LONG_STEPS
     model["num_methods"] = len(methods)
     for rank, method in enumerate(methods):
         model["methods"][rank] = method
