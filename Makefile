@@ -1,4 +1,4 @@
-# make serve [PORT=8080] | check | test | lint | benchmark | constraints | clean
+# make serve [PORT=8080] | check | test | lint | benchmark | constraints | requirements | clean
 #
 # Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
 # installed, venv and pip otherwise. A stamp file per set of extras makes a second call instant.
@@ -13,7 +13,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test lint benchmark constraints clean
+.PHONY: serve check quick test lint benchmark constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -48,6 +48,14 @@ constraints:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --upgrade \
 	  --no-emit-index-url --no-emit-find-links --no-annotate --quiet \
 	  --custom-compile-command "make constraints" --output-file constraints.txt
+
+# Writes requirements.txt again: what an installation needs in the versions of constraints.txt, with
+# the hashes of all files of each release, for every platform. setuptools builds slipgrasp itself.
+requirements:
+	echo 'setuptools>=77' | uv pip compile pyproject.toml - --extra dask --extra metrics \
+	  -c constraints.txt --universal --python-version 3.11 --generate-hashes \
+	  --no-emit-index-url --no-emit-find-links --no-annotate --quiet \
+	  --custom-compile-command "make requirements" --output-file requirements.txt
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .import_linter_cache .pytest_cache .ruff_cache

@@ -11,6 +11,7 @@ from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from benchmarks.report import Table, format_text, update_page
 from slipgrasp.core.run.simulator import prepare_kernel
@@ -29,12 +30,14 @@ PARTS = {
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "sampled": "accuracy against cost of sampled control",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
+    "soak": "a service under mixed load for an hour; only if named",
     "recording": "writing and reading a recording, a slider's change",
     "catalogue": "searching a folder of 10 000 recordings",
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = ("outcomes",)
+SEEDED = ("outcomes", "soak")
+ONLY_IF_NAMED = ("soak",)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -47,23 +50,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if unknown := set(options.parts) - set(PARTS):
         parser.error(f"no part {', '.join(sorted(unknown))}; parts: {', '.join(PARTS)}")
-    names = options.parts or list(PARTS)
+    names = options.parts or [name for name in PARTS if name not in ONLY_IF_NAMED]
     if options.seed is not None and not set(names) & set(SEEDED):
         parser.error(f"--seed N is for {', '.join(SEEDED)}")
+    if options.minutes is not None and "soak" not in names:
+        parser.error("--minutes N is for soak")
     prepare_kernel()
     tables = [_setting()]
     print(format_text(tables[0]))
     for name in names:
         start = time.perf_counter()
         part = import_module(f"benchmarks.{name.replace('-', '_')}")
-        seed = {"seed": options.seed} if name in SEEDED and options.seed is not None else {}
-        found = part.run(options.docs, **seed)
+        found = part.run(options.docs, **_options_of(name, options))
         print(f"\n{name}: {PARTS[name]} ({time.perf_counter() - start:.0f} s)\n")
         print("\n\n".join(format_text(table) for table in found), flush=True)
         tables += found
     if options.docs is not None:
         for page in dict.fromkeys(table.page for table in tables):
             update_page(options.docs / page, [table for table in tables if table.page == page])
+
+
+def _options_of(name: str, options: argparse.Namespace) -> dict[str, Any]:
+    """What of the command line a part is told besides where to write."""
+    seed = {"seed": options.seed} if name in SEEDED and options.seed is not None else {}
+    minutes = {"minutes": options.minutes} if name == "soak" and options.minutes else {}
+    return seed | minutes
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -74,13 +85,16 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "parts", nargs="*", metavar="PART", help="one of the above; all if left out"
+        "parts", nargs="*", metavar="PART", help="one of the above; all but soak if left out"
     )
     parser.add_argument(
         "--docs", type=Path, metavar="DIR", help="write tables and diagrams into this folder"
     )
     parser.add_argument(
         "--seed", type=int, metavar="N", help=f"draw other random runs ({', '.join(SEEDED)})"
+    )
+    parser.add_argument(
+        "--minutes", type=float, metavar="N", help="how long soak lasts (default: 60)"
     )
     return parser
 

@@ -87,8 +87,8 @@ async def _watch(
 
 
 async def _view(url: str, seen: Watched) -> None:
-    async with _connect(url) as socket:
-        await _say_hello(socket)
+    async with connect_viewer(url) as socket:
+        await say_hello(socket)
         async for content in socket:
             assert isinstance(content, bytes)
             seen.take(content)
@@ -116,8 +116,8 @@ async def _come_and_go(url: str, times: int, together: int) -> None:
 
 async def _visit(url: str) -> None:
     seen = Watched()
-    async with asyncio.timeout(_PATIENCE), _connect(url) as socket:
-        await _say_hello(socket)
+    async with asyncio.timeout(_PATIENCE), connect_viewer(url) as socket:
+        await say_hello(socket)
         async for content in socket:
             assert isinstance(content, bytes)
             seen.take(content)
@@ -125,7 +125,12 @@ async def _visit(url: str) -> None:
                 return
 
 
-def _connect(url: str) -> connect:
+def connect_viewer(url: str) -> connect:
+    """A connection as a viewer's page opens it.
+
+    Args:
+        url: Address of the dashboard's websocket.
+    """
     protocol = Subprotocol(f"viser-v{viser.__version__}")
     return connect(
         url,
@@ -137,7 +142,8 @@ def _connect(url: str) -> connect:
     )
 
 
-async def _say_hello(socket: ClientConnection) -> None:
+async def say_hello(socket: ClientConnection) -> None:
+    """Tells from where the viewer looks, upon which a session begins."""
     message = {"type": "ViewerCameraMessage", **camera_fields()}
     await socket.send(msgspec.msgpack.encode(message))
 

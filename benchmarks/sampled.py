@@ -5,8 +5,6 @@ The truth of each case is its run at the tightest tolerance with several steps p
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,8 +12,9 @@ import numpy as np
 
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from slipgrasp.core.kernel import model
+from slipgrasp.core.kernel.methods import BS32, DOPRI5, RK43
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -73,7 +72,7 @@ def measure(case: str, rounds: int = ROUNDS, duration: float = 7.0) -> list[Samp
     """
     truth = simulate(_scenario(case, duration, _TRUE))
     works, errors = {}, {}
-    for way, methods in ((CHOSEN, model.SHORT_STEPS), (FIFTH, model.SHORT_STEPS[-1:])):
+    for way, methods in ((CHOSEN, (BS32, RK43, DOPRI5)), (FIFTH, (DOPRI5,))):
         for tolerance in TOLERANCES:
             values = {
                 "simulation.relative_tolerance": tolerance,
@@ -96,19 +95,15 @@ def _scenario(case: str, duration: float, values: dict[str, float]) -> Scenario:
 
 
 def _simulate_with(methods: tuple[np.void, ...], scenario: Scenario) -> RunResult:
-    with _short_steps(methods):
-        return simulate(scenario)
-
-
-@contextmanager
-def _short_steps(methods: tuple[np.void, ...]) -> Iterator[None]:
-    """Within it sampled control is integrated by these methods."""
-    usual = model.SHORT_STEPS
-    model.SHORT_STEPS = methods
-    try:
-        yield
-    finally:
-        model.SHORT_STEPS = usual
+    """A run whose short steps are taken by these methods only."""
+    simulation = Simulation(scenario)
+    model = simulation._model
+    model.num_methods = len(methods)
+    for rank, method in enumerate(methods):
+        model.methods[rank] = method
+    while not simulation.finished:
+        simulation.advance()
+    return simulation.result()
 
 
 def _judge(result: RunResult, truth: RunResult) -> tuple[float, float]:

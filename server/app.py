@@ -37,12 +37,14 @@ from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import add_openapi, operation_id
 from slipgrasp.server.http.protocol import GuardedProtocol
+from slipgrasp.server.http.root_path import RootPath
 from slipgrasp.server.reading import RecordingReads
 from slipgrasp.server.routes import (
     diff,
     docs,
     health,
     recordings,
+    retention,
     run_files,
     runs,
     scenarios,
@@ -50,6 +52,7 @@ from slipgrasp.server.routes import (
     study_events,
     study_results,
 )
+from slipgrasp.server.runs.retention import RetentionService
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.service_lock import make_private, service_lock
 from slipgrasp.server.settings import Settings
@@ -85,10 +88,12 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         openapi_url=f"{API_PATH}/openapi.json",
+        servers=[{"url": settings.root_path}] if settings.root_path else None,
         redirect_slashes=False,
         generate_unique_id_function=operation_id,
         lifespan=partial(_live, settings, lifespan),
         middleware=[
+            Middleware(RootPath, root=settings.root_path),
             Middleware(AccessGuard, gate=gate, names=settings.names, public=settings.public_urls),
             Middleware(
                 BodyLimit,
@@ -104,6 +109,11 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     app.state.settings = settings
     app.state.stopping = asyncio.Event()
     app.include_router(_api())
+    if settings.metrics:
+        # It needs a package that not everybody has.
+        from slipgrasp.server.http.metrics import Metrics
+
+        Metrics().add_to(app)
     add_error_handlers(app)
     add_openapi(app)
     return app
@@ -134,10 +144,16 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.event_slots = EventSlots(settings.max_event_streams)
         app.state.drawing = threading.Lock()
         study_service.start()
+        retention_service = RetentionService(
+            store, studies_kept, settings.retention, service.is_recovered.wait
+        )
+        app.state.retention_service = retention_service
+        retention_service.start()
         try:
             async with lifespan(app) if lifespan else nullcontext():
                 yield
         finally:
+            await run_in_threadpool(retention_service.close)
             await run_in_threadpool(study_service.close)
             await run_in_threadpool(service.close)
             app.state.file_cache.close()
@@ -189,6 +205,7 @@ def _api() -> APIRouter:
         runs,
         recordings,
         run_files,
+        retention,
         studies,
         study_events,
         study_results,

@@ -8,8 +8,11 @@ from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Query, Request
+from starlette.concurrency import run_in_threadpool
 
-from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.columns import Column, columns_of
+from slipgrasp.recordings.exceptions import RecordingNotFoundError
+from slipgrasp.recordings.file.stretch import read_outline
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.server.http.downloads import DownloadRequest
@@ -18,9 +21,11 @@ from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.json_body import JSON_TYPE, MERGE_TYPE, read_body, read_values
 from slipgrasp.server.http.waiting import WaitPreference
 from slipgrasp.server.reading import RecordingReads
+from slipgrasp.server.runs.retention import RetentionService
 from slipgrasp.server.runs.schemas import RunCreate, RunUpdate
 from slipgrasp.server.runs.search import RunsQuery
 from slipgrasp.server.runs.service import RunService
+from slipgrasp.server.runs.signals import SignalsQuery, select_columns
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.studies.service import StudyService
 
@@ -88,18 +93,28 @@ def get_recording_reads(request: Request) -> RecordingReads:
     return reads
 
 
-async def open_stored_run(
-    stored: Annotated[StoredRun, Depends(get_stored_run)], request: Request
-) -> AsyncIterator[RunResult]:
-    """The saved run of that id, read back, until it is answered.
+async def open_columns(
+    stored: Annotated[StoredRun, Depends(get_stored_run)],
+    query: Annotated[SignalsQuery, Query()],
+    request: Request,
+) -> AsyncIterator[list[Column]]:
+    """The columns that are asked for of the saved run of that id, until it is answered.
 
     Raises:
+        InvalidRequestError: For a name there is none of.
         RecordingError: If its file is damaged.
-        ServiceBusyError: If there is no memory for it.
+        ServiceBusyError: If there is no memory for them.
     """
+    try:
+        outline = await run_in_threadpool(read_outline, stored.path)
+    except RecordingNotFoundError:
+        raise RecordingNotFoundError(stored.id) from None
+    chosen = select_columns(outline, query.wanted)
+    stretch, share = query.stretch_of(chosen), (len(chosen) + 1) / len(columns_of(outline))
     reads = get_recording_reads(request)
-    async with reads.shared(stored.path, stored.id, request.is_disconnected) as result:
-        yield result
+    gone = request.is_disconnected
+    async with reads.shared(stored.path, stored.id, stretch, share, gone) as trace:
+        yield select_columns(trace, [column.name for column in chosen])
 
 
 def get_study_service(request: Request) -> StudyService:
@@ -131,6 +146,12 @@ async def read_run_create(request: Request) -> RunCreate:
 async def read_run_update(request: Request) -> RunUpdate:
     """The body of a request to change what is written of a run."""
     return await read_body(request, RunUpdate, (JSON_TYPE, MERGE_TYPE))
+
+
+def get_retention_service(request: Request) -> RetentionService:
+    """What deletes runs by rules for the application that answers."""
+    service: RetentionService = request.app.state.retention_service
+    return service
 
 
 def get_stopping(request: Request) -> asyncio.Event:
@@ -211,9 +232,10 @@ def read_download_request(
     )
 
 
+RetentionServiceDep = Annotated[RetentionService, Depends(get_retention_service)]
 RunServiceDep = Annotated[RunService, Depends(get_run_service)]
 EndedRunIdDep = Annotated[str, Depends(check_ended)]
-RunResultDep = Annotated[RunResult, Depends(open_stored_run)]
+ColumnsDep = Annotated[list[Column], Depends(open_columns)]
 StoredRunDep = Annotated[StoredRun, Depends(get_stored_run)]
 RecordingReadsDep = Annotated[RecordingReads, Depends(get_recording_reads)]
 RunCreateDep = Annotated[RunCreate, Depends(read_run_create)]

@@ -116,6 +116,16 @@ class StudyUnfinishedError(SlipgraspError):
         )
 
 
+class StudyEndedError(SlipgraspError):
+    """A study that is to go on and has nothing left to do."""
+
+    def __init__(self, study_id: str, state: str) -> None:
+        super().__init__(
+            f"study '{study_id}' is {state} and cannot go on, only one that has failed can; "
+            "send it again as a new study"
+        )
+
+
 class ResultNotFoundError(SlipgraspError):
     """A study has no result of that run."""
 

@@ -7,6 +7,8 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from pydantic import Field
 
+from slipgrasp.server.addresses import from_outside
+
 MAX_PAGE = 1000
 
 Limit = Annotated[int, Field(ge=1, le=MAX_PAGE, description="how many at most")]
@@ -34,4 +36,4 @@ def _page(url: str, offset: int) -> str:
     parts = urlsplit(url)
     asked = parse_qsl(parts.query, keep_blank_values=True)
     kept = [(name, value) for name, value in asked if name != "offset"]
-    return f"{parts.path}?{urlencode([*kept, ('offset', offset)])}"
+    return f"{from_outside(parts.path)}?{urlencode([*kept, ('offset', offset)])}"

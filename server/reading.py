@@ -1,4 +1,4 @@
-"""Whole recordings in memory: bounded together, and one that several ask for is read once."""
+"""Recordings in memory: bounded together, and what several ask for is read once."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import anyio.from_thread
 import anyio.to_thread
 from anyio import CapacityLimiter
 
-from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
-from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.stretch import Stretch, read_stretch
 from slipgrasp.server.exceptions import ServiceBusyError
 
 MAX_BYTES = 640_000_000
@@ -33,6 +33,9 @@ TABLE_COST = 4.0
 DIFF_COST = 5.0
 """Memory for reading a recording, and for what is made of it, per byte of its file."""
 
+UNPACKING_BYTES = 24_000_000
+"""Memory for the chunk that is being unpacked, whatever is kept of it."""
+
 POLL_SECONDS = 0.5
 
 Value = TypeVar("Value")
@@ -40,12 +43,12 @@ _END = object()
 
 
 class _Shared:
-    """A recording that is read, or was, for as long as somebody needs it."""
+    """A stretch of a recording that is read, or was, for as long as somebody needs it."""
 
     def __init__(self) -> None:
         self.readers = 0
         self.is_left = threading.Event()
-        self.result: asyncio.Future[RunResult] = asyncio.get_running_loop().create_future()
+        self.result: asyncio.Future[Trace] = asyncio.get_running_loop().create_future()
         self.holder: asyncio.Task[None] | None = None
 
 
@@ -69,13 +72,20 @@ class RecordingReads:
 
     @asynccontextmanager
     async def shared(
-        self, path: Path, run_id: str, is_gone: Callable[[], Awaitable[bool]]
-    ) -> AsyncIterator[RunResult]:
-        """Within it the run of a file is in memory, once for all who need it at that time.
+        self,
+        path: Path,
+        run_id: str,
+        stretch: Stretch,
+        share: float,
+        is_gone: Callable[[], Awaitable[bool]],
+    ) -> AsyncIterator[Trace]:
+        """Within it a part of a recording is in memory, once for all who need it at that time.
 
         Args:
             path: The recording.
             run_id: What to call it in errors.
+            stretch: The part.
+            share: How much of all its columns that is, 0 to 1.
             is_gone: Whether the client no longer waits for it.
 
         Raises:
@@ -86,11 +96,13 @@ class RecordingReads:
             found = path.stat()
         except FileNotFoundError:
             raise RecordingNotFoundError(run_id) from None
-        key = path, found.st_ino, found.st_size, found.st_mtime_ns
+        key = path, found.st_ino, found.st_size, found.st_mtime_ns, stretch
         entry = self._shared.get(key)
         if entry is None:
             entry = self._shared[key] = _Shared()
-            entry.holder = asyncio.create_task(self._hold(entry, path, found.st_size))
+            cost = READ_COST * found.st_size
+            cost = min(cost, share * cost + UNPACKING_BYTES)
+            entry.holder = asyncio.create_task(self._hold(entry, path, stretch, round(cost)))
         entry.readers += 1
         try:
             yield await _unless_gone(entry.result, is_gone)
@@ -102,11 +114,11 @@ class RecordingReads:
                 if entry.holder is not None:
                     entry.holder.cancel()
 
-    async def _hold(self, entry: _Shared, path: Path, size: int) -> None:
-        """Reads a file and keeps the memory taken until it is cancelled."""
-        read = partial(read_recording, path, should_stop=entry.is_left.is_set)
+    async def _hold(self, entry: _Shared, path: Path, stretch: Stretch, num_bytes: int) -> None:
+        """Reads from a file and keeps the memory taken until it is cancelled."""
+        read = partial(read_stretch, path, stretch, should_stop=entry.is_left.is_set)
         try:
-            async with self.room(round(READ_COST * size)):
+            async with self.room(num_bytes):
                 result = await anyio.to_thread.run_sync(read, limiter=self._threads)
                 if not entry.result.done():
                     entry.result.set_result(result)
@@ -185,8 +197,8 @@ class RecordingReads:
 
 
 async def _unless_gone(
-    result: asyncio.Future[RunResult], is_gone: Callable[[], Awaitable[bool]]
-) -> RunResult:
+    result: asyncio.Future[Trace], is_gone: Callable[[], Awaitable[bool]]
+) -> Trace:
     while not result.done():
         await asyncio.wait([result], timeout=POLL_SECONDS)
         if not result.done() and await is_gone():

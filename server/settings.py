@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 
 from slipgrasp.recordings.store.storage_limits import StorageLimits
+from slipgrasp.recordings.study.retention import KEEP_ALL, Retention
+from slipgrasp.server.addresses import API_PATH, DASHBOARD_PATH
 from slipgrasp.server.exceptions import SettingsError
 from slipgrasp.server.log_format import LogFormat
 from slipgrasp.server.peers import system_tells
 
 _ANY_HOSTS = ("0.0.0.0", "::", "")
 _PUBLIC_URL = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
+_ROOT_PATH = re.compile(r"(?!/(api|dashboard)(/|$))(/[A-Za-z0-9_~-][A-Za-z0-9._~-]*){1,8}")
+"""Not where our own routes begin: a path would else mean two things."""
 
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 
@@ -43,7 +48,10 @@ class Settings:
         quota_bytes: How much the files in the data directory may take; then no run is begun.
         min_free_bytes: How much must stay free on its disk; likewise.
         token: Lets in whoever shows it; None lets in only who needs none.
+        root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
         public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
+        retention: How much is kept of what nobody has marked; all unless told otherwise.
+        metrics: Whether it serves metrics for Prometheus.
         log_format: What the lines of its log are.
         exclusive: Whether no other service may use the data directory meanwhile.
     """
@@ -69,7 +77,10 @@ class Settings:
     quota_bytes: int = StorageLimits().quota
     min_free_bytes: int = StorageLimits().min_free
     token: str | None = field(default=None, repr=False)
+    root_path: str = ""
     public_urls: tuple[str, ...] = ()
+    retention: Retention = KEEP_ALL
+    metrics: bool = False
     log_format: LogFormat = LogFormat.TEXT
     exclusive: bool = True
 
@@ -90,13 +101,23 @@ class Settings:
                     f"'{url}' is not the address of a server; write it in small letters as "
                     "https://grasp.example or http://lab7:8020"
                 )
+        if self.root_path and not _ROOT_PATH.fullmatch(self.root_path):
+            raise SettingsError(
+                f"'{self.root_path}' is no path to show a server at; write it as /slipgrasp, "
+                f"without a slash at its end, and not below {API_PATH} or {DASHBOARD_PATH}"
+            )
+        if self.metrics and find_spec("prometheus_client") is None:
+            raise SettingsError(
+                "metrics need the package prometheus_client: pip install 'slipgrasp[metrics]'"
+            )
         if not 0 <= self.port <= 65535:
             raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")
 
     @property
     def needs_token(self) -> bool:
         """Whether its own user has to show the token, too."""
-        is_local = self.host in LOOPBACK_HOSTS and not self.public_urls
+        is_proxied = bool(self.public_urls or self.root_path)
+        is_local = self.host in LOOPBACK_HOSTS and not is_proxied
         return not (is_local and system_tells())
 
     @property

@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.compiler import OPTIONS, call
 from slipgrasp.core.kernel.controllability import find_controllable
 from slipgrasp.core.kernel.controllers.interface import adapt
 from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
-from slipgrasp.core.kernel.model import pack_model
+from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.records import Floats, Record, make_record
 from slipgrasp.core.kernel.reduced import multiply_regressor
 from slipgrasp.core.kernel.state import STATE, parts_of
@@ -92,7 +92,8 @@ def evaluate_state(
         torque: ``(2n,)`` joint torques [N m]; None for what the law commands.
     """
     n, p = len(scenario.fingers), len(scenario.estimates)
-    model, discrete, work = pack_model(scenario), make_record(DISCRETE), make_record(WORKSPACE)
+    model = pack_model(make_table(scenario), whole_faces())
+    discrete, work = make_record(DISCRETE), make_record(WORKSPACE)
     discrete.phases[:n] = discrete.beliefs[:n] = phase
     discrete.piece = _piece_at(model.motion, t)
     state = make_record(STATE)
@@ -120,7 +121,7 @@ def evaluate_motion(scenario: Scenario, t: float, piece: int | None = None) -> F
         t: Time [s].
         piece: Piece of the motion that holds, where two meet; the later one if left out.
     """
-    path = pack_model(scenario).motion
+    path = pack_model(make_table(scenario), whole_faces()).motion
     k = _piece_at(path, t) if piece is None else piece
     return np.array([_desired_motion(path, k, t, coordinate) for coordinate in range(3)]).T
 

@@ -40,7 +40,7 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
     relay = add_viewer_routes(
         app,
         lambda: app.state.dashboard.port,
-        head=head_html(),
+        head=head_html(settings.root_path),
         find_faults=lambda: FrameFilter().find_fault,
     )
     add_page_routes(app, relay)

@@ -12,9 +12,10 @@ from benchmarks.faults.bombs import defuse_all
 from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
+from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services
-from benchmarks.faults.workers import kill_workers
+from benchmarks.faults.workers import kill_in_a_burst, kill_workers
 from benchmarks.report import Table
 
 __all__ = ["run"]
@@ -22,6 +23,8 @@ __all__ = ["run"]
 KILLS = 100
 SERVICE_KILLS = 20
 WORKER_KILLS = 100
+BURST, BURST_SECONDS = 6, 4.0
+UNWRITABLE_RUNS = 7
 FLIPS = 2000
 IDLE, SLOW, CROWD_SECONDS = 1500, 200, 20.0
 READERS, READ_DURATION, READ_SIGNALS = 40, 57.0, "t,slip,phase_0"
@@ -31,6 +34,7 @@ def run(_docs: Path | None = None) -> list[Table]:
     """The tables ``faults`` and ``bombs``."""
     kills, services = kill_writers(KILLS, seed=1), kill_services(SERVICE_KILLS, seed=1)
     workers = kill_workers(WORKER_KILLS, seed=1)
+    burst, full = kill_in_a_burst(BURST, BURST_SECONDS), fill_the_disk(UNWRITABLE_RUNS)
     cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
     crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
     readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
@@ -50,6 +54,15 @@ def run(_docs: Path | None = None) -> list[Table]:
             "SIGKILL of the workers of a study, again and again",
             f"{workers.count} killed, {workers.runs} of {workers.runs} runs done exactly once: "
             "the same file as undisturbed",
+        ),
+        (
+            f"SIGKILL of {BURST} workers of a study within {BURST_SECONDS:g} s",
+            f"{BURST} killed within {burst:.1f} s, the same file as undisturbed",
+        ),
+        (
+            f"{2 * UNWRITABLE_RUNS} runs over REST while the disk is full",
+            f"{full.refused} refused with 507 before, of which {full.left} files are left; "
+            f"{full.failed} cut off and failed with the reason disk; 0 told as completed",
         ),
         (
             "cut off after every byte",

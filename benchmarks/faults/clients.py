@@ -62,7 +62,7 @@ class Readers:
 
 def hold_connections(idle: int, slow: int, seconds: float) -> Crowd:
     """Opens connections that ask for nothing or slowly, and asks for the service's health."""
-    with tempfile.TemporaryDirectory() as folder, _service(Path(folder)) as (address, _, log):
+    with tempfile.TemporaryDirectory() as folder, serve_logged(Path(folder)) as (address, _, log):
         with ExitStack() as open_sockets:
             for i in range(slow + idle):
                 client = open_sockets.enter_context(socket.create_connection(address))
@@ -82,7 +82,7 @@ def read_signals(clients: int, duration: float, names: str) -> Readers:
     """
     with tempfile.TemporaryDirectory() as folder:
         run_id, size = _large_recording(Path(folder), duration)
-        with _service(Path(folder)) as (address, pid, _):
+        with serve_logged(Path(folder)) as (address, pid, _):
             _ask_health(address)
             statuses: list[int] = []
             path = f"/api/v1/runs/{run_id}/signals?names={names}"
@@ -101,8 +101,8 @@ def read_signals(clients: int, duration: float, names: str) -> Readers:
 
 
 @contextmanager
-def _service(folder: Path) -> Iterator[tuple[tuple[str, int], int, Path]]:
-    """A service: where it listens, its process and its log."""
+def serve_logged(folder: Path) -> Iterator[tuple[tuple[str, int], int, Path]]:
+    """A service on a folder: where it listens, its process and its log."""
     log = folder / "log.txt"
     with log.open("wb") as stream:
         service, url = start_service(folder, stream)

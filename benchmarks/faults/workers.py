@@ -62,6 +62,45 @@ def kill_workers(count: int, seed: int, runs: int = 20_000) -> WorkerKills:
     return WorkerKills(killer.killed, runs)
 
 
+def kill_in_a_burst(count: int, seconds: float, runs: int = 2000) -> float:
+    """Kills workers of a study in even steps, and compares it with an undisturbed one.
+
+    Args:
+        count: How many.
+        seconds: Within what time [s].
+        runs: How many runs the study has.
+
+    Returns:
+        The time from the first kill to the last [s].
+
+    Raises:
+        AssertionError: If the two studies are not the same file, or the study was done before.
+    """
+    study, kills = _short_runs(runs), list[float]()
+    others = set(family_of(os.getpid()))
+
+    def kill_all() -> None:
+        while len(kills) < count:
+            time.sleep(seconds / (count + 1))
+            for worker in sorted(set(family_of(os.getpid())) - others)[:1]:
+                with suppress(ProcessLookupError):
+                    os.kill(worker, signal.SIGKILL)
+                    kills.append(time.monotonic())
+
+    with tempfile.TemporaryDirectory() as name:
+        files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
+        with make_executor("processes", workers=WORKERS) as executor:
+            _schedule(study, executor, files[0], lambda: None)
+        killer = threading.Thread(target=kill_all, daemon=True)
+        with make_executor("processes", workers=WORKERS) as executor:
+            executor.prepare()
+            killer.start()
+            _schedule(study, executor, files[1], lambda: None)
+        assert len(kills) == count, "the study was done before"
+        assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
+    return kills[-1] - kills[0]
+
+
 def _short_runs(runs: int) -> Study:
     mapping = {
         "base": "paper-case-1",

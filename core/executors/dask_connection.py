@@ -121,14 +121,14 @@ class DaskConnection:
 
 def describe_installation() -> dict[str, str]:
     """What must be the same here and on a worker; loads the kernel."""
-    from slipgrasp.core.kernel.cache import kernel_name
-    from slipgrasp.core.run.provenance import program_version
+    from slipgrasp.core.run.provenance import present_provenance
     from slipgrasp.core.run.simulator import prepare_kernel
 
     prepare_kernel()
+    present = present_provenance()
     return {
-        "version of slipgrasp": program_version(),
-        "simulation kernel": kernel_name(),
+        "version of slipgrasp": present.program,
+        "simulation kernel": present.kernel,
         "version of Python": ".".join(platform.python_version_tuple()[:2]),
     }
 

@@ -17,6 +17,9 @@ AHEAD = 64
 ATTEMPTS = 3
 """How often a task is tried whose worker dies."""
 
+ATTEMPTS_IF_KILLED = 5
+"""Likewise, where somebody kills it: the system short of memory, or a person; not its own fault."""
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from slipgrasp.core.executors.answers import ask, open_answer
 from slipgrasp.core.executors.executor import (
     ATTEMPTS,
+    ATTEMPTS_IF_KILLED,
     Executor,
     ExecutorError,
     Finished,
@@ -19,6 +20,7 @@ from slipgrasp.core.executors.executor import (
     never,
     only_caller,
 )
+from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.messages import Kind
 from slipgrasp.core.executors.window import Window, window_length
 from slipgrasp.core.executors.worker_process import Event, WorkerProcess
@@ -41,16 +43,18 @@ class ProcessExecutor(Executor):
     """Does tasks in processes; see `slipgrasp.core.executors.executor.Executor`.
 
     They are started when they are first needed and stay warm from one `map` to the next. A
-    worker that dies is replaced, and harms no other.
+    worker that dies is replaced, and harms no other; one that takes more than it may is ended,
+    and its task has failed.
     """
 
     name = "processes"
 
-    def __init__(self, workers: int | None = None) -> None:
+    def __init__(self, workers: int | None = None, limits: WorkerLimits | None = None) -> None:
         """Starts nothing yet.
 
         Args:
             workers: How many processes; as many as there are processors if None.
+            limits: What each may take; a share of the machine if None.
 
         Raises:
             ExecutorError: If the number is out of bounds.
@@ -59,6 +63,7 @@ class ProcessExecutor(Executor):
         if not 1 <= count <= MAX_WORKERS:
             raise ExecutorError(f"{count} workers cannot be had; allowed: 1 … {MAX_WORKERS}")
         self.num_workers = count
+        self._limits = limits or WorkerLimits.shared_by(count)
         self._workers: list[WorkerProcess | None] = [None] * count
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._at_work = threading.Lock()
@@ -138,6 +143,8 @@ class ProcessExecutor(Executor):
             event = self._next_event()
             if event is not None:
                 yield from self._note(event, window)
+            for worker in self._busy():
+                worker.end_if_overdue()
 
     def _hand_out(self, function: TaskFunction[Task, Result], window: Window[Task]) -> None:
         """Gives every worker what it lacks, and starts those that are missing."""
@@ -160,7 +167,7 @@ class ProcessExecutor(Executor):
     def _start(self) -> WorkerProcess:
         if self._closed:
             raise ExecutorError("the worker processes have been ended")
-        return WorkerProcess(self._events)
+        return WorkerProcess(self._events, self._limits)
 
     def _next_event(self) -> Event | None:
         try:
@@ -177,7 +184,7 @@ class ProcessExecutor(Executor):
         if message is None:
             yield from self._note_death(worker, window)
         elif message.round == self._round:
-            worker.pending.remove(message.number)
+            worker.note_done(message.number)
             yield Finished(window.finish(message.number), open_answer(message))
 
     def _note_life(self, event: Event) -> None:
@@ -190,7 +197,7 @@ class ProcessExecutor(Executor):
         if message is None:
             self._forget(worker)
         elif message.kind is Kind.READY:
-            worker.ready = True
+            worker.note_ready()
             self._failed_starts = self._killed_starts = 0
 
     def _forget(self, worker: WorkerProcess) -> None:
@@ -222,8 +229,12 @@ class ProcessExecutor(Executor):
         """The task it was at has cost a worker, those that waited behind it have not."""
         if worker.ready and worker.pending:
             number = worker.pending.popleft()
-            if not window.note_death(number):
-                told = f"its worker died {ATTEMPTS} times, the last one {worker.how_it_ended()}"
+            how = worker.how_it_ended()
+            attempts = ATTEMPTS_IF_KILLED if worker.was_killed() else ATTEMPTS
+            if worker.went_too_far():
+                yield Finished(window.finish(number), None, f"its worker {how}")
+            elif not window.note_death(number, attempts):
+                told = f"its worker died {attempts} times, the last one {how}"
                 yield Finished(window.finish(number), None, told)
         while worker.pending:
             window.put_back(worker.pending.popleft())
@@ -242,7 +253,7 @@ class ProcessExecutor(Executor):
             if event.message is None:
                 event.worker.pending.clear()
             elif event.message.round == self._round:
-                event.worker.pending.remove(event.message.number)
+                event.worker.note_done(event.message.number)
         for worker in self._busy():
             worker.kill()
             self._forget(worker)

@@ -80,13 +80,18 @@ class Window(Generic[Task]):
         """Notes that a task was not begun, through no fault of its own."""
         self._again.append(number)
 
-    def note_death(self, number: int) -> bool:
-        """Notes that a worker died at this task; whether the task is to be tried again."""
+    def note_death(self, number: int, attempts: int = ATTEMPTS) -> bool:
+        """Notes that a worker died at this task; whether the task is to be tried again.
+
+        Args:
+            number: The task.
+            attempts: How often a task is tried whose worker ends so.
+        """
         deaths = self._deaths.get(number, 0) + 1
         self._deaths[number] = deaths
-        if deaths < ATTEMPTS:
+        if deaths < attempts:
             self._again.append(number)
-        return deaths < ATTEMPTS
+        return deaths < attempts
 
     def _is_full(self) -> bool:
         oldest = next(iter(self._unfinished), self._num_taken)

@@ -15,13 +15,19 @@ from functools import partial
 from typing import BinaryIO
 
 from slipgrasp.core.executors.answers import do, reply_with
+from slipgrasp.core.executors.limits import OUT_OF_MEMORY, bound_memory
 from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
 NICENESS = 5
 
 
-def serve() -> None:
-    """Does the tasks that come in on standard input until it is closed, and ends the process."""
+def serve(memory: int) -> None:
+    """Does the tasks that come in on standard input until it is closed, and ends the process.
+
+    Args:
+        memory: How much the process may use [bytes].
+    """
+    bound_memory(memory)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever started the worker
     if hasattr(os, "nice"):
         os.nice(NICENESS)
@@ -69,6 +75,9 @@ class _Worker:
         return self._stopped_round >= round
 
     def _answer(self, asked: Message, done: Future[Message]) -> None:
+        if isinstance(done.exception(), MemoryError):
+            # What is left of it may be in any state.
+            os._exit(OUT_OF_MEMORY)
         # Without a reader the listening thread ends the process.
         with suppress(OSError):
             write_message(self._replies, reply_with(asked, done))

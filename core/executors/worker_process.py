@@ -9,23 +9,27 @@ either process ends the other's reading, be it in the middle of a result.
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
 from contextlib import suppress
 from queue import SimpleQueue
 from typing import BinaryIO, NamedTuple, cast
 
+from slipgrasp.core.executors.limits import OUT_OF_MEMORY, WorkerLimits
 from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
 _PROGRAM = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from slipgrasp.core.executors.worker import serve; serve()"
+    "from slipgrasp.core.executors.worker import serve; serve(int(sys.argv[2]))"
 )
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_SIGNALS_OF_OTHERS = (9, 15)  # SIGKILL, SIGTERM
 _PATIENCE = 2.0  # [s] until a process that should end by itself is killed
 
 
@@ -44,17 +48,21 @@ class WorkerProcess:
         pending: Numbers of the tasks it has been given, in the order in which it does them.
     """
 
-    def __init__(self, events: SimpleQueue[Event]) -> None:
+    def __init__(self, events: SimpleQueue[Event], limits: WorkerLimits) -> None:
         """Starts it, without waiting for it.
 
         Args:
             events: Where what it says is put.
+            limits: What it may take.
         """
         self.ready = False
         self.pending: deque[int] = deque()
+        self._limits = limits
+        self._at_task_since = math.inf
+        self._overran = False
         path = json.dumps([os.path.abspath(entry) for entry in sys.path])
         self._process = subprocess.Popen(
-            [sys.executable, "-c", _PROGRAM, path],
+            [sys.executable, "-c", _PROGRAM, path, str(limits.memory)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=_environment(),
@@ -65,8 +73,27 @@ class WorkerProcess:
 
     def do(self, asked: Message) -> None:
         """Gives it a task, to be done after those it has."""
+        if not self.pending:
+            self._at_task_since = time.monotonic()
         self.pending.append(asked.number)
         self._tell(asked)
+
+    def note_ready(self) -> None:
+        """Notes that it begins with its first task."""
+        self.ready = True
+        self._at_task_since = time.monotonic()
+
+    def note_done(self, number: int) -> None:
+        """Notes that it has done a task, and begins with the next."""
+        self.pending.remove(number)
+        self._at_task_since = time.monotonic()
+
+    def end_if_overdue(self) -> None:
+        """Kills it if it is at one task for longer than it may be."""
+        taken = time.monotonic() - self._at_task_since
+        if self.ready and self.pending and taken > self._limits.task_seconds:
+            self._overran = True
+            self.kill()
 
     def stop(self, round: int) -> None:
         """Asks it to give up all tasks up to this round."""
@@ -84,11 +111,19 @@ class WorkerProcess:
 
     def was_killed(self) -> bool:
         """Waits for its end, and tells whether another process, or the system, ended it."""
-        return self._wait() < 0
+        return -self._wait() in _SIGNALS_OF_OTHERS
+
+    def went_too_far(self) -> bool:
+        """Waits for its end, and tells whether its task took more than it may."""
+        return self._wait() == OUT_OF_MEMORY or self._overran
 
     def how_it_ended(self) -> str:
         """Waits for its end, and says in words how it ended."""
         status = self._wait()
+        if self._overran:
+            return f"was at it for more than {self._limits.task_seconds:g} s"
+        if status == OUT_OF_MEMORY:
+            return f"used up the {self._limits.memory / 1e9:.3g} GB of memory that it may have"
         if status < 0:
             return f"was killed by {signal.Signals(-status).name}"
         return f"ended with exit status {status}"

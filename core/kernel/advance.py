@@ -39,7 +39,6 @@ from slipgrasp.core.kernel.run import (
     evaluate_at,
     keep_old,
 )
-from slipgrasp.core.kernel.sensing import noise_used_up
 from slipgrasp.core.kernel.state import supplied_at
 from slipgrasp.core.kernel.stepper import method_of, take_step
 from slipgrasp.core.kernel.steps import cut_at_event, emit_due, emit_inside, take_accepted_step
@@ -311,8 +310,6 @@ def advance(
         if outlet.num_rows > ROWS_BEFORE_PAUSE:
             return RUNNING
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
-            return RUNNING
-        if noise_used_up(model, run.senses):
             return RUNNING
         if run.now >= t_stop:
             emit(model, run, outlet, t_stop, run.step.start)

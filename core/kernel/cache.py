@@ -13,11 +13,9 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-import numba
 import platformdirs
 
 from slipgrasp.core.file_lock import try_lock
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
 
 ROOT_VARIABLE = "SLIPGRASP_CACHE"
 MODE_VARIABLE = "SLIPGRASP_KERNEL"
@@ -86,12 +84,3 @@ def only_process(meanwhile: Callable[[], None]) -> Iterator[None]:
         except OSError:
             pass
         yield
-
-
-@cache
-def kernel_name() -> str:
-    """Name of this kernel: its sources, the facts of the laws, the compiler and what runs it."""
-    digest = hashlib.sha256(f"{numba.__version__} {CONTROL_LAWS}".encode())
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return f"{'python' if INTERPRETED else 'kernel'}-{digest.hexdigest()[:16]}"

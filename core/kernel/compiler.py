@@ -8,7 +8,7 @@ something that decides it changes: to edit a control law recompiles the one or t
 which the law is inlined, to edit a docstring recompiles nothing.
 
 With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
-thousands of times slower and with the same results to rounding, so that a debugger stops in it
+thousands of times slower and with the same bits, so that a debugger stops in it
 and a coverage report counts its lines.
 """
 
@@ -44,7 +44,7 @@ from slipgrasp.core.kernel.cache import (
 from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.kernel.records import Record
 
-OPTIONS = {"error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"error_model": "numpy"}
 _FEW_UNITS = 2
 _LOCK = threading.Lock()
 

@@ -10,11 +10,12 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import hypot
 from slipgrasp.core.kernel.kinematics import to_inertial_frame
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.quadratic import largest_violation, solve_quadratic
 from slipgrasp.core.kernel.records import Floats, Integers, Record
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.workspace import WORKSPACE
 from slipgrasp.core.kernel.wrench import assemble_rows
 
 # Where not all limits can be met: how little the violation weighs in each row. It is found to
@@ -24,9 +25,9 @@ SLACK = 1e-4
 
 @compiled
 def choose_grasp_force(
-    forces: Floats, direction: Floats, believed: Record, safety: float, belief: Integers
+    forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
 ) -> float:
-    """Adds the least internal force that puts every sticking contact inside its cone.
+    """Adds the least internal force that puts every contact inside its cone, but those on it.
 
     Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of this
     internal force; the least multiplier in their intersection is taken. Where they do not
@@ -37,7 +38,7 @@ def choose_grasp_force(
         direction: ``(2n,)`` internal force, spanning the one-dimensional null space.
         believed: Masses and friction the controller believes in.
         safety: Factor >= 1 by which the cones are narrowed.
-        belief: ``(n,)`` phases the controller believes in.
+        on_cone: ``(n,)``, not 0 where the force is asked on its cone.
 
     Returns:
         The largest violation of a narrowed cone [N], 0 if all are met.
@@ -45,7 +46,7 @@ def choose_grasp_force(
     low, high = -np.inf, np.inf
     blocked = False
     for line in range(2 * believed.num_fingers):
-        if belief[line // 2] != 0:
+        if on_cone[line // 2] != 0:
             continue
         slope, offset = _cone_side(forces, direction, believed, safety, line)
         if slope > 0.0:
@@ -56,7 +57,7 @@ def choose_grasp_force(
             blocked = True
     multiplier, violation = min(max(0.0, low), high), 0.0
     if low > high or blocked:
-        multiplier, violation = _least_violation(forces, direction, believed, safety, belief)
+        multiplier, violation = _least_violation(forces, direction, believed, safety, on_cone)
     for i in range(believed.num_fingers):
         forces[i, 0] += multiplier * direction[2 * i]
         forces[i, 1] += multiplier * direction[2 * i + 1]
@@ -81,12 +82,12 @@ def _largest_violation(
     direction: Floats,
     believed: Record,
     safety: float,
-    belief: Integers,
+    on_cone: Integers,
     multiplier: float,
 ) -> float:
     largest = -np.inf
     for line in range(2 * believed.num_fingers):
-        if belief[line // 2] == 0:
+        if on_cone[line // 2] == 0:
             slope, offset = _cone_side(forces, direction, believed, safety, line)
             largest = max(largest, slope * multiplier - offset)
     return largest
@@ -94,29 +95,29 @@ def _largest_violation(
 
 @compiled
 def _least_violation(
-    forces: Floats, direction: Floats, believed: Record, safety: float, belief: Integers
+    forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
 ) -> tuple[float, float]:
     """Where the largest of the lines is least: a crossing of two of them, or no squeeze at all."""
     lines = 2 * believed.num_fingers
     best = 0.0
-    least = _largest_violation(forces, direction, believed, safety, belief, 0.0)
+    least = _largest_violation(forces, direction, believed, safety, on_cone, 0.0)
     for a in range(lines):
         for b in range(a):
-            if belief[a // 2] != 0 or belief[b // 2] != 0:
+            if on_cone[a // 2] != 0 or on_cone[b // 2] != 0:
                 continue
             slope_a, offset_a = _cone_side(forces, direction, believed, safety, a)
             slope_b, offset_b = _cone_side(forces, direction, believed, safety, b)
             if slope_a == slope_b:
                 continue
             crossing = (offset_a - offset_b) / (slope_a - slope_b)
-            value = _largest_violation(forces, direction, believed, safety, belief, crossing)
+            value = _largest_violation(forces, direction, believed, safety, on_cone, crossing)
             if value < least:
                 best, least = crossing, value
     return best, least
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
-def minimise_forces(model: Record, discrete: Record, work: Record) -> int:
+@compiled_apart(types.int64, MODEL, WORKSPACE)
+def minimise_forces(model: Record, work: Record) -> int:
     """The least contact forces that exert the wanted wrench within all limits.
 
     The part of F^ that the wrench prescribes is orthogonal to the internal part: the least
@@ -127,10 +128,10 @@ def minimise_forces(model: Record, discrete: Record, work: Record) -> int:
         1, or 0 where the rows of G depend on each other.
     """
     problem, room = work.quadratic, work.room
-    _pose_wrench(model, discrete, work)
+    _pose_wrench(model, work)
     problem.rows = problem.equalities
     for i in range(model.num_fingers):
-        _limit_force(model.law, discrete, work, i)
+        _limit_force(model.law, work, i)
         _limit_torques(model.law, work, i)
     room.violation = 0.0
     if solve_quadratic(problem) == 0:
@@ -147,10 +148,10 @@ def minimise_forces(model: Record, discrete: Record, work: Record) -> int:
 
 
 @compiled
-def _pose_wrench(model: Record, discrete: Record, work: Record) -> None:
+def _pose_wrench(model: Record, work: Record) -> None:
     """G F^ = (d, 0) as equalities."""
     problem, room, columns = work.quadratic, work.room, 2 * model.num_fingers
-    rows = assemble_rows(work.kin, work.believed, discrete.beliefs, room)
+    rows = assemble_rows(work.kin, work.believed, room.on_cone, room)
     problem.columns, problem.equalities = columns, rows
     for row in range(rows):
         for column in range(columns):
@@ -159,9 +160,9 @@ def _pose_wrench(model: Record, discrete: Record, work: Record) -> None:
 
 
 @compiled
-def _limit_force(law: Record, discrete: Record, work: Record, i: int) -> None:
-    """Cone of a sticking contact, least and largest normal force of any."""
-    if discrete.beliefs[i] == 0:
+def _limit_force(law: Record, work: Record, i: int) -> None:
+    """Cone of a contact that is asked inside it, least and largest normal force of any."""
+    if work.room.on_cone[i] == 0:
         cone = work.believed.friction[i] / law.grip_safety
         _require(work.quadratic, i, 1.0, cone, 0.0)
         _require(work.quadratic, i, -1.0, cone, 0.0)
@@ -177,7 +178,7 @@ def _limit_torques(law: Record, work: Record, i: int) -> None:
         return
     for joint in range(2):
         along, across, free = _torque_of_force(work, i, joint)
-        lever = np.hypot(along, across)
+        lever = hypot(along, across)
         along, across, free = along / lever, across / lever, free / lever
         limit = law.torque_limit / lever
         _require(work.quadratic, i, along, across, -limit - free)
@@ -213,17 +214,17 @@ def _share_violation(problem: Record) -> None:
     problem.columns += 1
 
 
-@compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)
-def keep_limits(model: Record, discrete: Record, work: Record) -> None:
+@compiled_apart(types.void, MODEL, WORKSPACE)
+def keep_limits(model: Record, work: Record) -> None:
     """Chooses again where the forces inside the cones of two fingers break another limit."""
     law, forces = model.law, work.room.contact_force
     for i in range(model.num_fingers):
         normal = forces[i, 1]
         if not law.minimum_normal_force <= normal <= law.maximum_normal_force:
-            minimise_forces(model, discrete, work)
+            minimise_forces(model, work)
             return
         for joint in range(2):
             along, across, free = _torque_of_force(work, i, joint)
             if abs(along * forces[i, 0] + across * normal + free) > law.torque_limit:
-                minimise_forces(model, discrete, work)
+                minimise_forces(model, work)
                 return

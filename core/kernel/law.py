@@ -7,6 +7,7 @@ friction reach it only through `Truth` sets in which the unknown entries are rep
 from __future__ import annotations
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.motion import desired_motion
 from slipgrasp.core.kernel.records import Integers, Record
@@ -66,9 +67,11 @@ def demand_acceleration(
         if belief[i] != 0:
             room.demand[k] = law.velocity_gains[k] * room.error_rate[k]
             if law.slip_stop > 0.0:
-                # Little more than stops it within one period: the rest would push the others.
+                # Little more than stops it until the next torque can act: the rest would push
+                # the others, and turn the slip round where torques act late.
                 speed = max(belief[i] * state.x[slip_velocity_at(n, i)], 0.0)
-                brake = min(law.slip_stop, speed / law.period + LEAST_BRAKE * law.slip_stop)
+                stopping = speed / (law.period + law.latency)
+                brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
                 room.demand[k] -= belief[i] * brake
 
 
@@ -84,7 +87,7 @@ def lyapunov_value(
         value += law.lyapunov_22[k] * rate * rate
     for k in range(unknowns.count):
         deviation = true_value(truth, unknowns, k) - state.x[estimate_at(n, k)]
-        value += deviation**2 / law.adaptation_gains[k]
+        value += square(deviation) / law.adaptation_gains[k]
     return value
 
 

@@ -1,6 +1,11 @@
 """The desired motion of the object: the paper's, or pieces of any other.
 
-The pieces are made in `slipgrasp.core.scenario.trajectory`.
+With s the time since its piece began, a coordinate c of such a piece is
+
+    polynomials[c] · (1, s, … s^5) + sine[c] sin(psi) + cosine[c] (1 - cos(psi)),
+
+psi = angles · (1, s, s^2). The last piece is a rest and never ends
+(`slipgrasp.core.kernel.pieces` makes them).
 """
 
 from __future__ import annotations
@@ -8,9 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import sincos
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.scenario import TrajectoryParameters
-from slipgrasp.core.scenario.trajectory import DEGREE, MAX_PIECES, pieces_of
+from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
+
+DEGREE = 5
+MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 
 MOTION = np.dtype(
     [
@@ -18,31 +26,13 @@ MOTION = np.dtype(
         ("start", np.float64, (3,)),
         ("acceleration", np.float64, (3,)),
         ("breaks", np.float64, (MAX_PIECES,)),  # ends of the pieces, inf from the last one on [s]
-        ("sine", np.float64, (3,)),
-        ("cosine", np.float64, (3,)),
-        ("angles", np.float64, (MAX_PIECES, 3)),
-        ("polynomials", np.float64, (MAX_PIECES, 3, DEGREE + 1)),
+        ("sine", np.float64, (3,)),  # [m, m, rad]
+        ("cosine", np.float64, (3,)),  # [m, m, rad]
+        ("angles", np.float64, (MAX_PIECES, 3)),  # [rad, and per power of s]
+        ("polynomials", np.float64, (MAX_PIECES, 3, DEGREE + 1)),  # [m, m, rad, per power of s]
     ],
     align=True,
 )
-
-
-def pack_motion(trajectory: TrajectoryParameters, motion: np.void) -> None:
-    """Writes the desired motion into ``motion``."""
-    motion["start"] = trajectory.start
-    motion["coasts"] = trajectory.kind == "coast"
-    motion["breaks"] = np.inf
-    if motion["coasts"]:
-        speeding, coasting = trajectory.acceleration_time, trajectory.coast_time
-        motion["acceleration"] = trajectory.acceleration
-        motion["breaks"][:3] = speeding, speeding + coasting, speeding + coasting + speeding
-        return
-    pieces = pieces_of(trajectory)
-    count = len(pieces.starts)
-    motion["breaks"][: count - 1] = pieces.starts[1:]
-    motion["polynomials"][:count] = pieces.polynomials
-    motion["angles"][:count] = pieces.angles
-    motion["sine"], motion["cosine"] = pieces.sine, pieces.cosine
 
 
 @compiled
@@ -93,7 +83,7 @@ def _on_piece(motion: Record, piece: int, s: float, coordinate: int) -> tuple[fl
         curve = motion.angles[piece, 2]
         rate = motion.angles[piece, 1] + 2.0 * curve * s
         psi = motion.angles[piece, 0] + s * (motion.angles[piece, 1] + s * curve)
-        sine, cosine = np.sin(psi), np.cos(psi)
+        sine, cosine = sincos(psi)
         along, across = a * cosine + b * sine, b * cosine - a * sine
         position += a * sine + b * (1.0 - cosine)
         velocity += rate * along

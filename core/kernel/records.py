@@ -6,7 +6,8 @@ and to compile. Its arrays have room for the largest hand; the counts say how mu
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +26,25 @@ MAX_SIDE = max(2 * MAX_FINGERS, MAX_COORDINATES)
 
 def make_record(layout: np.dtype) -> Record:
     """A record of zeros, on its own cache lines."""
-    return _as_record(np.zeros(layout.itemsize + _CACHE_LINE, np.uint8), layout)
+    return _on_cache_lines(np.zeros(layout.itemsize + _CACHE_LINE, np.uint8), layout)
 
 
 def make_unset_record(layout: np.dtype) -> Record:
     """A record whose fields have no value yet: nothing is spent on what is never used."""
-    return _as_record(np.empty(layout.itemsize + _CACHE_LINE, np.uint8), layout)
+    return _on_cache_lines(np.empty(layout.itemsize + _CACHE_LINE, np.uint8), layout)
 
 
-def _as_record(memory: NDArray[np.uint8], layout: np.dtype) -> Record:
-    start = -memory.ctypes.data % _CACHE_LINE
-    block = memory[start : start + layout.itemsize]
-    record: Record = block.view(np.dtype((np.record, layout)))[0]
+def as_record(memory: NDArray[Any], layout: np.dtype) -> Record:
+    """The record that lies in some memory; to write one is to write the other."""
+    record: Record = np.frombuffer(memory, _record_dtype(layout))[0]
     return record
+
+
+def _on_cache_lines(memory: NDArray[np.uint8], layout: np.dtype) -> Record:
+    start = -memory.ctypes.data % _CACHE_LINE
+    return as_record(memory[start : start + layout.itemsize], layout)
+
+
+@cache
+def _record_dtype(layout: np.dtype) -> np.dtype:
+    return np.dtype((np.record, layout))

@@ -9,6 +9,7 @@ from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
 from slipgrasp.core.kernel.guards import GUARDS
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.prediction import PREDICTION
 from slipgrasp.core.kernel.records import (
     MAX_FINGERS,
     Floats,
@@ -18,12 +19,13 @@ from slipgrasp.core.kernel.records import (
 )
 from slipgrasp.core.kernel.rows import MAX_COLUMNS, ROW, evaluate_row, fill_row
 from slipgrasp.core.kernel.selection import SELECTION_ROOM
-from slipgrasp.core.kernel.sensing import NOISE_TICKS, SENSES
-from slipgrasp.core.kernel.state import STATE
+from slipgrasp.core.kernel.sensing import SENSES
+from slipgrasp.core.kernel.state import STATE, estimate_at
 from slipgrasp.core.kernel.stepper import STEP
-from slipgrasp.core.kernel.tally import TALLY, add_to_tally, make_tally
+from slipgrasp.core.kernel.tally import TALLY, add_to_tally, begin_tally
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_UNKNOWNS
+from slipgrasp.core.scenario.table import TABLE
 
 # Warnings, counted with their first time.
 AMBIGUITIES, HOLDS, CLAMPED, SATURATED = range(4)
@@ -78,6 +80,7 @@ PROGRESS = np.dtype(
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
         ("senses", SENSES),
         ("memory", COMPOSITE_MEMORY),
+        ("prediction", PREDICTION),
         ("acting", np.int64),  # 1 once a torque of sampled control acts
         ("commanded", np.float64, (MAX_FINGERS, 2)),  # at this tick [N m]
         ("last_command", np.float64, (MAX_FINGERS, 2)),  # the one before [N m]
@@ -105,30 +108,39 @@ OUTLET = np.dtype(
 )
 
 
-def make_progress() -> Record:
-    """A run that has not begun: everything zero, nothing held, no event yet."""
-    progress = make_record(PROGRESS)
-    progress.hold_until = np.inf
-    progress.last_event = progress.last_stick = -np.inf
-    progress.step_size = FIRST_STEP
-    progress.concerned = -1
-    progress.senses.noise_start = -NOISE_TICKS
-    progress.tally = make_tally()
-    return progress
+def make_run(table: Record, *, keeps_rows: bool) -> tuple[Record, Record]:
+    """A run that has not begun, and empty buffers for it; see `begin_run`."""
+    run = make_record(PROGRESS)
+    # Memory that no row touches is never used.
+    outlet = make_unset_record(OUTLET)
+    call(begin_run, table, run, outlet, int(keeps_rows))
+    return run, outlet
 
 
-def make_outlet(*, keeps_rows: bool, chatter_changes: int) -> Record:
-    """Empty buffers; memory that no row touches is never used.
+@compiled_apart(types.void, TABLE, PROGRESS, OUTLET, types.int64)
+def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> None:
+    """Makes a run that has not begun: at its start, nothing held, no event yet.
 
     Args:
-        keeps_rows: Whether rows are stored, or only counted in the tally.
-        chatter_changes: How many phase changes the history holds.
+        table: The numbers of its scenario.
+        run: The run, all zero.
+        outlet: Buffers for rows and phase changes.
+        keeps_rows: 1 where rows are stored, 0 where they only count in the tally.
     """
-    outlet = make_unset_record(OUTLET)
+    run.hold_until = np.inf
+    run.last_event = run.last_stick = -np.inf
+    run.step_size = FIRST_STEP
+    run.concerned = -1
+    begin_tally(run.tally)
+    state, n = run.step.start, int(table.fingers.count)
+    for k in range(3):
+        state.x[k] = table.trajectory.start[k]
+    for k in range(int(table.estimates.count)):
+        state.x[estimate_at(n, k)] = table.estimates.entries[k].initial
     outlet.keeps_rows = keeps_rows
     outlet.num_rows = 0
-    outlet.history[:chatter_changes] = -np.inf
-    return outlet
+    for k in range(int(table.simulation.chatter_changes)):
+        outlet.history[k] = -np.inf
 
 
 def rows_in(outlet: Record, num_columns: int) -> Floats:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import exp
+from slipgrasp.core.kernel.noise import NOISE, draw_noise
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.state import STATE, reduced_at, slip_velocity_at
 
-NOISE_TICKS = 256
 SAME_TIME = 1e-9
-MAX_CHANNELS = 3 * MAX_COORDINATES
 
 # What is measured, and what the filters and detectors remember.
 SENSES = np.dtype(
@@ -22,10 +22,10 @@ SENSES = np.dtype(
         ("time", np.float64),  # of the tick before [s]
         ("num_ticks", np.int64),  # measured so far
         ("num_filtered", np.int64),  # velocities the filter has seen
-        ("noise_start", np.int64),  # tick of the first row of ``noise``
-        ("noise", np.float64, (NOISE_TICKS, MAX_CHANNELS)),  # standard normal
+        ("noise", NOISE),  # of the latest tick: positions, velocities, accelerations
         ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
         ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
+        ("sums", np.float64, (MAX_FINGERS, 2)),  # of velocities against the belief [m/s]
     ],
     align=True,
 )
@@ -43,14 +43,14 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
         now: Time [s].
     """
     sensors, size = model.sensors, 3 + model.num_fingers
-    row = senses.num_ticks - senses.noise_start
     for k in range(model.num_states):
         senses.measured.x[k] = state.x[k]
     if sensors.noisy == 1:
+        draw_noise(senses.noise, sensors.seed, senses.num_ticks, 3 * size)
         for k in range(size):
             at, rate = reduced_at(model.num_fingers, k)
-            senses.measured.x[at] += sensors.position_noise * senses.noise[row, k]
-            senses.measured.x[rate] += sensors.velocity_noise * senses.noise[row, size + k]
+            senses.measured.x[at] += sensors.position_noise * senses.noise.numbers[k]
+            senses.measured.x[rate] += sensors.velocity_noise * senses.noise.numbers[size + k]
     if sensors.true_accelerations == 0:
         _difference(model, senses, torques, now)
     else:
@@ -88,6 +88,9 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
     n, sensors = model.num_fingers, model.sensors
     for i in range(n):
         seen = discrete.phases[i]
+        if sensors.true_phases == 0 and sensors.sums_slip == 1:
+            _sum_slip(model, discrete, senses, now, i)
+            continue
         if sensors.true_phases == 0:
             velocity = senses.measured.x[slip_velocity_at(n, i)]
             seen = 0
@@ -102,16 +105,37 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
 
 
 @compiled
+def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
+    """Belief in the slip of one contact by two cumulative sums (Page's test).
+
+    In stick one sum per direction grows by what the velocity exceeds half the threshold; in slip
+    one by what it falls short of that. A sum that passes its bound changes the belief.
+    """
+    sensors, belief = model.sensors, discrete.beliefs[i]
+    velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i)]
+    level = 0.5 * sensors.slip_threshold
+    bound = max(sensors.least_sum, level * sensors.slip_delay / model.law.period)
+    for side in range(2):
+        sign = 1 - 2 * side
+        growth = sign * velocity - level if belief == 0 else level - belief * velocity
+        senses.sums[i, side] = max(0.0, senses.sums[i, side] + growth)
+    if max(senses.sums[i, 0], senses.sums[i, 1]) > bound:
+        forward = senses.sums[i, 0] > senses.sums[i, 1]
+        discrete.beliefs[i] = 0 if belief != 0 else (1 if forward else -1)
+        senses.sums[i, 0] = senses.sums[i, 1] = 0.0
+        senses.since[i] = now
+
+
+@compiled
 def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
     """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
     sensors, size = model.sensors, 3 + model.num_fingers
     if sensors.true_accelerations == 0:
         return
-    row = senses.num_ticks - 1 - senses.noise_start
     for k in range(size):
         senses.acceleration[k] = work.acceleration[k]
         if sensors.noisy == 1:
-            noise = senses.noise[row, 2 * size + k]
+            noise = senses.noise.numbers[2 * size + k]
             senses.acceleration[k] += sensors.acceleration_noise * noise
     for i in range(model.num_fingers):
         for joint in range(2):
@@ -134,10 +158,4 @@ def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float
         return 1.0
     if model.sensors.filter_time == 0.0:
         return 1.0 if now > senses.since[i] else 0.0
-    return 1.0 - np.exp((senses.since[i] - now) / model.sensors.filter_time)
-
-
-@compiled
-def noise_used_up(model: Record, senses: Record) -> bool:
-    """Whether the next tick needs noise that is not there yet."""
-    return model.sensors.noisy == 1 and senses.num_ticks >= senses.noise_start + NOISE_TICKS
+    return 1.0 - exp((senses.since[i] - now) / model.sensors.filter_time)

@@ -32,6 +32,7 @@ MAX_STATE = _SLIP + 2 * MAX_FINGERS + MAX_UNKNOWNS + _ENERGIES
 STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
 
 
+@compiled
 def count_states(n: int, p: int) -> int:
     """Length of the state of n fingers with p unknowns."""
     return _SLIP + 2 * n + p + _ENERGIES
@@ -49,8 +50,14 @@ class StateParts(NamedTuple):
 
 def parts_of(state: Record, n: int, p: int) -> StateParts:
     """The parts of a state of n fingers with p unknowns, for Python to read and to set."""
-    ends = np.cumsum([_VELOCITY, _SLIP - _VELOCITY, n, n, p])
-    return StateParts(*np.split(state.x, ends)[:-1])
+    x, speeds, estimates = state.x, _SLIP + n, _SLIP + 2 * n
+    return StateParts(
+        pose=x[:_VELOCITY],
+        velocity=x[_VELOCITY:_SLIP],
+        slip=x[_SLIP:speeds],
+        slip_velocity=x[speeds:estimates],
+        estimates=x[estimates : estimates + p],
+    )
 
 
 @compiled

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from slipgrasp.core.kernel.compiler import compiled_apart
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.guards import friction_margin
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.rows import ROW
 from slipgrasp.core.kernel.state import slip_at
 from slipgrasp.core.kernel.workspace import WORKSPACE
@@ -36,12 +37,12 @@ TALLY = np.dtype(
 )
 
 
-def make_tally() -> Record:
-    """A tally of no row yet."""
-    tally = make_record(TALLY)
+@compiled
+def begin_tally(tally: Record) -> None:
+    """Makes a tally of no row yet from one that is all zero."""
     tally.last_slip = -np.inf
-    tally.least_margin[:] = np.inf
-    return tally
+    for i in range(MAX_FINGERS):
+        tally.least_margin[i] = np.inf
 
 
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE, TALLY)
@@ -73,10 +74,10 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
             tally.least_margin[i] = min(tally.least_margin[i], margin)
         else:
             tally.slipping += 1
-        effort_rate += row.torques[i, 0] ** 2 + row.torques[i, 1] ** 2
+        effort_rate += square(row.torques[i, 0]) + square(row.torques[i, 1])
     for k in range(3):
         error = work.room.error[k]
-        tally.squared_error[k] += half_step * (error**2 + tally.error[k] ** 2)
+        tally.squared_error[k] += half_step * (square(error) + square(tally.error[k]))
         tally.error[k] = error
     tally.effort += half_step * (effort_rate + tally.effort_rate)
     tally.effort_rate = effort_rate

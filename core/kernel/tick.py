@@ -8,10 +8,11 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.interface import adapt_at_tick
 from slipgrasp.core.kernel.elementary import nearest
-from slipgrasp.core.kernel.flow import flow, update_command, update_mechanics
+from slipgrasp.core.kernel.flow import flow, forget_mechanics, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import arm_guards
 from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, set_first_slope, settle
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.prediction import predict
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
 from slipgrasp.core.kernel.run import (
@@ -96,7 +97,9 @@ def _learn(model: Record, run: Record) -> None:
     for i in range(n):
         run.memory.contact_trust[i] = trust_in_contact(model, senses, run.now, i)
         run.memory.directions[i] = discrete.phases[i] if seen_at_once else discrete.beliefs[i]
-    if model.sensors.perfect == 1:
+    # The law's model is up to date where it has commanded from the true state.
+    up_to_date = model.sensors.perfect == 1 and not model.law.predicts
+    if up_to_date:
         adapt_at_tick(model, discrete, state, work, run.memory)
     else:
         measure_acceleration(model, senses, discrete, work)
@@ -112,7 +115,7 @@ def _learn(model: Record, run: Record) -> None:
     informed = model.sensors.true_accelerations == 1 or senses.num_filtered > 1
     for k in range(model.num_unknowns):
         run.pending_rates[k] = work.rates[k] if informed else 0.0
-    if model.sensors.perfect == 0:
+    if not up_to_date:
         flow(model, discrete, run.now, state, run.step.slopes[0], work)
 
 
@@ -196,6 +199,8 @@ def _command_torques(model: Record, run: Record) -> bool:
     update_mechanics(model, senses.measured, work)
     work.quadratic.warm = 1
     regular = update_command(model, discrete, run.now, senses.measured, work)
+    if model.law.predicts and run.acting == 1:
+        regular = min(regular, _command_ahead(model, run))
     work.quadratic.warm = 0
     if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
         return False
@@ -205,6 +210,41 @@ def _command_torques(model: Record, run: Record) -> bool:
         total += run.commanded[i, 0] + run.commanded[i, 1]
     _limit_torques(model, run)
     return np.isfinite(total)
+
+
+@compiled
+def _command_ahead(model: Record, run: Record) -> int:
+    """Commands for the state that is expected when the torque acts."""
+    discrete, work, now = run.discrete, run.work, run.discrete.piece
+    ahead, then = run.prediction.state, run.now + model.law.latency
+    _add_up_impulses(model, run)
+    predict(model, discrete, run.senses.measured, work, run.prediction)
+    while then > model.motion.breaks[discrete.piece]:
+        discrete.piece += 1
+    forget_mechanics(work)  # the prediction has its own bias
+    update_mechanics(model, ahead, work)
+    regular = update_command(model, discrete, then, ahead, work)
+    discrete.piece = now
+    return regular
+
+
+@compiled
+def _add_up_impulses(model: Record, run: Record) -> None:
+    """Integrates the torques that will act over the latency from now, once and twice."""
+    impulses, end = run.prediction.impulses, run.now + model.law.latency
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            impulses[0, i, joint] = impulses[1, i, joint] = 0.0
+    for k in range(run.num_waiting + 1):
+        place = (run.first_waiting + k - 1) % len(run.due)
+        start = run.now if k == 0 else run.due[place]
+        stop = end if k == run.num_waiting else run.due[(place + 1) % len(run.due)]
+        span = stop - start
+        for i in range(model.num_fingers):
+            for joint in range(2):
+                torque = run.discrete.torques[i, joint] if k == 0 else run.waiting[place, i, joint]
+                impulses[0, i, joint] += span * torque
+                impulses[1, i, joint] += span * (end - 0.5 * (start + stop)) * torque
 
 
 @compiled

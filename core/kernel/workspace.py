@@ -32,6 +32,11 @@ LAW_ROOM = np.dtype(
         ("error", np.float64, (MAX_COORDINATES,)),  # e
         ("error_rate", np.float64, (MAX_COORDINATES,)),
         ("demand", np.float64, (MAX_COORDINATES,)),  # v, the commanded acceleration
+        (
+            "on_cone",
+            np.int64,
+            (MAX_FINGERS,),
+        ),  # slip direction where F^ is asked on its cone, else 0
         ("believed_force", np.float64, (MAX_FINGERS, 2)),  # f^ of the demand, inertial frame
         ("contact_force", np.float64, (MAX_FINGERS, 2)),  # F^ that the torque asks for
         ("basis", np.float64, (MAX_SIDE, MAX_SIDE)),  # G or its transpose, then orthonormal

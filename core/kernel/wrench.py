@@ -10,12 +10,13 @@ from __future__ import annotations
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.kinematics import to_contact_frame, to_inertial_frame
 from slipgrasp.core.kernel.linear import orthonormalize
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Floats, Integers, Record
 from slipgrasp.core.kernel.reduced import torques_to_forces
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.workspace import WORKSPACE
 
 DEPENDENT_ROWS = 1e-13
 
@@ -37,7 +38,7 @@ def share_wrench(kin: Record, n: int, room: Record) -> int:
     spread, size = 0.0, 0.0
     for i in range(n):
         x, y = kin.arms[i, 0], kin.arms[i, 1]
-        spread += (x - mean_x) ** 2 + (y - mean_y) ** 2
+        spread += square(x - mean_x) + square(y - mean_y)
         size += x * x + y * y
     ax, ay = share * room.right_side[0], share * room.right_side[1]
     b = (room.right_side[2] - n * (mean_x * ay - mean_y * ax)) / spread
@@ -59,8 +60,8 @@ def find_squeeze(kin: Record, room: Record) -> None:
         room.direction[2 * i], room.direction[2 * i + 1] = along, normal
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
-def distribute_wrench(model: Record, discrete: Record, work: Record) -> int:
+@compiled_apart(types.int64, MODEL, WORKSPACE)
+def distribute_wrench(model: Record, work: Record) -> int:
     """F^ = G^+ (d, 0) in any phase.
 
     Without grasp force (y = 0) the F^ of the smallest torque with B~ tau = M~ v + h~.
@@ -69,7 +70,7 @@ def distribute_wrench(model: Record, discrete: Record, work: Record) -> int:
         1, or 0 where the rows of G depend on each other.
     """
     n, kin, room = model.num_fingers, work.kin, work.room
-    rows = assemble_rows(kin, work.believed, discrete.beliefs, room)
+    rows = assemble_rows(kin, work.believed, room.on_cone, room)
     weighed = rows <= 2 * n and not model.law.grasp_force
     if weighed:
         _weigh_by_torque(rows, n, kin, room)
@@ -97,7 +98,7 @@ def _apply_pseudoinverse(rows: int, columns: int, room: Record) -> int:
 
 
 @compiled
-def assemble_rows(kin: Record, believed: Record, belief: Integers, room: Record) -> int:
+def assemble_rows(kin: Record, believed: Record, on_cone: Integers, room: Record) -> int:
     """Writes G transposed into ``basis`` and (d, 0) into ``right_side``; returns the rows of G."""
     n = believed.num_fingers
     rows = 3
@@ -111,9 +112,9 @@ def assemble_rows(kin: Record, believed: Record, belief: Integers, room: Record)
         room.basis[2 * i, 2] = ry * tx - rx * ty
         room.basis[2 * i + 1, 0], room.basis[2 * i + 1, 1] = ty, -tx
         room.basis[2 * i + 1, 2] = -rx * tx - ry * ty
-        if belief[i] != 0:
+        if on_cone[i] != 0:
             room.basis[2 * i, rows] = -1.0
-            room.basis[2 * i + 1, rows] = -belief[i] * believed.friction[i]
+            room.basis[2 * i + 1, rows] = -on_cone[i] * believed.friction[i]
             room.right_side[rows] = 0.0
             rows += 1
     return rows

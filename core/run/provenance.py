@@ -1,12 +1,16 @@
-"""What computes runs here: equal provenance gives equal bits for equal scenarios."""
+"""What computes runs here: equal scenarios give equal bits wherever the kernel has this name."""
 
 from __future__ import annotations
 
 import hashlib
-import platform
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from pathlib import Path
+
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
+
+PORTABLE = "numerics-"
 
 _DIGEST_BYTES = 8
 
@@ -17,18 +21,24 @@ class Provenance:
 
     Attributes:
         program: Version of the program.
-        kernel: Digest of all that decides the machine code: sources, compiler, kind of
-            processor and mathematical library. Empty where it was not recorded.
+        kernel: Name of the numerics: a digest of the kernel's sources after `PORTABLE`, with
+            nothing of processor, compiler or libraries, for these decide no bit. Recordings
+            before format 5 have a digest of the machine code, or nothing.
     """
 
     program: str
     kernel: str
 
+    @property
+    def is_portable(self) -> bool:
+        """Whether equal bits are promised on every machine, not only for one machine code."""
+        return self.kernel.startswith(PORTABLE)
+
 
 @cache
 def present_provenance() -> Provenance:
     """The provenance of runs that are computed by this process."""
-    return Provenance(program=program_version(), kernel=_kernel_digest())
+    return Provenance(program=program_version(), kernel=_kernel_name())
 
 
 @cache
@@ -40,18 +50,12 @@ def program_version() -> str:
         return "0"
 
 
-def _kernel_digest() -> str:
-    import llvmlite
-    from llvmlite import binding
+def _kernel_name() -> str:
+    """Digest of what the kernel computes: its sources, and the facts of the control laws."""
+    import slipgrasp.core.kernel
 
-    from slipgrasp.core.kernel.cache import kernel_name
-
-    parts = (
-        kernel_name(),
-        llvmlite.__version__,
-        binding.get_process_triple(),
-        binding.get_host_cpu_name(),
-        binding.get_host_cpu_features().flatten(),
-        *platform.libc_ver(),
-    )
-    return hashlib.blake2b("\n".join(parts).encode(), digest_size=_DIGEST_BYTES).hexdigest()
+    digest = hashlib.blake2b(str(CONTROL_LAWS).encode(), digest_size=_DIGEST_BYTES)
+    for path in sorted(Path(slipgrasp.core.kernel.__file__).parent.rglob("*.py")):
+        # As text: the ends of lines are those of the checkout.
+        digest.update(path.read_text(encoding="utf-8").encode())
+    return f"{PORTABLE}{digest.hexdigest()}"

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.model import pack_model
+from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.scenario import (
     Change,
@@ -43,11 +43,13 @@ class Schedule:
 
     Attributes:
         present: The scenario with the timed changes so far, and without those to come.
+        table: Its numbers.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         n, duration = len(scenario.fingers), scenario.simulation.duration
-        self.present = replace(scenario, changes=())
+        self.present = replace(scenario, changes=()) if scenario.changes else scenario
+        self.table = make_table(self.present)
         self._changes = sorted(scenario.changes, key=lambda change: change.time)
         self._ends = [*sorted({t for t in _instants(scenario) if 0.0 < t < duration}), duration]
         self._begin = 0.0
@@ -67,17 +69,16 @@ class Schedule:
 
     def pack(self) -> Record:
         """The constants of the present stretch, for the kernel."""
-        model = pack_model(self.present)
+        stretch = whole_faces()
         for pulse in self.present.pulses:
             if _is_acting(pulse, self._begin):
-                model["load"] += [*pulse.force, pulse.moment]
-        hand, truth = model["hand"], model["truth"]
-        for i, (face, place) in enumerate(zip(self._faces, self._places, strict=True)):
-            start, end, factor = face[place]
-            hand["slip_minimum"][i], hand["slip_maximum"][i] = start, end
-            truth["friction"][i] *= factor
-            truth["static_friction"][i] *= factor
-        return model
+                stretch.load += [*pulse.force, pulse.moment]
+        if self.present.patches:
+            segments = [face[k] for face, k in zip(self._faces, self._places, strict=True)]
+            ends = stretch.slip_minimum, stretch.slip_maximum, stretch.friction_factor
+            for values, array in zip(zip(*segments, strict=True), ends, strict=True):
+                array[: len(segments)] = values
+        return pack_model(self.table, stretch)
 
     def pass_instant(self, slips: Floats, velocities: Floats) -> list[Change]:
         """Goes over to the stretch that begins where the present one ends.
@@ -95,6 +96,7 @@ class Schedule:
             self._changes = self._changes[len(due) :]
             values = {change.parameter: _plain(change) for change in due}
             self.present = with_values(self.present, values)
+            self.table = make_table(self.present)
         self._lay_patches(slips, velocities)
         return due
 

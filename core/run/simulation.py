@@ -10,11 +10,9 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
     ROWS_BEFORE_PAUSE,
     last_row,
-    make_outlet,
-    make_progress,
+    make_run,
     rows_in,
 )
-from slipgrasp.core.kernel.sensing import NOISE_TICKS
 from slipgrasp.core.kernel.state import StateParts, parts_of
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.run.provenance import present_provenance
@@ -56,12 +54,9 @@ class Simulation:
         self.shape = TraceShape(
             len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
         )
-        self._run = _initial_run(scenario)
         self._keeps_trace = keep_trace
-        self._outlet = make_outlet(
-            keeps_rows=keep_trace, chatter_changes=scenario.simulation.chatter_changes
-        )
         self._schedule = Schedule(scenario)
+        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=keep_trace)
         self._model = self._schedule.pack()
         self._first = True
         self._same_ticks = False
@@ -87,8 +82,6 @@ class Simulation:
         """Advances by one piece of at most about 50 ms of computing."""
         if self.finished:
             return
-        if self._model.sensors.noisy:
-            _provide_noise(self._run, self.scenario)
         status = kernel.advance_run(
             self._model,
             self._run,
@@ -228,14 +221,6 @@ class Simulation:
         return last_row(self._model, self._run)
 
 
-def _initial_run(scenario: Scenario) -> Record:
-    run = make_progress()
-    state = _present_state(run, scenario)
-    state.pose[:] = scenario.trajectory.start
-    state.estimates[:] = [estimate.initial for estimate in scenario.estimates]
-    return run
-
-
 def _present_state(run: Record, scenario: Scenario) -> StateParts:
     return parts_of(run.step.start, len(scenario.fingers), len(scenario.estimates))
 
@@ -254,24 +239,3 @@ def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
     row = np.zeros((1, shape.num_columns))
     row[0, 1:4] = scenario.trajectory.start
     return row
-
-
-def _provide_noise(run: Record, scenario: Scenario) -> None:
-    """Lays out standard normal numbers for the coming ticks of sampled control.
-
-    Block ``b`` of ticks is drawn from a generator seeded with ``(seed, b)``. It is numpy's
-    `RandomState`, whose numbers never change from one version to the next.
-
-    Args:
-        run: Progress of the run in the kernel.
-        scenario: Its seed and number of fingers.
-    """
-    senses = run["senses"]
-    block, place = divmod(int(senses["num_ticks"]), NOISE_TICKS)
-    if place and senses["noise_start"] == block * NOISE_TICKS:
-        return
-    channels = 3 * (3 + len(scenario.fingers))
-    sequence = np.random.SeedSequence([scenario.simulation.seed, block])
-    generator = np.random.RandomState(np.random.MT19937(sequence))
-    senses["noise"][:, :channels] = generator.standard_normal((NOISE_TICKS, channels))
-    senses["noise_start"] = block * NOISE_TICKS

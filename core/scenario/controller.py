@@ -67,6 +67,15 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = 0.0
+    prediction: Annotated[
+        bool,
+        Quantity(
+            "Whether it commands for the state in which its model expects the hand when the torque "
+            "acts, after the latency; otherwise for the measured one.",
+            changeable=True,
+            used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
+        ),
+    ] = False
     position_gain: Annotated[
         Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
         Quantity(
@@ -111,6 +120,16 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = "minimum"
+    distribution: Annotated[
+        Literal["exact", "hold"],
+        Quantity(
+            "How the contact forces share the wanted wrench: exact (forces of slipping contacts on "
+            "their cones, so that their slip follows too) or hold (every contact inside its cone, "
+            "so that nothing switches on a belief of slip).",
+            changeable=True,
+            used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
+        ),
+    ] = "exact"
     grip_safety: Annotated[
         float,
         Ge(1.0),
@@ -198,10 +217,10 @@ class ControllerParameters:
         Ge(0.0),
         Le(10.0),
         Quantity(
-            "how fast the believed friction of a sticking contact grows, which releases "
-            "a grip that is too strong until the contact just slips; 0: never.",
+            "share by which the friction believed of a contact that has not slipped yet "
+            "grows in a second, which releases a grip that is too strong; 0: never.",
             "1/s",
-            typical=(0.0, 0.2),
+            typical=(0.0, 4.0),
             changeable=True,
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
@@ -218,6 +237,19 @@ class ControllerParameters:
             used_by=tuple(law.kind for law in _LAWS if law.has_memory),
         ),
     ] = 0.1
+    velocity_noise: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "standard deviation of the noise that it expects on measured velocities "
+            "(of theta in rad/s); twice too high costs little, twice too low may cost the object.",
+            "m/s",
+            typical=(0.0, 0.01),
+            changeable=True,
+            used_by=tuple(law.kind for law in _LAWS if law.has_memory),
+        ),
+    ] = 0.0
     initial_deviation: Annotated[
         PositiveGain | tuple[PositiveGain, ...] | None,
         Quantity(

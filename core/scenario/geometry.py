@@ -29,7 +29,8 @@ class ContactFrame(NamedTuple):
     slip_maximum: float
 
 
-_TANGENTS = {
+# Of the faces of a rectangle, in the order of `Face`.
+TANGENTS = {
     "left": (0.0, 1.0),
     "right": (0.0, -1.0),
     "bottom": (-1.0, 0.0),
@@ -41,7 +42,7 @@ def face_names(body: ObjectParameters) -> tuple[str, ...]:
     """What the faces of an object are called: by side, or edge-0, edge-1 … of a polygon."""
     if body.corners:
         return tuple(f"edge-{k}" for k in range(len(body.corners)))
-    return tuple(_TANGENTS)
+    return tuple(TANGENTS)
 
 
 def outline(body: ObjectParameters) -> NDArray[np.float64]:
@@ -81,7 +82,7 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
     offset = finger.contact_offset
     if body.corners:
         return _edge_frame(body, int(finger.face.removeprefix("edge-")), offset)
-    tx, ty = _TANGENTS[finger.face]
+    tx, ty = TANGENTS[finger.face]
     nx, ny = ty, -tx
     vertical = finger.face in ("left", "right")
     depth = body.half_width if vertical else body.face_half_length
@@ -93,7 +94,7 @@ def contact_frame(body: ObjectParameters, finger: FingerParameters) -> ContactFr
 def _edge_frame(body: ObjectParameters, edge: int, offset: float) -> ContactFrame:
     """From corner K to the next the object lies on the left: the tangent runs the other way."""
     (x0, y0), (x1, y1) = body.corners[edge], body.corners[(edge + 1) % len(body.corners)]
-    length = math.hypot(x1 - x0, y1 - y0)
+    length = math.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0))
     tx, ty = (x0 - x1) / length, (y0 - y1) / length
     anchor = (0.5 * (x0 + x1) + offset * tx, 0.5 * (y0 + y1) + offset * ty)
     return ContactFrame(anchor, (tx, ty), (ty, -tx), -0.5 * length - offset, 0.5 * length - offset)

@@ -89,7 +89,7 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
     return LawChoice(with_values(constant, {LAW: kind, **settings}), changes)
 
 
-def law_settings(scenario: Scenario, kind: str) -> dict[str, float]:
+def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]:
     """What must be set beside the law, by dotted key; nothing where the scenario has it already.
 
     Args:
@@ -102,7 +102,7 @@ def law_settings(scenario: Scenario, kind: str) -> dict[str, float]:
     unsuitable = {
         setting.key: setting.value
         for setting in _settings_of(law, scenario)
-        if not getattr(scenario.controller, setting.key.rpartition(".")[2]) > setting.above
+        if not setting.suits(getattr(scenario.controller, setting.key.rpartition(".")[2]))
     }
     bounds = dict(_missing_bounds(scenario)) if law.bounded else {}
     return {**unsuitable, **dict(_grip(law, scenario)), **bounds}
@@ -208,4 +208,5 @@ def _words_of(change: SettingChange) -> str:
         period = f"every {1e3 * change.new:g} ms"
         return f"control {period}" if change.new > 0.0 else "continuous control"
     unit = {"slip_stop": " m/s²", "grip_force": " N"}.get(name, "")
-    return f"{name.replace('_', ' ')} {change.new:g}{unit}"
+    value = change.new if isinstance(change.new, str) else f"{change.new:g}"
+    return f"{name.replace('_', ' ')} {value}{unit}"

@@ -15,15 +15,21 @@ class LawSetting:
 
     Attributes:
         key: Dotted key.
-        above: Greater values suit as they are.
         value: What suits where the present value does not.
+        above: Greater values suit as they are; None: nothing but ``value`` suits.
         when_sampled: Whether it matters in sampled control only.
     """
 
     key: str
-    above: float
-    value: float
+    value: float | str | bool
+    above: float | None = None
     when_sampled: bool = False
+
+    def suits(self, present: float | str | bool) -> bool:
+        """Whether a value of the parameter suits as it is."""
+        if self.above is None:
+            return present == self.value
+        return not isinstance(present, str) and present > self.above
 
 
 SAMPLED_CONTROL = LawSetting(key="controller.control_period", above=0.0, value=0.001)
@@ -31,6 +37,10 @@ SAMPLED_CONTROL = LawSetting(key="controller.control_period", above=0.0, value=0
 _INSIDE_CONES = LawSetting(key="controller.grip_safety", above=1.0, value=1.05, when_sampled=True)
 # Without it the slip velocity only decays.
 _FINITE_TIME = LawSetting(key="controller.slip_stop", above=0.0, value=1.0)
+# Their torque is Eq. 23 / 27, which puts the force of a slipping contact on its cone.
+_EXACT = LawSetting(key="controller.distribution", value="exact")
+# A belief of slip that is late or false then costs slip path, not the object.
+_HOLDING = LawSetting(key="controller.distribution", value="hold")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +100,7 @@ CONTROL_LAWS = {
             learns=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
-            settings=(_INSIDE_CONES,),
+            settings=(_INSIDE_CONES, _EXACT),
         ),
         ControlLaw(
             kind="theorem-4",
@@ -99,12 +109,12 @@ CONTROL_LAWS = {
             pulls_back=True,
             stops_slip_with=("controller.lyapunov_weight",),
             learns_with=_GRADIENT,
-            settings=(_INSIDE_CONES,),
+            settings=(_INSIDE_CONES, _EXACT),
         ),
         ControlLaw(
             kind="certainty-equivalence",
             summary="The torque of the paper's laws from the first estimates, without learning.",
-            settings=(_INSIDE_CONES,),
+            settings=(_INSIDE_CONES, _EXACT),
         ),
         ControlLaw(
             kind="pd-gravity",
@@ -128,7 +138,7 @@ CONTROL_LAWS = {
             has_memory=True,
             stops_slip_with=("controller.slip_stop",),
             learns_with=("controller.lyapunov_weight", "controller.initial_deviation"),
-            settings=(_INSIDE_CONES, _FINITE_TIME),
+            settings=(_INSIDE_CONES, _FINITE_TIME, _HOLDING),
             bounded=True,
         ),
     )

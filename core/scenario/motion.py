@@ -13,6 +13,9 @@ from slipgrasp.core.scenario.parameters import Quantity
 MAX_SET_POINTS = 50
 MAX_TABLE_ROWS = 250
 
+# Times closer than this are one time: 0.1 + 0.2 and 0.3 [s].
+SAME_TIME = 1e-12
+
 Angle = Annotated[float, Ge(-3.2), Le(3.2)]
 Acceleration = Annotated[float, Ge(-100.0), Le(100.0)]
 Time = Annotated[float, Ge(0.0), Le(600.0)]

@@ -103,7 +103,7 @@ def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
         node: A scenario or a part of one (a dataclass instance).
         prefix: Dotted key of ``node``.
     """
-    hints = _hints(type(node))
+    hints = hints_of(type(node))
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
         yield from _describe_value(f"{prefix}{field.name}", hints[field.name], value)
@@ -116,12 +116,12 @@ def iterate_lists(node: Any, prefix: str = "") -> Iterator[Parameter]:
         node: A scenario or a part of one (a dataclass instance).
         prefix: Dotted key of ``node``.
     """
-    for name, hint in _hints(type(node)).items():
+    for name, hint in hints_of(type(node)).items():
         key, value = f"{prefix}{name}", getattr(node, name)
-        quantity, _, base = _split(hint)
+        quantity, _, base = split_hint(hint)
         if dataclasses.is_dataclass(value):
             yield from iterate_lists(value, f"{key}.")
-        elif quantity is not None and _is_tuple(base) and Ellipsis in typing.get_args(base):
+        elif quantity is not None and is_tuple(base) and Ellipsis in typing.get_args(base):
             yield Parameter(
                 key=key,
                 value=None,
@@ -139,12 +139,12 @@ def kinds_using(part: type, name: str) -> tuple[str, ...]:
         part: Class of the part.
         name: Field of the parameter.
     """
-    quantity, _, _ = _split(_hints(part)[name])
+    quantity, _, _ = split_hint(hints_of(part)[name])
     return () if quantity is None else quantity.used_by
 
 
 @cache
-def _hints(kind: type) -> dict[str, Any]:
+def hints_of(kind: type) -> dict[str, Any]:
     """Annotations of a dataclass; looking them up takes longer than all the rest."""
     return typing.get_type_hints(kind, include_extras=True)
 
@@ -185,8 +185,8 @@ def _describe_value(key: str, hint: Any, value: Any) -> Iterator[Parameter]:
     if dataclasses.is_dataclass(value):
         yield from iterate_parameters(value, f"{key}.")
         return
-    quantity, bounds, base = _split(hint)
-    if isinstance(value, tuple) and _is_tuple(base):
+    quantity, bounds, base = split_hint(hint)
+    if isinstance(value, tuple) and is_tuple(base):
         for i, item in enumerate(value):
             yield from _describe_item(f"{key}.{i}", item, quantity, base, i)
         return
@@ -201,20 +201,21 @@ def _describe_item(
         yield from iterate_parameters(item, f"{key}.")
         return
     arguments = [a for a in typing.get_args(base) if a is not Ellipsis]
-    own, bounds, item_base = _split(arguments[min(index, len(arguments) - 1)])
+    own, bounds, item_base = split_hint(arguments[min(index, len(arguments) - 1)])
     chosen = own or quantity
     if chosen is not None:
         units = chosen.unit.split(", ")
         unit = units[index] if index < len(units) == len(arguments) else chosen.unit
         quantity = dataclasses.replace(chosen, unit=unit)
-        if isinstance(item, tuple) and _is_tuple(item_base):
+        if isinstance(item, tuple) and is_tuple(item_base):
             for i, part in enumerate(item):
                 yield from _describe_item(f"{key}.{i}", part, quantity, item_base, i)
         else:
             yield _parameter(key, item_base, item, quantity, bounds)
 
 
-def _split(hint: Any) -> tuple[Quantity | None, list[Any], Any]:
+def split_hint(hint: Any) -> tuple[Quantity | None, list[Any], Any]:
+    """What an annotation says: the quantity if there is one, all else beside the type, the type."""
     if typing.get_origin(hint) is typing.Annotated:
         base, *extras = typing.get_args(hint)
         quantity = next((e for e in extras if isinstance(e, Quantity)), None)
@@ -222,12 +223,13 @@ def _split(hint: Any) -> tuple[Quantity | None, list[Any], Any]:
     return None, [], hint
 
 
-def _is_tuple(base: Any) -> bool:
+def is_tuple(base: Any) -> bool:
+    """Whether a type is that of a tuple."""
     return typing.get_origin(base) is tuple
 
 
 def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list[Any]) -> Parameter:
-    alternatives = _alternatives(base)
+    alternatives = alternatives_of(base)
     optional = type(None) in alternatives
     kinds = [a for a in alternatives if a is not type(None)]
     low, high, exclusive = _bounds(extras, kinds)
@@ -250,17 +252,18 @@ def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list
     )
 
 
-def _alternatives(base: Any) -> tuple[Any, ...]:
+def alternatives_of(base: Any) -> tuple[Any, ...]:
+    """The types of which a value may have any."""
     if isinstance(base, types.UnionType) or typing.get_origin(base) is typing.Union:
         return typing.get_args(base)
     return (base,)
 
 
 def _kind(kinds: list[Any]) -> ParameterKind:
-    bases = [_split(k)[2] for k in kinds]
+    bases = [split_hint(k)[2] for k in kinds]
     if any(typing.get_origin(b) is Literal for b in bases):
         return "choice"
-    if any(_is_tuple(b) for b in bases):
+    if any(is_tuple(b) for b in bases):
         return "number-or-list"
     if bool in bases:
         return "boolean"
@@ -270,7 +273,7 @@ def _kind(kinds: list[Any]) -> ParameterKind:
 
 
 def _bounds(extras: list[Any], kinds: list[Any]) -> tuple[float | None, float | None, bool]:
-    metadata = [*extras, *(e for k in kinds for e in _split(k)[1])]
+    metadata = [*extras, *(e for k in kinds for e in split_hint(k)[1])]
     low: float | None = None
     high: float | None = None
     exclusive = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le
 from pydantic.dataclasses import dataclass
@@ -122,6 +122,14 @@ class SensingParameters:
             changeable=True,
         ),
     ] = True
+    slip_detector: Annotated[
+        Literal["threshold", "cumulative-sum"],
+        Quantity(
+            "How slip is detected: a velocity above the threshold for as long as the delay, or a "
+            "sum of velocities that exceeds what noise adds up to.",
+            changeable=True,
+        ),
+    ] = "threshold"
     slip_threshold: Annotated[
         float,
         Ge(0.0),
@@ -138,7 +146,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1.0),
         Quantity(
-            "How long slip, or its end, must last until it is detected.",
+            "How long slip, or its end, must last until it is detected (at the threshold).",
             "s",
             typical=(0.0, 0.02),
             changeable=True,

@@ -1,7 +1,7 @@
 """Whether a recorded run can be computed again: its scenario is simulated and compared.
 
-Where the same machine code computes it, every bit must agree. Another version or kind of
-machine rounds differently, and slip amplifies that; there the stated tolerance applies.
+Where the kernel has the same name, every bit must agree, on any machine. Another version may
+round differently, and slip amplifies that; there the stated tolerance applies.
 """
 
 from __future__ import annotations

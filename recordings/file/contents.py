@@ -56,7 +56,7 @@ class Contents:
         shape: Shape of the trace.
         metadata: Documents by name.
         attachments: Attached documents by name.
-        columns: For each of our topics one array per field.
+        columns: For each of our topics that was read one array per field.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Contents:
         for name, columns in self.columns.items():
             if ending.counts.get(name, 0) != len(columns["t"]):
                 raise self._damaged("it does not hold as many messages as were written")
-        trace = self._trace()
+        trace = self.trace()
         if len(trace) == 0:
             raise self._damaged("it holds no sample")
         return RunResult(
@@ -93,7 +93,7 @@ class Contents:
         """Whether samples and documents are those that the hashes were made of."""
         if not self._has_hashes():
             return True
-        state = self._state_hash(self._trace(), self._phase_changes())
+        state = self._state_hash(self.trace(), self._phase_changes())
         stop = self.metadata[STOP]
         return stop.get("state_hash") == state.hex() and stop_is_unchanged(stop, self._documents())
 
@@ -107,7 +107,7 @@ class Contents:
         so_far = self._up_to_last_checkpoint() if self._has_hashes() else self._up_to_shortest()
         if STOP in self.metadata and so_far._is_complete():
             return so_far.result()
-        trace, changes = so_far._trace(), so_far._phase_changes()
+        trace, changes = so_far.trace(), so_far._phase_changes()
         end = float(trace.times[-1])
         return RunResult(
             scenario=self._scenario(),
@@ -130,7 +130,7 @@ class Contents:
             raise NothingToRecoverError(self.name, "it ends before its first sample")
         last = {name: values[-1] for name, values in checkpoints.items()}
         so_far = self._cut(int(last["samples"]), int(last["phase_changes"]))
-        state = so_far._state_hash(so_far._trace(), so_far._phase_changes())
+        state = so_far._state_hash(so_far.trace(), so_far._phase_changes())
         if (
             last["documents_hash"].tobytes() != self._documents()
             or last["state_hash"].tobytes() != state
@@ -193,7 +193,7 @@ class Contents:
         later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
         if not later:
             return {}
-        computed = metrics_of_trace(self._trace(), self._phase_changes(), outcome)
+        computed = metrics_of_trace(self.trace(), self._phase_changes(), outcome)
         return {name: getattr(computed, name) for name in later}
 
     def _scenario_document(self) -> bytes:
@@ -212,16 +212,24 @@ class Contents:
             raise self._damaged("its scenario does not belong to its samples")
         return scenario
 
-    def _trace(self) -> Trace:
+    def trace(self) -> Trace:
+        """The samples; signals that were not read are absent.
+
+        Raises:
+            DamagedRecordingError: If they cannot be those of a run.
+        """
         arrays: Columns = {}
         for topic in SAMPLE_TOPICS:
+            if topic.name not in self.columns:
+                continue
             columns = dict(self.columns[topic.name])
             times = columns.pop("t")
             first = arrays.setdefault(TIME_SIGNAL.name, times)
             if not np.array_equal(times, first):
                 raise self._damaged(f"the samples of {topic.name} lie at other times")
             arrays |= columns
-        if (np.abs(arrays["phase"]) > 1).any() or (np.abs(arrays["believed_phase"]) > 1).any():
+        phases = (values for values in arrays.values() if values.dtype == np.int8)
+        if any((np.abs(values) > 1).any() for values in phases):
             raise self._damaged("it holds a phase that does not exist")
         if not all(np.isfinite(values).all() for values in arrays.values()):
             raise self._damaged("it holds a number that is not finite")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from mcap.records import Attachment, Channel, Header, McapRecord, Metadata
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Metadata
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.claims import contradictions_of
@@ -39,7 +39,7 @@ from slipgrasp.recordings.file.documents import (
 )
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
-from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS
+from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, Topic
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
@@ -126,8 +126,8 @@ def read_back(
     Raises:
         RecordingError: As `read_recording`.
     """
-    with _open(path) as stream:
-        contents = _Reading(stream, str(path)).contents(should_stop)
+    with open_recording(path) as stream:
+        contents = Reading(stream, str(path)).contents(should_stop)
         return ReadBack(contents.result(), contents.is_unaltered())
 
 
@@ -143,14 +143,20 @@ def read_unfinished(path: str | PathLike[str]) -> Unfinished:
         DamagedRecordingError: If not even its beginning is whole.
         RecordingError: If it cannot be opened, or holds no sample.
     """
-    with _open(path) as stream:
-        reading = _Reading(stream, str(path), unfinished=True)
+    with open_recording(path) as stream:
+        reading = Reading(stream, str(path), unfinished=True)
         result = reading.contents().result_so_far()
         return Unfinished(result, os.fstat(stream.fileno()).st_size - reading.whole_bytes)
 
 
 @contextmanager
-def _open(path: str | PathLike[str]) -> Iterator[BinaryIO]:
+def open_recording(path: str | PathLike[str]) -> Iterator[BinaryIO]:
+    """Opens a file for a `Reading`.
+
+    Raises:
+        RecordingNotFoundError: If there is no such file.
+        RecordingError: If it cannot be opened or read.
+    """
     try:
         with Path(path).open("rb") as stream:
             yield stream
@@ -165,22 +171,29 @@ class TopicColumns:
 
     Args:
         layout: How its messages are laid out.
+        names: Which fields are kept, the times among them, or none at all; all if None.
     """
 
-    def __init__(self, layout: MessageLayout) -> None:
+    def __init__(self, layout: MessageLayout, names: Collection[str] | None = None) -> None:
         self.layout = layout
         self.count = 0
-        self._columns = {name: empty.copy() for name, empty in layout.unpack([]).items()}
+        empty = layout.unpack([])
+        kept = empty if names is None else names
+        self._columns = {name: empty[name].copy() for name in kept}
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether anything of the topic is kept."""
+        return bool(self._columns)
 
     def append(self, block: Columns) -> None:
         """Adds messages, with one array per field."""
         count = self.count + len(block["t"])
-        for name, values in block.items():
-            column = self._columns[name]
+        for name, column in self._columns.items():
             if count > len(column):
                 # Nobody else has seen the array yet.
                 column.resize((count + count // 4, *column.shape[1:]), refcheck=False)
-            column[self.count : count] = values
+            column[self.count : count] = block[name]
         self.count = count
 
     def joined(self) -> Columns:
@@ -190,18 +203,38 @@ class TopicColumns:
         return self._columns
 
 
-class _Reading:
-    """One pass through one file."""
+class Reading:
+    """One pass through one file.
 
-    def __init__(self, stream: BinaryIO, name: str, *, unfinished: bool = False) -> None:
+    Args:
+        stream: The file, opened by `open_recording`.
+        name: What to call it in errors.
+        unfinished: Whether the file may end anywhere.
+        is_needed: Whether a chunk is to be unpacked; all if None.
+    """
+
+    def __init__(
+        self,
+        stream: BinaryIO,
+        name: str,
+        *,
+        unfinished: bool = False,
+        is_needed: Callable[[Chunk], bool] | None = None,
+    ) -> None:
         self._name = name
         self._scanner = RecordScanner(
-            stream, name, lambda channel: channel in self._channels, unfinished=unfinished
+            stream,
+            name,
+            self._is_wanted,
+            is_ours=lambda channel: channel in self._channels,
+            is_needed=is_needed,
+            unfinished=unfinished,
         )
         self._unfinished = unfinished
         self._metadata: dict[str, Mapping[str, str]] = {}
         self._attachments: dict[str, bytes] = {}
         self._shape: TraceShape | None = None
+        self._version = 0
         self._topics: dict[str, TopicColumns] = {}
         self._channels: dict[int, TopicColumns] = {}
         self._is_amount_checked = False
@@ -222,8 +255,21 @@ class _Reading:
                 raise
         if self._shape is None:
             raise self._damaged("how the run began is missing")
-        columns = {name: topic.joined() for name, topic in self._topics.items()}
+        columns = {name: t.joined() for name, t in self._topics.items() if t.is_kept}
         return Contents(self._name, self._shape, self._metadata, self._attachments, columns)
+
+    def outline(self) -> tuple[TraceShape, int]:
+        """The shape of the trace, and the format of the file; nothing is unpacked for it."""
+        records = self._scanner.records()
+        self._check_header(next(records))
+        for record in records:
+            self._take(record)
+            if self._shape is not None:
+                return self._shape, self._version
+        raise self._damaged("how the run began is missing")
+
+    def _is_wanted(self, channel: int) -> bool:
+        return channel in self._channels and self._channels[channel].is_kept
 
     def _take(self, record: McapRecord | ChannelMessages) -> None:
         match record:
@@ -257,11 +303,14 @@ class _Reading:
                 raise ValueError("there was no such format")
             if version > FORMAT_VERSION:
                 raise NewerRecordingError(self._name, version, FORMAT_VERSION)
-            self._shape = read_shape(start)
+            self._shape, self._version = read_shape(start), version
         except (KeyError, TypeError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
         for topic, layout in layouts_of(self._shape, version).items():
-            self._topics[topic.name] = TopicColumns(layout)
+            self._topics[topic.name] = self._columns_for(topic, layout)
+
+    def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
+        return TopicColumns(layout)
 
     def _take_channel(self, channel: Channel) -> None:
         """Channels of topics that another program added are left alone."""
@@ -295,19 +344,25 @@ class _Reading:
     def _take_messages(self, messages: ChannelMessages) -> None:
         self._check_amount()
         columns = self._channels[messages.channel]
-        topic = columns.layout.topic.name
+        self._check_order(messages, columns.count)
+        columns.append(self._unpacked(messages, columns.layout))
+
+    def _check_order(self, messages: ChannelMessages, first: int) -> None:
+        if messages.sequences != list(range(first, first + len(messages.sequences))):
+            topic = self._channels[messages.channel].layout.topic.name
+            raise self._damaged(f"messages of {topic} are missing or out of order")
+
+    def _unpacked(self, messages: ChannelMessages, layout: MessageLayout) -> Columns:
+        topic = layout.topic.name
         try:
-            block = columns.layout.unpack(messages.payloads)
+            block = layout.unpack(messages.payloads)
         except ValueError as error:
             raise self._damaged(f"{error} ({topic})") from error
         if not ((block["t"] >= 0.0) & (block["t"] <= LONGEST_RUN)).all():
             raise self._damaged(f"{topic} holds a time that no run has")
         if not np.array_equal(to_log_times(block["t"]), messages.log_times):
             raise self._damaged(f"times of {topic} contradict each other")
-        count = columns.count + len(messages.sequences)
-        if messages.sequences != list(range(columns.count, count)):
-            raise self._damaged(f"messages of {topic} are missing or out of order")
-        columns.append(block)
+        return block
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self._name, finding)

@@ -107,6 +107,9 @@ class RecordScanner:
         stream: The file, opened for reading bytes.
         name: What to call it in errors.
         is_wanted: Whether the messages of a channel are to be given; all others are counted.
+        is_ours: Whether this program has written the messages of a channel; those that are
+            wanted if None.
+        is_needed: Whether a chunk is to be unpacked; all if None.
         unfinished: Whether the file may end anywhere; it then is damaged where it ends.
         max_record_bytes: How long a record may be that is no chunk.
     """
@@ -117,12 +120,16 @@ class RecordScanner:
         name: str,
         is_wanted: Callable[[int], bool],
         *,
+        is_ours: Callable[[int], bool] | None = None,
+        is_needed: Callable[[Chunk], bool] | None = None,
         unfinished: bool = False,
         max_record_bytes: int = MAX_RECORD_BYTES,
     ) -> None:
         self._stream = stream
         self._name = name
         self._is_wanted = is_wanted
+        self._is_ours = is_ours or is_wanted
+        self._is_needed = is_needed
         self._tail = 0 if unfinished else _TAIL_BYTES
         self._max_record_bytes = max_record_bytes
         self._size = os.fstat(stream.fileno()).st_size
@@ -132,6 +139,7 @@ class RecordScanner:
         self._message_counts: Counter[int] = Counter()
         self._num_wanted = 0
         self._num_unwanted = 0
+        self._has_skipped = False
         self._indexes_left = 0
         self._unpacked_left = MAX_UNPACKED_PER_BYTE * self._size + UNPACKED_TO_SPARE
         self._index: StatedIndex | None = None
@@ -169,7 +177,7 @@ class RecordScanner:
                 case Opcode.METADATA:
                     yield self._parse(Metadata, body)
                 case Opcode.CHUNK:
-                    yield from self._unpack_chunk(self._parse(Chunk, body))
+                    yield from self._take_chunk(self._parse(Chunk, body))
                 case Opcode.MESSAGE_INDEX if self._indexes_left > 0:
                     self._indexes_left -= 1
                 case Opcode.DATA_END:
@@ -262,11 +270,17 @@ class RecordScanner:
         except (McapError, OverflowError, struct.error, ValueError) as error:
             raise self._damaged(f"a {kind.__name__.lower()} record is malformed") from error
 
+    def _take_chunk(self, chunk: Chunk) -> Iterator[McapRecord | ChannelMessages]:
+        self._indexes_left = MAX_RECORDS_PER_KIND
+        if self._is_needed is None or self._is_needed(chunk):
+            yield from self._unpack_chunk(chunk)
+        else:
+            self._has_skipped = True
+
     def _unpack_chunk(self, chunk: Chunk) -> Iterator[McapRecord | ChannelMessages]:
         data = self._decompress(chunk)
         if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
             raise self._damaged("the checksum of a chunk does not match")
-        self._indexes_left = MAX_RECORDS_PER_KIND
         before = self._message_counts.total()
         blocks: dict[int, ChannelMessages] = {}
         offset = 0
@@ -307,13 +321,15 @@ class RecordScanner:
         self._message_counts[channel] += count
         if self._index and self._message_counts[channel] > self._index.message_counts[channel]:
             raise self._damaged("its messages are not as many as its index says")
-        if not self._is_wanted(channel):
+        if not self._is_ours(channel):
             self._num_unwanted += count
             # A recording of ours shows each sample in two display topics at most.
             if self._num_unwanted > MAX_UNWANTED_MESSAGES + self._num_wanted:
                 raise self._damaged("it holds more messages of other programs than are read")
             return
         self._num_wanted += count
+        if not self._is_wanted(channel):
+            return
         block = blocks.get(channel)
         if block is None:
             block = blocks[channel] = ChannelMessages(channel)
@@ -350,8 +366,8 @@ class RecordScanner:
             return
         if self._index.start != self._offset:
             raise self._damaged("the checksum of its index does not match")
-        found = self._message_counts, self._counts[Attachment]
-        if found != (self._index.message_counts, self._index.num_attachments):
+        has_all = self._has_skipped or self._message_counts == self._index.message_counts
+        if not has_all or self._counts[Attachment] != self._index.num_attachments:
             raise self._damaged("its messages are not as many as its index says")
 
     def _damaged(self, finding: str) -> DamagedRecordingError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """Raised when a reader of the previous version could no longer read a file correctly."""
 
 FIRST_FORMAT_WITH_SHA256 = 3

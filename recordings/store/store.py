@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import os
+import time
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -48,6 +49,10 @@ UPLOAD_SUFFIX = ".upload.part"
 """Not that of runs: what is left of an upload is of no use to anyone."""
 
 CHECK_BYTES = 1 << 24
+
+READ_SECONDS = 30.0
+READ_SECONDS_PER_BYTE = 1e-6
+"""How long reading what was sent may take; a slow machine needs a tenth of it."""
 PROBE_BYTES = 4096
 
 _logger = logging.getLogger(__name__)
@@ -365,7 +370,8 @@ class Upload:
         """Reads what came, and gives the file its name.
 
         Raises:
-            UploadError: If it is no whole recording that this program can read.
+            UploadError: If it is no whole recording that this program can read, or takes longer
+                to read than any.
             StorageFullError: If there is no room for it.
             RecordingWriteError: If the disk fails.
         """
@@ -375,10 +381,15 @@ class Upload:
         except OSError as error:
             raise RecordingWriteError(self._path, error.strerror or "disk error") from error
         self._limits.check(self._path.parent)
+        allowed = READ_SECONDS + READ_SECONDS_PER_BYTE * part.stat().st_size
+        end = time.monotonic() + allowed
         try:
-            result = read_recording(part)
+            result = read_recording(part, should_stop=lambda: time.monotonic() > end)
             Description.from_result(result)
         except RecordingError as error:
+            if time.monotonic() > end:
+                told = f"reading the upload takes more than {allowed:.3g} s, the most for its size"
+                raise UploadError(told) from error
             raise UploadError(str(error).replace(str(part), "upload")) from error
         self._stack.close()
         return result

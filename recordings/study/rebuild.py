@@ -84,4 +84,4 @@ def _cause(row: StudyRow) -> str:
     here = present_provenance().kernel
     if row.kernel == here:
         return "its row was altered, or is not of this study"
-    return f"another build or kind of processor computed it ({row.kernel}, here it is {here})"
+    return f"another version of the kernel computed it ({row.kernel}, here it is {here})"

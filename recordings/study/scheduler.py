@@ -41,8 +41,9 @@ def schedule_runs(
         writer: Where the rows go; it is not finished here.
         should_stop: Asked about 20 times a second; True ends the study with the rows so far.
         watch: Called with every new row once it is written.
-        keep: Called with every run whose recording is to be kept; gives its id, or None if
-            it could not be kept. It may be called again for a run whose row was lost.
+        keep: Called with every run whose recording is to be kept, before its row is written;
+            gives its id, or None if it could not be kept. It may be called again for a run
+            whose row was lost.
 
     Returns:
         How it ended: ``cancelled`` if it was told to stop before its last row.
@@ -126,7 +127,7 @@ class _OrderedRows:
         self._writer = writer
         self._watch = watch
         self._keep = keep
-        self._waiting: dict[int, StudyRun] = {}
+        self._waiting: dict[int, StudyRow] = {}
         self._written_at = time.monotonic()
         self._not_kept = 0
 
@@ -136,16 +137,18 @@ class _OrderedRows:
         return f"{self._not_kept} recordings could not be kept" if self._not_kept else ""
 
     def take(self, runs: list[StudyRun]) -> None:
-        """Takes the rows of a task, and writes what is next."""
-        self._waiting |= {run.row.index: run for run in runs}
-        while chunk := self._next_chunk():
-            rows = [self._kept(run) for run in chunk]
+        """Takes the rows of a task, and writes what is next.
+
+        Recordings are kept at once: all that wait for an earlier row would fill the memory.
+        """
+        self._waiting |= {run.row.index: self._kept(run) for run in runs}
+        while rows := self._next_chunk():
             self._writer.add(rows)
             self._written_at = time.monotonic()
             for row in rows:
                 self._watch(row)
 
-    def _next_chunk(self) -> list[StudyRun]:
+    def _next_chunk(self) -> list[StudyRow]:
         """The next chunk of the file; a part of it where it takes long to become full."""
         first = self._writer.num_rows
         end = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._writer.num_runs)

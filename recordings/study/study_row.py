@@ -38,7 +38,7 @@ class StudyRow:
         metrics: Its figures of merit; empty if it could not be simulated at all.
         state_hash: Hash of its samples and phase changes (`slipgrasp.recordings.file.state_hash`);
             empty if it could not be simulated at all.
-        kernel: Digest of the machine code that computed it (`slipgrasp.core.run.provenance`).
+        kernel: Name of the numerics that computed it (`slipgrasp.core.run.provenance`).
         recording: Id of its recording, None if none is kept.
     """
 

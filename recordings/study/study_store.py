@@ -202,13 +202,13 @@ class StudyStore:
             StorageFullError: If there is no room.
         """
         assert run.recording is not None
-        name = f"{stored.title[:MAX_NAME_LENGTH] or 'study'}, run {run.row.index}"
-        return self._runs.keep(
-            derived_id(stored.id, run.row.index),
-            run.recording.data,
-            run.recording.description,
-            Annotations(name=name, tags=(f"study {stored.id}",)),
-        )
+        run_id, mark = self.mark_of(stored, run.row.index)
+        return self._runs.keep(run_id, run.recording.data, run.recording.description, mark)
+
+    def mark_of(self, stored: StoredStudy, index: int) -> tuple[str, Annotations]:
+        """The id of the recording of a run, and what a study writes about it by itself."""
+        name = f"{stored.title[:MAX_NAME_LENGTH] or 'study'}, run {index}"
+        return derived_id(stored.id, index), Annotations(name=name, tags=(f"study {stored.id}",))
 
     def find_recording(self, stored: StoredStudy, index: int) -> StoredRun | None:
         """The recording of a run of a study, if it is kept."""

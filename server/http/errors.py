@@ -28,7 +28,7 @@ from slipgrasp.recordings.exceptions import (
     told_within,
 )
 from slipgrasp.recordings.study.rebuild import RebuildError
-from slipgrasp.server.addresses import DOCS_PATH
+from slipgrasp.server.addresses import DOCS_PATH, from_outside
 from slipgrasp.server.exceptions import (
     BodyTooLargeError,
     BodyTooSlowError,
@@ -40,6 +40,7 @@ from slipgrasp.server.exceptions import (
     RunUnrecordableError,
     ServiceBusyError,
     ServiceEndingError,
+    StudyEndedError,
     StudyUnfinishedError,
     UnreadableBodyError,
     UnsupportedBodyError,
@@ -59,6 +60,7 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     ResultNotFoundError: 404,
     RunUnfinishedError: 409,
     StudyUnfinishedError: 409,
+    StudyEndedError: 409,
     RebuildError: 409,
     RecordingChangedError: 412,
     BodyTooLargeError: 413,
@@ -188,7 +190,8 @@ async def _answer_http_error(request: Request, error: Exception) -> JSONResponse
     headers = dict(error.headers or {})
     detail = str(error.detail)
     if error.status_code == HTTPStatus.NOT_FOUND:
-        detail = f"there is nothing at '{printable(request.url.path)}'; see {DOCS_PATH}"
+        path = printable(from_outside(request.url.path))
+        detail = f"there is nothing at '{path}'; see {from_outside(DOCS_PATH)}"
     if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         headers["Allow"] = ", ".join(_allowed_methods(request))
         detail = f"{request.method} is not possible here, only {headers['Allow']}"

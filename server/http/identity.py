@@ -11,6 +11,7 @@ from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 
+from slipgrasp.server.addresses import from_outside, root_path
 from slipgrasp.server.peers import Connection
 from slipgrasp.server.tokens import Right, Tokens
 
@@ -72,8 +73,7 @@ class Gate:
                 along redirects which began there, but do when a page of ours goes on.
         """
         kept = [pair for pair in _pairs(query) if pair[0] != TOKEN_PARAMETER]
-        # Relative, as a proxy may show the page at another path.
-        target = path.rpartition("/")[2] or "./"
+        target = from_outside(path)
         if kept:
             target += f"?{urlencode(kept)}"
         response: Response = RedirectResponse(target, 303, _NEVER_KEPT)
@@ -83,6 +83,7 @@ class Gate:
         response.set_cookie(
             _cookie_name(port),
             self.tokens.cookie(right),
+            path=root_path.get() or "/",
             secure=self.is_encrypted,
             httponly=True,
             samesite="strict",

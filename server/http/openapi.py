@@ -60,6 +60,7 @@ def _describe(app: FastAPI) -> dict[str, Any]:
         version=app.version,
         description=app.description,
         routes=app.routes,
+        servers=app.servers,
         tags=[{"name": name, "description": text} for name, text in _TAGS.items()],
     )
     schemas = document["components"]["schemas"]

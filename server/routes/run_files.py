@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, BinaryIO
+from typing import BinaryIO
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Response
 from fastapi.responses import StreamingResponse
 
 from slipgrasp.core.run.provenance import program_version
@@ -14,10 +14,10 @@ from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.dependencies import (
+    ColumnsDep,
     DownloadRequestDep,
     FileCacheDep,
     RecordingReadsDep,
-    RunResultDep,
     StoredRunDep,
 )
 from slipgrasp.server.http.conditions import file_tag, tag_of
@@ -30,7 +30,7 @@ from slipgrasp.server.http.downloads import (
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.reading import TABLE_COST, RecordingReads
-from slipgrasp.server.runs.signals import SignalsPublic, encode_columns, select_columns
+from slipgrasp.server.runs.signals import SignalsPublic, encode_columns
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -49,22 +49,9 @@ _TABLE_PROBLEMS = (404, 409, 422, 503, 507)
     },
 )
 def read_signals(
-    stored: StoredRunDep,
-    result: RunResultDep,
-    reads: RecordingReadsDep,
-    names: Annotated[
-        str,
-        Query(
-            max_length=4000,
-            description="columns as in the CSV file, or whole signals, separated by commas; "
-            "all if left out",
-            examples=["t,slip,normal_force_0"],
-        ),
-    ] = "",
+    stored: StoredRunDep, columns: ColumnsDep, reads: RecordingReadsDep
 ) -> StreamingResponse:
     """What was recorded of a run, column by column; an event gives two values at one time."""
-    wanted = [name.strip() for name in names.split(",")] if names else []
-    columns = select_columns(result, wanted)
     pieces = reads.in_threads(encode_columns(stored.id, columns))
     return StreamingResponse(pieces, media_type="application/json")
 

@@ -114,6 +114,16 @@ def cancel_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
     return StudyPublic.from_status(service.cancel(study_id))
 
 
+@router.post(
+    "/{study_id}/resume",
+    status_code=202,
+    responses=ProblemPublic.responses((404, 409, 422, 503)),
+)
+def resume_study(study_id: str, service: StudyServiceDep) -> StudyPublic:
+    """Go on with a study that has failed, behind its last row. One that goes on is left alone."""
+    return StudyPublic.from_status(service.resume(study_id))
+
+
 @router.delete("/{study_id}", status_code=204, responses=ProblemPublic.responses((404, 409)))
 def delete_study(study_id: str, service: StudyServiceDep) -> None:
     """Delete a study that has ended, for good; recordings of its runs are runs, and stay."""

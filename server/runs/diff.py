@@ -35,7 +35,7 @@ class DiffFigureQuery(DiffQuery):
 
 
 ParameterValue = bool | int | float | str | list[float] | None
-MetricValue = bool | int | float | list[float | None] | None
+MetricValue = bool | int | float | str | list[float | None] | None
 
 
 class ParameterDifferencePublic(BaseModel):
@@ -66,7 +66,7 @@ class SignalDifferencePublic(BaseModel):
 
 
 class MetricPairPublic(BaseModel):
-    """A metric of both runs."""
+    """A metric of both runs, or how they ended where that differs."""
 
     a: MetricValue
     b: MetricValue

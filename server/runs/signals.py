@@ -7,16 +7,19 @@ all of its.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, Field
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.trace.columns import Column, columns_of
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.recordings.file.stretch import Stretch
 from slipgrasp.server.exceptions import InvalidRequestError, printable
 
 VALUES_AT_ONCE = 5000
@@ -35,17 +38,49 @@ class SignalsPublic(BaseModel):
     )
 
 
-def select_columns(result: RunResult, names: Iterable[str]) -> list[Column]:
+class SignalsQuery(BaseModel):
+    """Which columns are asked for, and from when to when."""
+
+    names: Annotated[
+        str,
+        Field(
+            max_length=4000,
+            description="columns as in the CSV file, or whole signals, separated by commas; "
+            "all if left out",
+            examples=["t,slip,normal_force_0"],
+        ),
+    ] = ""
+    t_from: Annotated[
+        float, Field(ge=0.0, allow_inf_nan=False, description="time of the first values [s]")
+    ] = 0.0
+    t_to: Annotated[
+        Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None,
+        Field(description="time of the last values [s]; the end of the run if left out"),
+    ] = None
+
+    @property
+    def wanted(self) -> list[str]:
+        """The names one by one."""
+        return [name.strip() for name in self.names.split(",")] if self.names else []
+
+    def stretch_of(self, columns: Iterable[Column]) -> Stretch:
+        """What of a recording holds these columns."""
+        end = math.inf if self.t_to is None else self.t_to
+        signals = frozenset(column.signal for column in columns)
+        return Stretch(signals=signals, start=self.t_from, end=end)
+
+
+def select_columns(trace: Trace, names: Iterable[str]) -> list[Column]:
     """The columns that are asked for, in that order, each once; all if none is named.
 
     Args:
-        result: The run.
+        trace: The trace.
         names: Names of columns or of signals.
 
     Raises:
         InvalidRequestError: For a name there is none of, with the nearest.
     """
-    columns = columns_of(result.trace)
+    columns = columns_of(trace)
     wanted = list(names)
     if not wanted:
         return columns

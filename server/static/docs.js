@@ -26,10 +26,10 @@ function parameterField(parameter) {
   return field(parameter.name, hint.filter(Boolean).join("; "), input);
 }
 
-function requestFor(path, method, operation, form) {
+function requestFor(path, method, operation, form, root) {
   const query = new URLSearchParams();
   const options = { method: method.toUpperCase(), headers: {} };
-  let target = path;
+  let target = `${root}${path}`;
   for (const parameter of operation.parameters ?? []) {
     const value = form.elements[parameter.name].value;
     if (parameter.in === "path") {
@@ -65,8 +65,8 @@ async function readable(response) {
   return text.length > MAX_SHOWN ? `${text.slice(0, MAX_SHOWN)}\n… ${text.length} characters` : text;
 }
 
-async function send(path, method, operation, form, output) {
-  const [target, options] = requestFor(path, method, operation, form);
+async function send(path, method, operation, form, output, root) {
+  const [target, options] = requestFor(path, method, operation, form, root);
   output.textContent = `${options.method} ${target}\n…`;
   try {
     const response = await fetch(target, options);
@@ -95,7 +95,7 @@ function operationBlock(path, method, operation, description) {
   const output = element("pre", { ariaLive: "polite" }, "The answer appears here.");
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    send(path, method, operation, form, output);
+    send(path, method, operation, form, output, description.servers?.[0].url ?? "");
   });
   return element("details", {}, heading, form, output);
 }

@@ -120,7 +120,7 @@ class StudyQueue:
     def _end(self, live: LiveStudy) -> None:
         """Does what is left to do of a study, and says how it ended.
 
-        One that has failed is left as it is: the next service goes on with it.
+        One that has failed is left as it is, to be resumed, or gone on with by the next service.
         """
         state, message = StudyState.FAILED, UNEXPECTED
         try:
@@ -131,7 +131,7 @@ class StudyQueue:
                 live.stored = self._store.note_end(live.stored, end)
                 state, message = StudyState(end.state), end.message
         except SlipgraspError as error:
-            message = f"{error}; it goes on where it is when the service is started again"
+            message = f"{error}; it goes on where it is when it is resumed"
             _logger.error("study %s failed: %s", live.id, error)
         finally:
             live.end(state, message)

@@ -23,11 +23,12 @@ from slipgrasp.server.exceptions import (
     IdempotencyKeyReusedError,
     ServiceBusyError,
     ServiceEndingError,
+    StudyEndedError,
     StudyUnfinishedError,
 )
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
 from slipgrasp.server.settings import Settings
-from slipgrasp.server.studies.progress import LiveStudy, StudyStatus
+from slipgrasp.server.studies.progress import LiveStudy, StudyState, StudyStatus
 from slipgrasp.server.studies.queue import StudyQueue
 from slipgrasp.server.studies.recorder import StudyRecorder
 
@@ -77,6 +78,11 @@ class StudyService:
     def close(self) -> None:
         """Leaves what is not finished to the next service."""
         self._queue.close()
+
+    @property
+    def num_unfinished(self) -> int:
+        """How many studies wait or run."""
+        return sum(not live.has_ended for live in self._queue.all().values())
 
     def estimate(self, study: Study) -> tuple[StudyCost, tuple[str, ...]]:
         """What a study is going to take, and what stands in the way of it."""
@@ -188,6 +194,30 @@ class StudyService:
             return self.status(study_id)
         self._queue.cancel(live)
         return live.status()
+
+    def resume(self, study_id: str) -> StudyStatus:
+        """Goes on with a study that has failed, behind its last row.
+
+        One that waits or runs is left alone.
+
+        Raises:
+            StudyNotFoundError: If there is none.
+            StudyEndedError: If it has ended otherwise.
+            ServiceBusyError: If too many studies are waiting.
+            RecordingError: If its file is damaged.
+        """
+        with self._creating:
+            status = self.status(study_id)
+            if not status.state.has_ended:
+                return status
+            if status.state is not StudyState.FAILED:
+                raise StudyEndedError(study_id, status.state)
+            self._queue.check_room()
+            # The file may hold rows that the disk took without saying so.
+            live = LiveStudy(status.stored, read_results(self.store.file_of(study_id)))
+            self._broken.pop(study_id, None)
+            self._queue.add(live)
+            return live.status()
 
     def delete(self, study_id: str) -> None:
         """Removes a study for good; recordings of its runs are runs, and stay.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+import re
 import time
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -51,6 +52,7 @@ CONTENT_POLICY = "; ".join(
 """What viser's page may do: run what it carries itself, and talk to where it came from."""
 
 _HEAD = b"<head>"
+_NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>", re.DOTALL)
 _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
@@ -271,7 +273,7 @@ def _read_page() -> bytes:
 
 
 def _with_head(page: bytes, head: str) -> bytes:
-    """The page with something put before everything else in its head."""
+    """The page with something put before everything else in its head, in place of viser's name."""
     if page.count(_HEAD) != 1:
         raise RuntimeError("viser's page has no head that something can be put into")
-    return page.replace(_HEAD, _HEAD + head.encode())
+    return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())

@@ -14,6 +14,7 @@ from slipgrasp.cli import (
     export,
     figures,
     margin,
+    prune,
     rebuild,
     recover,
     replay,
@@ -101,7 +102,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, replay, diff, verify),
-        *(export, figures, recover, scenarios, serve),
+        *(export, figures, recover, prune, scenarios, serve),
     ):
         command.add_command(commands)
     return parser

@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory
+from slipgrasp.cli.prune import add_retention, read_retention
 from slipgrasp.cli.serving import (
     add_executor,
     add_limits,
     add_log_format,
+    add_metrics,
     add_network,
     add_port,
     serve_dashboard,
@@ -29,10 +31,18 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_data_directory(parser)
     add_limits(parser)
     add_executor(parser)
+    add_retention(parser)
     add_log_format(parser)
+    add_metrics(parser)
     parser.set_defaults(execute=_execute)
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     folder = data_directory(arguments.data_directory)
-    return serve_dashboard(arguments, folder, study_executor=arguments.executor)
+    return serve_dashboard(
+        arguments,
+        folder,
+        study_executor=arguments.executor,
+        metrics=arguments.metrics,
+        retention=read_retention(arguments),
+    )

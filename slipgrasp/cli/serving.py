@@ -41,7 +41,7 @@ def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> No
 
 
 def add_network(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--host`` and ``--public-url``."""
+    """Adds ``--host``, ``--public-url`` and ``--root-path``."""
     parser.add_argument(
         "--host",
         metavar="ADDRESS",
@@ -59,6 +59,14 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         help="where the dashboard is reached besides, such as https://grasp.example behind a "
         "proxy; may be repeated; then everybody needs the token",
     )
+    parser.add_argument(
+        "--root-path",
+        metavar="PATH",
+        default="",
+        type=lambda text: text.rstrip("/"),
+        help="path at which a proxy shows the server, such as /slipgrasp; it may take it away or "
+        "leave it; then everybody needs the token",
+    )
 
 
 def _port(text: str) -> int:
@@ -74,7 +82,7 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
         ("--quota", "how much the recordings may take, such as 5GB; then no run is begun"),
         ("--min-free", "how much must stay free on their disk, such as 500MB; likewise"),
     ):
-        parser.add_argument(name, metavar="SIZE", type=_size, help=what)
+        parser.add_argument(name, metavar="SIZE", type=parse_size, help=what)
 
 
 def add_log_format(parser: argparse.ArgumentParser) -> None:
@@ -85,6 +93,15 @@ def add_log_format(parser: argparse.ArgumentParser) -> None:
         default="text",
         help="what standard error gets: words, or a JSON object for each event and nothing else "
         "(default: text)",
+    )
+
+
+def add_metrics(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--metrics``."""
+    parser.add_argument(
+        "--metrics",
+        action="store_true",
+        help="serve metrics for Prometheus at /metrics; needs slipgrasp[metrics]",
     )
 
 
@@ -99,8 +116,8 @@ def add_executor(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _size(text: str) -> int:
-    """A number of bytes, with or without one of the usual units."""
+def parse_size(text: str) -> int:
+    """A number of bytes, with or without one of the usual units, as a type of arguments."""
     found = _SIZE.fullmatch(text.strip().lower())
     if found is None:
         raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a size; write it as 500MB or 5GB")
@@ -197,6 +214,7 @@ def _settings(
         port=port,
         log_format=LogFormat(arguments.log_format),
         token=tokens.full,
+        root_path=arguments.root_path,
         public_urls=tuple(arguments.public_urls),
         **chosen,
         **others,
@@ -220,7 +238,7 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     config = server_config(create_dashboard_app(settings, first), settings)
     host, port = settings.host, settings.port
     address = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
-    url = f"{(*settings.public_urls, address)[0]}/"
+    url = f"{(*settings.public_urls, address)[0]}{settings.root_path}/"
     if settings.token is None or not settings.needs_token:
         return AnnouncingServer(config, url)
     tokens = Tokens(settings.token)

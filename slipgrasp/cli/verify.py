@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 MOST_NAMES = 6
 DESCRIPTION = (
-    "Simulates the scenario of a recording again and compares. Computed by the same machine "
-    "code, every bit must agree; by another version or kind of machine, columns within 1e-8 "
-    "until the first phase change after the start, the order of phase changes, and their times "
-    "within 1e-6 s. A run that was cut short is compared as far as it was recorded."
+    "Simulates the scenario of a recording again and compares. Recorded by the same version of "
+    "the numerics, on any machine, every bit must agree; by another, columns within 1e-8 until "
+    "the first phase change after the start, the order of phase changes, and their times within "
+    "1e-6 s. A run that was cut short is compared as far as it was recorded."
 )
 EPILOG = "exit status: 0 the same, 1 it differs, 2 it cannot be read or simulated"
 
@@ -88,13 +88,16 @@ def _altered(found: Verification) -> list[str]:
 
 def _rule(found: Verification) -> str:
     if found.bit_for_bit:
-        return f"Compared bit for bit: the same machine code computed it ({found.present.kernel})."
+        return f"Compared bit for bit: the same numerics computed it ({found.present.kernel})."
     recorded, present = found.recorded, found.present
     was = f"{recorded.program} ({recorded.kernel or 'machine code not recorded'})"
-    return (
+    rule = (
         f"Compared within the tolerance: version {was} recorded it, "
         f"this is {present.program} ({present.kernel})."
     )
+    if recorded.is_portable:
+        return rule
+    return f"{rule} Recordings before format 5 promise equal bits to one machine code only."
 
 
 def _stretch(found: Verification) -> str:

@@ -8,6 +8,7 @@ from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, WHOLE_BOMBS, defuse, w
 from benchmarks.faults.clients import hold_connections, read_signals
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
+from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services
 from slipgrasp.recordings.file.reader import read_recording
@@ -73,3 +74,8 @@ def test_a_crowd_that_asks_for_nothing_keeps_nobody_from_being_answered():
 def test_readers_of_one_recording_share_it():
     readers = read_signals(clients=6, duration=2.0, names="t,slip")
     assert readers.statuses == {200: 6}
+
+
+def test_no_run_is_told_as_completed_where_the_disk_takes_no_more():
+    full = fill_the_disk(runs=1)
+    assert (full.refused, full.failed, full.left) == (1, 1, 0)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import resource
 import signal
 import threading
 import time
 from pathlib import Path
+
+import numpy as np
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.executors import Cancelled
@@ -64,6 +68,18 @@ def die_as_told(task, should_stop):
     return number
 
 
+def go_too_far(task, should_stop):
+    """Does to its process what a task says, and gives back any other task."""
+    match task:
+        case "segmentation fault":
+            ctypes.string_at(0)
+        case "memory":
+            return float(np.ones(50_000_000).sum())
+        case "time":
+            never_listen(task, should_stop)
+    return task
+
+
 def give_much(task, should_stop):
     """Says who does it, and gives more than a pipe holds."""
     Path(task).write_text(str(os.getpid()))
@@ -84,3 +100,8 @@ def wait_for_the_first(task, should_stop):
     if sign is not None:
         wait_until_asked(sign, should_stop)
     return number
+
+
+def memory_bounds(task, should_stop):
+    score = int(Path("/proc/self/oom_score_adj").read_text())
+    return resource.getrlimit(resource.RLIMIT_DATA)[0], score

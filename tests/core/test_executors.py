@@ -15,6 +15,8 @@ import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
+from slipgrasp.core.executors.limits import LEAST_MEMORY, WorkerLimits
+from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import wait_until
@@ -147,14 +149,39 @@ def test_the_task_of_a_killed_worker_is_tried_again(pool, tmp_path):
 
 def test_a_task_that_always_kills_its_worker_fails_and_the_others_finish(pool, tmp_path):
     deaths = tmp_path / "deaths"
-    deaths.write_text("xxxxx")
+    deaths.write_text("xxxxxxx")
     tasks = [(number, str(deaths) if number == 5 else None) for number in range(40)]
     done = outcome_of(pool, work.die_as_told, tasks)
     failed = [finished for finished in done.values() if finished.failure]
     assert [finished.task[0] for finished in failed] == [5]
     assert failed[0].result is None
-    assert "died 3 times" in failed[0].failure and "SIGKILL" in failed[0].failure
+    assert "died 5 times" in failed[0].failure and "SIGKILL" in failed[0].failure
     assert len(done) == 40 and len(deaths.read_text()) == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("segmentation fault", "its worker died 3 times, the last one was killed by SIGSEGV"),
+        ("memory", "its worker used up the 0.4 GB of memory that it may have"),
+        ("time", "its worker was at it for more than 2 s"),
+    ],
+)
+def test_a_task_that_goes_too_far_costs_itself_alone(kind, told):
+    limits = WorkerLimits(memory=400_000_000, task_seconds=2.0)
+    with ProcessExecutor(2, limits) as executor:
+        found = outcome_of(executor, work.go_too_far, [*range(10), kind, *range(10, 20)])
+        assert found[kind].result is None and found[kind].failure == told
+        assert [found[n].result for n in range(20)] == list(range(20))
+
+
+def test_workers_share_half_of_the_machine_and_are_ended_before_who_started_them(pool):
+    assert WorkerLimits.shared_by(1000).memory == LEAST_MEMORY
+    assert WorkerLimits.shared_by(1).memory >= WorkerLimits.shared_by(2).memory
+    (done,) = pool.map(work.memory_bounds, [0], should_stop=go_on)
+    memory, score = done.result
+    assert memory == WorkerLimits.shared_by(2).memory
+    assert score > int(Path("/proc/self/oom_score_adj").read_text())
 
 
 def test_a_worker_killed_in_the_middle_of_a_result_costs_only_time(pool, tmp_path):
@@ -230,7 +257,7 @@ def test_workers_that_cannot_start_are_an_error_and_no_endless_loop(monkeypatch)
 
 
 def test_workers_killed_as_soon_as_they_start_cost_only_time():
-    with make_executor("processes", workers=2) as executor:
+    with ProcessExecutor(2) as executor:
         killed = []
 
         def kill_six():
@@ -243,9 +270,9 @@ def test_workers_killed_as_soon_as_they_start_cost_only_time():
 
         killer = threading.Thread(target=kill_six)
         killer.start()
-        found = [done.result for done in executor.map(work.square, range(5), should_stop=go_on)]
+        found = outcome_of(executor, work.square, range(5))
         killer.join()
-    assert sorted(found) == [0, 1, 4, 9, 16]
+    assert {task: done.result for task, done in found.items()} == {n: n * n for n in range(5)}
 
 
 def test_a_closed_engine_starts_no_workers():
@@ -261,6 +288,7 @@ def test_a_killed_script_leaves_no_workers_behind_and_needs_no_main_guard(tmp_pa
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, str(script), str(sign)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
         worker = int(process.stdout.readline())
         wait_until(sign.exists)
         process.kill()

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 from numba import types
 
-from slipgrasp.core.kernel.cache import code_path, kernel_name, read_code, write_code
+from slipgrasp.core.kernel.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compiler import compiled, kept_code
 from slipgrasp.core.kernel.fingerprint import fingerprint
+from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 
@@ -22,6 +23,7 @@ REPOSITORY = Path(__file__).parents[2]
 ASK = "from slipgrasp.core.kernel.cache import cache_root; print(cache_root())"
 RUN = """
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.simulator import kernel_is_cached, kernel_progress, prepare_kernel, simulate
 
 assert not kernel_is_cached()
@@ -133,9 +135,9 @@ def test_machine_code_that_the_disk_has_spoilt_counts_as_missing():
 
 
 def test_another_fact_of_a_law_is_another_kernel(monkeypatch):
-    name = kernel_name()
-    kernel_name.cache_clear()
+    name = present_provenance().kernel
+    present_provenance.cache_clear()
     monkeypatch.setitem(CONTROL_LAWS, "theorem-3", CONTROL_LAWS["theorem-4"])
-    other = kernel_name()
-    kernel_name.cache_clear()
+    other = present_provenance().kernel
+    present_provenance.cache_clear()
     assert other != name

@@ -5,7 +5,7 @@ import pytest
 
 from slipgrasp.core.kernel import sticking
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, RK43
-from slipgrasp.core.kernel.model import pack_model
+from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.records import make_record
 from slipgrasp.core.kernel.state import STATE
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
@@ -50,7 +50,7 @@ def test_methods_of_short_steps_have_their_order_and_an_error_of_the_one_below(m
 def test_the_equations_of_sticking_contacts_are_the_general_ones(n):
     rng = np.random.default_rng(n)
     for _ in range(20):
-        scenario = random_scenario(rng, n, "object_mass")
+        scenario = random_scenario(rng, n, "masses")
         state = random_state(rng, scenario, (0,) * n)
         estimates, torque = random_estimates(rng, scenario), rng.uniform(-20.0, 20.0, 2 * n)
         general = evaluate_state(scenario, 0.4, *state, (0,) * n, estimates, torque=torque)
@@ -60,7 +60,12 @@ def test_the_equations_of_sticking_contacts_are_the_general_ones(n):
         place.x[6 : 6 + n] = slip
         discrete.torques[:n] = torque.reshape(n, 2)
         acceleration, power = _sticking_acceleration(
-            pack_model(scenario), discrete, place, tuple(pose), tuple(velocity), work
+            pack_model(make_table(scenario), whole_faces()),
+            discrete,
+            place,
+            tuple(pose),
+            tuple(velocity),
+            work,
         )
         scale = 1.0 + np.abs(general.acceleration[:3]).max()
         np.testing.assert_allclose(

@@ -10,6 +10,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_composite import at_ticks
 from tests.references.closed_loop import ClosedLoop
 from tests.references.hand import State
+from tests.references.noise import normal_numbers
 
 CASE_2 = load_scenario("composite-case-2")
 NOISY = load_scenario("composite-case-2-noisy")
@@ -48,12 +49,7 @@ def velocity_noise_in(scenario, trace):
 
 def drawn(seed, num_ticks):
     """The normal numbers of docs/model.md, drawn anew."""
-    blocks = []
-    for block in range(-(-num_ticks // 256)):
-        sequence = np.random.SeedSequence([seed, block])
-        generator = np.random.RandomState(np.random.MT19937(sequence))
-        blocks.append(generator.standard_normal((256, 15)))
-    return np.concatenate(blocks)[:num_ticks]
+    return normal_numbers(seed, num_ticks, 15)
 
 
 def test_velocity_noise_is_as_strong_as_stated_and_drawn_from_the_seed():
@@ -174,3 +170,82 @@ def test_slip_is_detected_above_a_threshold_and_after_a_delay(threshold, delay):
         assert np.any(believed[:, contact] != 0)
     assert np.any(trace.believed_phase != trace.phase)
     assert result.metrics.held
+
+
+def summed(velocities, threshold, bound):
+    """Belief of one contact at every tick by Page's test, written from docs/model.md."""
+    level, belief, sums, beliefs = 0.5 * threshold, 0, np.zeros(2), []
+    for velocity in velocities:
+        against = np.array([velocity, -velocity]) - level
+        if belief:
+            against = np.full(2, level - belief * velocity)
+        sums = np.maximum(0.0, sums + against)
+        if sums.max() > bound:
+            belief = 0 if belief else (1 if sums[0] > sums[1] else -1)
+            sums = np.zeros(2)
+        beliefs.append(belief)
+    return beliefs
+
+
+@pytest.mark.parametrize("expected_noise", [0.0, 2e-3])
+def test_cumulative_sums_detect_slip_as_pages_test_does(expected_noise):
+    values = {
+        **SHORT,
+        "sensing.true_phases": False,
+        "sensing.slip_detector": "cumulative-sum",
+        "controller.velocity_noise": expected_noise,
+    }
+    trace = simulate(with_values(CASE_2, values)).trace
+    ticks = at_ticks(trace)
+    bound = max(10.0 * expected_noise**2 / 0.0025, 0.0025 * 0.002 / PERIOD)
+    for contact in range(2):
+        believed = trace.believed_phase[ticks, contact]
+        assert np.array_equal(believed, summed(trace.slip_velocity[ticks, contact], 0.005, bound))
+        assert np.any(believed != 0)
+
+
+def test_noise_alone_is_believed_to_slip_by_a_threshold_and_not_by_cumulative_sums():
+    """Where everything is known nothing slips; 3 mm/s of noise pass 5 mm/s now and then."""
+    known = {f"estimates.{i}.initial": v for i, v in enumerate([0.25, 0.25, 1.0, 0.01042])}
+    noise = {"sensing.velocity_noise": 3e-3, "controller.velocity_noise": 3e-3}
+    scenario = with_values(
+        CASE_2,
+        {
+            **SHORT,
+            **known,
+            **noise,
+            "controller.grip_safety": 1.5,
+            "sensing.true_phases": False,
+            "sensing.slip_delay": 0.0,
+        },
+    )
+    false = {}
+    for detector in ("threshold", "cumulative-sum"):
+        trace = simulate(with_values(scenario, {"sensing.slip_detector": detector})).trace
+        false[detector] = np.mean(trace.believed_phase[at_ticks(trace)] != 0)
+    assert false["threshold"] > 0.05
+    assert false["cumulative-sum"] < 0.02
+
+
+def test_rows_are_weighed_by_the_noise_of_the_filtered_differences():
+    """Variance of a filtered difference of white noise, by drawing it, against what is packed."""
+    scenario = with_values(NOISY, {"controller.velocity_noise": 1e-3})
+    packed = Simulation(scenario)._model.law.acceleration_variance
+    velocities = np.random.default_rng(1).normal(0.0, 1e-3, (200_000, 1))
+    acceleration, drawn_ones = 0.0, []
+    share = PERIOD / (0.006 + PERIOD)
+    for difference in np.diff(velocities[:, 0]) / PERIOD:
+        acceleration += share * (difference - acceleration)
+        drawn_ones.append(acceleration)
+    assert packed == pytest.approx(np.var(drawn_ones[100:]), rel=0.02)
+
+
+def test_noise_that_is_expected_makes_the_estimates_of_the_object_quieter():
+    """Surprises without news set the covariance back: the belief of the mass then jumps about."""
+    loud = {"sensing.velocity_noise": 3e-3, "simulation.duration": 1.0}
+    spread = {}
+    for expected in (0.0, 3e-3):
+        values = {**loud, "controller.velocity_noise": expected}
+        trace = simulate(with_values(NOISY, values)).trace
+        spread[expected] = np.std(trace.estimates[trace.times > 0.5, 2])
+    assert spread[3e-3] < 0.5 * spread[0.0]

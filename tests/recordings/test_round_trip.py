@@ -103,7 +103,7 @@ def test_the_whole_of_a_sample_case_reads_back_bit_for_bit(name, same_run, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("version", "counts"), [(1, (17, 4)), (2, (12, 2)), (3, (12, 2)), (4, (12, 2))]
+    ("version", "counts"), [(1, (17, 4)), (2, (12, 2)), (3, (12, 2)), (4, (12, 2)), (5, (12, 2))]
 )
 def test_a_recording_of_any_format_reads_back_and_is_written_in_the_present_one(
     same_run, tmp_path, version, counts

@@ -319,9 +319,9 @@ def test_a_recording_of_an_older_format_is_compared_in_what_it_holds(path):
 
 
 def test_a_recording_of_the_present_format_lacks_nothing_and_comes_out_again():
-    found = verify_file(DATA / "format-4.mcap")
+    found = verify_file(DATA / "format-5.mcap")
     assert found.same and found.whole
-    recorded = read_recording(DATA / "format-4.mcap")
+    recorded = read_recording(DATA / "format-5.mcap")
     assert compare(recorded, simulate(recorded.scenario)).only_b == ()
 
 

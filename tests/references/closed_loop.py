@@ -25,6 +25,7 @@ class Evaluation(NamedTuple):
     torques: Array
     violation: float
     motion: Motion
+    forces: Array  # that the torques of the law ask for; none where torques are given, (2n,)
 
 
 class ClosedLoop(NamedTuple):
@@ -97,16 +98,16 @@ class ClosedLoop(NamedTuple):
             stopping: What is added to the commanded slip accelerations, ``(n,)``.
         """
         kin = self.hand.kinematics(state)
-        violation = 0.0
+        violation, forces = 0.0, np.zeros(0)
         if torques is None:
             believed = phase if belief is None else belief
             v = self.law.commanded_acceleration(state, believed, desired)
             v[3:] += 0.0 if stopping is None else stopping
-            torques, violation = self.law.command(
+            torques, violation, forces = self.law.command(
                 self.hand, kin, self.unknowns.fill(estimates), believed, v
             )
         motion = self.hand.solve_all_unknowns(kin, self.truth, phase, torques, self.load)
-        return Evaluation(kin, torques, violation, motion)
+        return Evaluation(kin, torques, violation, motion, forces)
 
     def estimate_rates(
         self,
@@ -168,6 +169,7 @@ def _law(scenario: Scenario, n: int) -> Law:
         normal_forces=(c.minimum_normal_force, _or_infinity(c.maximum_normal_force)),
         torque_limit=_or_infinity(scenario.actuation.torque_limit),
         squeezes=c.grasp_force == "minimum",
+        holds=c.distribution == "hold",
         norm_bound=c.estimate_norm_bound if c.kind == "theorem-4" else np.inf,
         minimum=np.array([-np.inf if e.minimum is None else e.minimum for e in scenario.estimates]),
         maximum=np.array([np.inf if e.maximum is None else e.maximum for e in scenario.estimates]),

@@ -40,6 +40,7 @@ class Composite:
         self.covariance = np.diag(self.start)
         self._law = law
         self._friction = [_finger_of_friction(key) for key in keys]
+        self._slipped = np.zeros(len(scenario.fingers), bool)
 
     def rates(
         self,
@@ -51,6 +52,7 @@ class Composite:
         estimates: Array,
         desired: tuple[Array, Array, Array],
         torques: Array,
+        forces: Array,
         acceleration: Array,
         period: float,
     ) -> Array:
@@ -65,6 +67,7 @@ class Composite:
             estimates: At the tick.
             desired: Desired pose, velocity, acceleration.
             torques: That act from the tick on.
+            forces: That they ask for at the contacts, ``(2n,)``.
             acceleration: Under them.
             period: Control period [s].
         """
@@ -75,8 +78,17 @@ class Composite:
         U, _ = regressor(loop.hand, kin, loop.unknowns, belief, acceleration)
         reduced = loop.hand.reduced_form(kin, loop.unknowns.fill(estimates), belief)
         tracking = self.covariance @ U.T @ loop.law.weighted_errors(reduced, state, desired)
-        probed = [i is not None and phase[i] == 0 for i in self._friction]
-        return (learnt - estimates) / period + tracking + self._law.probing * np.array(probed)
+        self._slipped |= np.asarray(phase) != 0
+        probed = self._probed(loop.unknowns.fill(estimates).friction, forces)
+        grown = self._law.probing * np.where(probed, estimates, 0.0)
+        return (learnt - estimates) / period + tracking + grown
+
+    def _probed(self, friction: Array, forces: Array) -> Array:
+        """Unknowns that are the friction of a contact that bounds the grip and never slipped."""
+        along, normal = np.abs(forces[::2]), forces[1::2]
+        bound = along > (1.0 - 1e-6) * friction / self._law.grip_safety * normal
+        wanted = bound & ~self._slipped
+        return np.array([i is not None and wanted[i] for i in self._friction])
 
     def _rows(
         self,

@@ -45,10 +45,11 @@ class Unknowns(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Torques and how far the forces they ask for leave the estimated cones [N]."""
+    """Torques, how far the forces they ask for leave the estimated cones [N], and the forces."""
 
     torques: Array
     violation: float
+    forces: Array
 
 
 def regressor(
@@ -93,6 +94,7 @@ class Law(NamedTuple):
     normal_forces: tuple[float, float]  # least and largest [N]
     torque_limit: float  # [N m]
     squeezes: bool
+    holds: bool  # every contact inside its cone, slipping or not
     norm_bound: float
     minimum: Array
     maximum: Array
@@ -116,22 +118,24 @@ class Law(NamedTuple):
         v: Array,
     ) -> Command:
         """Torques of Eq. 23 and 27 with the grasp force of docs/model.md."""
+        if self.holds:
+            phase = (0,) * len(phase)
         reduced = hand.reduced_form(kin, believed, phase)
         plain = np.linalg.pinv(reduced.B, rcond=1e-10) @ (reduced.M @ v + reduced.h)
         sticks = np.asarray(phase) == 0
         freedom = 2 * len(sticks) - 3 - np.sum(~sticks)
-        if not self.squeezes or freedom <= 0:
-            return Command(plain, 0.0)
         M, h = hand.finger_dynamics(kin, believed)
         qdd = np.linalg.solve(kin.A_q, kin.b - kin.A_o @ v[:3] - kin.A_s @ v[3:])
         own = h + M @ qdd
         forces = np.linalg.solve(kin.J.T, plain - own)
+        if not self.squeezes or freedom <= 0:
+            return Command(plain, 0.0, forces)
         cones = np.where(sticks, believed.friction / self.grip_safety, np.nan)
         limits = Limits(cones, *self.normal_forces, kin.J.T, own, self.torque_limit)
         _, D = friction_rows(phase, believed.friction)
         G = np.vstack((kin.W, D[~sticks]))
         forces, violation = least_forces(G, G @ forces, limits)
-        return Command(kin.J.T @ forces + own, violation)
+        return Command(kin.J.T @ forces + own, violation, forces)
 
     def estimate_rates(
         self,

@@ -23,12 +23,12 @@ from tests.references.hybrid import (
     select_phases,
     unpack,
 )
+from tests.references.noise import normal_numbers
 from tests.references.world import World
 
 Array = NDArray[np.float64]
 
 SAME_TICK = 1e-9  # [s], and in periods
-TICKS_PER_BLOCK = 256  # of the noise
 
 
 def run_sampled(world: World, period: float, t_final: float, times: list[float]) -> Run:
@@ -104,7 +104,7 @@ class _Learner:
         else:
             rates = self._composite.rates(
                 *(loop, now.kin, state, phase, flow.phase, estimates, desired),
-                *(now.torques, measured, period),
+                *(now.torques, now.forces, measured, period),
             )
         return flow, rates
 
@@ -112,10 +112,9 @@ class _Learner:
 def acceleration_noise(scenario: Scenario) -> Iterator[Array]:
     """Errors of the measured accelerations, tick by tick, ``(3 + n,)``."""
     channels = 3 + len(scenario.fingers)
-    for block in count():
-        bits = np.random.MT19937(np.random.SeedSequence([scenario.simulation.seed, block]))
-        numbers = np.random.RandomState(bits).standard_normal((TICKS_PER_BLOCK, 3 * channels))
-        yield from scenario.sensing.acceleration_noise * numbers[:, 2 * channels :]
+    for tick in count():
+        numbers = normal_numbers(scenario.simulation.seed, [tick], 3 * channels)
+        yield scenario.sensing.acceleration_noise * numbers[0, 2 * channels :]
 
 
 def _select_one(flow: Flow, t: float, z: Array) -> Flow:

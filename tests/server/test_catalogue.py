@@ -82,6 +82,7 @@ def test_the_description_lists_every_route_and_its_problems(client) -> None:
         "/api/v1/studies/estimate",
         "/api/v1/studies/{study_id}",
         "/api/v1/studies/{study_id}/cancel",
+        "/api/v1/studies/{study_id}/resume",
         "/api/v1/studies/{study_id}/events",
         "/api/v1/studies/{study_id}/results",
         "/api/v1/studies/{study_id}/results.csv",

@@ -50,8 +50,8 @@ def test_a_run_and_itself_have_no_difference(client, sample_run):
 def test_two_runs_are_compared_as_on_the_command_line(client, sample_run, slipperier):
     answer = client.get("/diff", params=both(sample_run, slipperier))
 
-    runs = (read_recording(path) for path in _paths(sample_run, slipperier))
-    expected = json.loads(json.dumps(compare(*runs).to_mapping()))
+    a, b = (read_recording(path) for path in _paths(sample_run, slipperier))
+    expected = json.loads(json.dumps(compare(a, b).to_mapping()))
     assert answer.json() == expected
     assert list(answer.json()["first_divergence"]) == list(expected["first_divergence"])
     assert answer.json()["scenario"] == [{"key": "fingers.0.friction", "a": 0.25, "b": 0.2525}]
@@ -66,6 +66,18 @@ def test_the_tolerance_decides(client, sample_run, slipperier):
 
     assert client.get("/diff", params={**params, "tolerance": 1e-9}).json()["equal"] is False
     assert client.get("/diff", params={**params, "tolerance": 1e3}).json()["equal"] is True
+
+
+def test_runs_that_ended_in_different_ways_are_compared(client, sample_run):
+    lost = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
+    ended_early = client.post("/runs", json=lost).json()
+    assert ended_early["outcome"] != sample_run["outcome"]
+
+    answer = client.get("/diff", params=both(sample_run, ended_early))
+
+    assert answer.status_code == 200, answer.text
+    outcomes = {"a": sample_run["outcome"], "b": ended_early["outcome"]}
+    assert answer.json()["metrics"]["outcome"] == outcomes
 
 
 @pytest.mark.parametrize("path", ["/diff", "/diff/figure"])

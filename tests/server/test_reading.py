@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.recordings.file.stretch import Stretch
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.server import reading
 from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.reading import SMALL_BYTES, RecordingReads
 
 LARGE = 10 * SMALL_BYTES
+SLIP = Stretch(signals=frozenset({"slip"}))
 
 
 @pytest.fixture
@@ -34,9 +37,13 @@ async def leaves() -> bool:
 def test_readers_at_the_same_time_share_what_was_read(path) -> None:
     async def read_twice() -> None:
         reads = RecordingReads()
-        async with reads.shared(path, "run", stays) as a, reads.shared(path, "run", stays) as b:
-            assert a is b
-        async with reads.shared(path, "run", stays) as c:
+        async with (
+            reads.shared(path, "run", SLIP, 0.1, stays) as a,
+            reads.shared(path, "run", SLIP, 0.1, stays) as b,
+            reads.shared(path, "run", replace(SLIP, end=0.005), 0.1, stays) as part,
+        ):
+            assert a is b and len(part) < len(a)
+        async with reads.shared(path, "run", SLIP, 0.1, stays) as c:
             assert c is not a
 
     asyncio.run(read_twice())
@@ -76,9 +83,9 @@ def test_nothing_is_read_for_a_client_that_has_gone(path, monkeypatch) -> None:
     async def leave() -> None:
         reads = RecordingReads(LARGE)
         with pytest.raises(ServiceBusyError):
-            async with reads.shared(path, "run", leaves):
+            async with reads.shared(path, "run", SLIP, 0.1, leaves):
                 pass
-        async with reads.room(LARGE), reads.shared(path, "run", stays):
+        async with reads.room(LARGE), reads.shared(path, "run", SLIP, 0.1, stays):
             pass
 
     asyncio.run(leave())

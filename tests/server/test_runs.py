@@ -19,7 +19,7 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import csv_columns, write_csv
 from slipgrasp.recordings.file.reader import read_recording
 from tests.server.serving import RunningServer, patient_settings, serve
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -75,7 +75,7 @@ def test_a_posted_run_has_the_keys_of_the_contract(sample_run) -> None:
 
 
 def test_every_link_of_a_run_leads_somewhere(server, sample_run) -> None:
-    with httpx2.Client(base_url=server.url, trust_env=False) as client:
+    with httpx2.Client(base_url=server.url, trust_env=False, timeout=PATIENCE) as client:
         for link in sample_run["links"].values():
             assert client.get(link).status_code == 200
 
@@ -251,6 +251,24 @@ def test_signals_are_chosen_by_column_or_by_signal_in_the_order_asked(client, sa
     assert signals["signals"]["t"][-1] == 7.0
     final = {key: signals["signals"][f"estimate_{key}"][-1] for key in unknowns}
     assert final == sample_run["estimates"]
+
+
+def test_signals_of_a_stretch_are_those_of_the_whole_run_between_two_times(
+    client, sample_run
+) -> None:
+    path, names = f"/runs/{sample_run['id']}/signals", "slip_0,phase"
+    whole = client.get(path, params={"names": f"t,{names}"}).json()["signals"]
+    start, end = sample_run["end_time"] / 3.0, sample_run["end_time"] / 2.0
+    part = client.get(path, params={"names": names, "t_from": start, "t_to": end}).json()
+    inside = [start <= t <= end for t in whole.pop("t")]
+    assert part["count"] == sum(inside) > 0
+    expected = {
+        name: [v for v, i in zip(values, inside, strict=True) if i]
+        for name, values in whole.items()
+    }
+    assert part["signals"] == expected
+    assert client.get(path, params={"t_from": -1}).status_code == 422
+    assert client.get(path, params={"t_from": 900}).json()["count"] == 0
 
 
 def test_an_unknown_signal_is_refused_with_the_nearest_name(client, sample_run) -> None:

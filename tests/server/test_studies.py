@@ -425,6 +425,10 @@ def test_a_study_whose_rows_cannot_be_written_has_failed_with_the_reason(tmp_pat
     assert "Traceback" not in failed["message"]
 
 
+def test_no_study_is_resumed_that_there_is_not(studies):
+    assert studies.post("/studies/aaaaaaaaaaaa/resume").status_code == 404
+
+
 def test_the_same_study_is_the_same_file_whoever_computes_it(studies, studying, finished_study):
     again = finished(studies, create(studies, QUICK))
 

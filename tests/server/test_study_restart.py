@@ -14,6 +14,7 @@ import httpx2
 import pytest
 
 from slipgrasp.core.executors import make_executor
+from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.study.reader import open_study
 from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.writer import StudyWriter
@@ -63,6 +64,7 @@ def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client
     )
     with process:
         try:
+            assert process.stdout is not None and process.stderr is not None
             url = process.stdout.readline().strip()
             assert url, process.stderr.read()
             address = f"{url}api/v1"
@@ -105,6 +107,36 @@ def test_no_run_is_lost_or_done_twice_whoever_is_killed(tmp_path, undisturbed):
     file.write_bytes(answer.content)
     with open_study(file) as reader:
         assert [row.index for row in reader.rows()] == list(range(200))
+
+
+def test_a_study_that_has_failed_goes_on_when_it_is_resumed(tmp_path, undisturbed, monkeypatch):
+    def fail(self: StudyWriter, rows: object) -> None:
+        raise RecordingWriteError(Path("study.mcap"), "No space left on device")
+
+    settings = patient_settings(tmp_path, study_executor="inline")
+    with serve(settings) as running, running.client() as client:
+        study = create(client, BODY)
+        path = f"/studies/{study['id']}"
+        assert client.post(f"{path}/resume").json()["state"] in ("queued", "running")
+        until(client, study, lambda now: now["finished"] >= 40)
+        with monkeypatch.context() as disk:
+            disk.setattr(StudyWriter, "add", fail)
+            failed = until(client, study, lambda now: now["state"] == "failed")
+        assert 0 < failed["finished"] < failed["num_runs"]
+        assert "goes on where it is when it is resumed" in failed["message"]
+
+        answer = client.post(f"{path}/resume")
+        assert answer.status_code == 202 and answer.json()["state"] in ("queued", "running")
+        assert answer.json()["finished"] >= failed["finished"] and answer.json()["message"] == ""
+        ended = finished(client, study)
+        rows = client.get(f"{path}/results", params={"limit": 1000}).json()["data"]
+        refused = client.post(f"{path}/resume")
+    assert (ended["state"], ended["finished"]) == ("completed", ended["num_runs"])
+    assert [row["index"] for row in rows] == list(range(ended["num_runs"]))
+    assert (tmp_path / "studies" / f"{study['id']}.mcap").read_bytes() == undisturbed
+    assert (
+        refused.status_code == 409 and "is completed and cannot go on" in refused.json()["detail"]
+    )
 
 
 def test_a_service_that_is_told_to_end_leaves_its_study_to_the_next(tmp_path, undisturbed):

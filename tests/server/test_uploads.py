@@ -16,6 +16,7 @@ from mcap.writer import Writer
 
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store import store as store_module
 from slipgrasp.server.http import body_limit
 from slipgrasp.server.routes.recordings import MAX_UPLOADS
 from tests.server.raw_http import exchange
@@ -223,6 +224,16 @@ def test_a_client_that_hardly_sends_is_cut_off(server, folder, content, monkeypa
     assert answer.status == 408 and b"too slowly" in answer.body
     assert answer.headers["connection"] == "close"
     wait_until(lambda: files_of(folder) == before)
+
+
+def test_a_recording_that_takes_too_long_to_read_is_refused(
+    client, folder, content, monkeypatch
+) -> None:
+    monkeypatch.setattr(store_module, "READ_SECONDS", -1.0)
+    before = files_of(folder)
+    answer = client.post("/recordings", content=content, headers=BINARY)
+    assert answer.status_code == 422 and "reading the upload takes more than" in answer.text
+    assert files_of(folder) == before
 
 
 def test_only_a_few_recordings_are_received_at_once(server, folder, content) -> None:

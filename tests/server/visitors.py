@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import json
 import os
+import pwd
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import pytest
 
 from tests.server.raw_http import Answer
 from tests.waiting import PATIENCE
 
-OTHER_UID = 65534
+NOBODY = (65534, 65534)
+
+Account = tuple[int, int]
+"""Numbers of a user and of its group."""
 
 _CLIENT = """
 import json, os, socket, sys
 socket.create_server(("127.0.0.1", 0)).close()
 "loaded, while it can be read".encode("latin-1").decode("latin-1").encode("idna")
 os.setgroups([])
-os.setgid({uid})
+os.setgid({gid})
 os.setuid({uid})
 for line in sys.stdin:
     port, request = json.loads(line)
@@ -42,9 +47,27 @@ def needs_another_account() -> pytest.MarkDecorator:
     return pytest.mark.skipif(not can, reason="only root can become another user")
 
 
-def ask_as_another_user(port: int, requests: Sequence[bytes]) -> list[Answer]:
+@contextmanager
+def another_account() -> Iterator[Account]:
+    """An account of this machine, made for the time being; that of nobody where none can be."""
+    name = f"slipgrasp-{os.getpid()}"
+    try:
+        options = ("--system", "--user-group", "--no-create-home", "--shell", "/bin/false")
+        subprocess.run(["useradd", *options, name], check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        yield NOBODY
+        return
+    try:
+        made = pwd.getpwnam(name)
+        yield made.pw_uid, made.pw_gid
+    finally:
+        subprocess.run(["userdel", name], check=True, capture_output=True)
+
+
+def ask_as(account: Account, port: int, requests: Sequence[bytes]) -> list[Answer]:
     """The answers to requests, each by a connection of its own, from another account."""
-    program = _CLIENT.format(uid=OTHER_UID, patience=PATIENCE)
+    uid, gid = account
+    program = _CLIENT.format(uid=uid, gid=gid, patience=PATIENCE)
     lines = "".join(json.dumps([port, r.decode("latin-1")]) + "\n" for r in requests)
     # Isolated, as the account may not read where the tests are.
     done = subprocess.run(

@@ -223,7 +223,7 @@ def test_files_of_the_server_are_offered_once_the_run_is_kept(
     panel.update(view)
     assert not any("href" in text for text in client.texts)
     panel.update(replace(view, status=RunStatus(RunStage.SAVED, run_id="abc")))
-    assert any("/api/v1/runs/abc/recording" in text for text in client.texts)
+    assert any("href='api/v1/runs/abc/recording'" in text for text in client.texts)
     failed = Exporting(message="<b>broken</b>", is_failure=True)
     panel.update(replace(view, exporting=failed))
     assert any("&lt;b&gt;broken" in text for text in client.texts)

@@ -30,5 +30,6 @@ def test_words_for_the_first_visit_go_for_good_and_what_is_unfolded_stays_so(
     expect(squeeze).to_be_visible()
 
     page.reload()
-    page.get_by_text("Saved as").wait_for()
+    # The run itself, or its recording where the address has been told of that already.
+    expect(page.locator(".sg-verdict")).to_contain_text("Held")
     expect(welcome).to_be_hidden()

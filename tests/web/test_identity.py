@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from slipgrasp.server.tokens import Right, Tokens
 from slipgrasp.web.app import create_dashboard_app
 from tests.server.raw_http import KEY, Answer, exchange
 from tests.server.serving import RunningServer, patient_settings, serve
-from tests.server.visitors import ask_as_another_user, needs_another_account
+from tests.server.visitors import another_account, ask_as, needs_another_account
 
 pytestmark = pytest.mark.slow
 
@@ -42,6 +43,12 @@ def distrustful(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningSer
     )
     with serve(settings, create_dashboard_app(settings)) as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def stranger() -> Iterator[Ask]:
+    with another_account() as account:
+        yield partial(ask_as, account)
 
 
 def all_requests(server: RunningServer) -> list[Request]:
@@ -132,36 +139,36 @@ def test_a_wrong_token_is_refused_whoever_shows_it(guarded) -> None:
 
 
 @needs_another_account()
-def test_another_user_of_the_machine_gets_nothing(guarded) -> None:
-    assert_nothing_is_open(answers(guarded, ask_as_another_user))
-    assert_nothing_is_open(answers(guarded, ask_as_another_user, bearer(FOREIGN.full)))
+def test_another_user_of_the_machine_gets_nothing(guarded, stranger) -> None:
+    assert_nothing_is_open(answers(guarded, stranger))
+    assert_nothing_is_open(answers(guarded, stranger, bearer(FOREIGN.full)))
     foreign = cookie(guarded, FOREIGN, Right.EVERYTHING)
-    assert_nothing_is_open(answers(guarded, ask_as_another_user, foreign))
-    assert_nothing_is_open(answers(guarded, ask_as_another_user, f"Cookie: slipgrasp_1={1}"))
+    assert_nothing_is_open(answers(guarded, stranger, foreign))
+    assert_nothing_is_open(answers(guarded, stranger, f"Cookie: slipgrasp_1={1}"))
 
 
 @needs_another_account()
-def test_another_user_gets_nothing_of_the_viewer_port(guarded) -> None:
+def test_another_user_gets_nothing_of_the_viewer_port(guarded, stranger) -> None:
     port = guarded.app.state.dashboard.port
     requests = [("GET", "/"), ("WEBSOCKET", "/"), ("GET", "/nothing")]
     for headers in ([], [bearer(TOKENS.full)], [cookie(guarded, TOKENS, Right.EVERYTHING)]):
         lines = [written(port, request, *headers) for request in requests]
-        found = ask_as_another_user(port, lines)
+        found = stranger(port, lines)
         assert_nothing_is_open(dict(zip(requests, found, strict=True)))
 
 
 @needs_another_account()
-def test_another_user_with_the_token_may_do_everything(guarded) -> None:
-    assert_everything_is_open(answers(guarded, ask_as_another_user, bearer(TOKENS.full)))
+def test_another_user_with_the_token_may_do_everything(guarded, stranger) -> None:
+    assert_everything_is_open(answers(guarded, stranger, bearer(TOKENS.full)))
     own = cookie(guarded, TOKENS, Right.EVERYTHING)
-    assert_everything_is_open(answers(guarded, ask_as_another_user, own))
+    assert_everything_is_open(answers(guarded, stranger, own))
 
 
 @needs_another_account()
-def test_another_user_with_the_read_only_token_may_look(guarded) -> None:
-    assert_only_looking_is_open(answers(guarded, ask_as_another_user, bearer(TOKENS.read_only)))
+def test_another_user_with_the_read_only_token_may_look(guarded, stranger) -> None:
+    assert_only_looking_is_open(answers(guarded, stranger, bearer(TOKENS.read_only)))
     own = cookie(guarded, TOKENS, Right.LOOK)
-    assert_only_looking_is_open(answers(guarded, ask_as_another_user, own))
+    assert_only_looking_is_open(answers(guarded, stranger, own))
 
 
 def test_where_others_reach_the_server_its_owner_needs_the_token_too(distrustful) -> None:

@@ -60,6 +60,7 @@ def test_our_style_and_script_stand_first_in_the_head_of_viser_s_page(
     page = get(dashboard.port, "/", [host(dashboard.port)])
     assert page.body.partition(b"<head>")[2].startswith(head_html().encode())
     assert page.body.count(b"</html>") == 1
+    assert page.body.count(b"<title>") == page.body.count(b'rel="icon"') == 1
     assert "'self'" in page.headers["content-security-policy"]
 
 

@@ -90,7 +90,7 @@ def test_the_panel_offers_what_can_be_done_with_the_run_that_is_chosen(
     panel.update(view_of(RunList(0, 1, (run,), chosen_id=run.id, chosen=run)))
     assert panel.chosen.folder.visible
     assert (panel.chosen.name.value, panel.chosen.tags.value) == ("first", "a, b")
-    assert f"/api/v1/runs/{run.id}/recording" in panel.chosen.words.content
+    assert f"href='api/v1/runs/{run.id}/recording'" in panel.chosen.words.content
     panel.remove()
 
 

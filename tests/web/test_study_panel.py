@@ -138,6 +138,12 @@ def test_a_study_that_runs_has_a_bar_and_can_be_cancelled(bench: Bench) -> None:
     assert (part.bar.visible, part.cancel.visible) == (False, False)
 
 
+def test_only_a_study_that_has_failed_can_be_gone_on_with(bench: Bench) -> None:
+    for state in StudyState:
+        bench.show(on_map(None, status_of(state, 3)))
+        assert bench.panel.map.resume.visible == (state is StudyState.FAILED)
+
+
 def test_values_of_a_run_are_chosen_from_those_that_were_tried(
     bench: Bench, picture: MapPicture
 ) -> None:

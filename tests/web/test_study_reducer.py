@@ -13,8 +13,10 @@ import pytest
 
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
+from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.recordings.study.writer import StudyWriter
 from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.draft import Draft
@@ -27,6 +29,7 @@ from slipgrasp.web.model.intents.study import (
     ListStudies,
     OpenStudy,
     OpenStudyRun,
+    ResumeStudy,
     SeeStudyDraft,
     SetRange,
     ShowStudyDraft,
@@ -39,6 +42,7 @@ from slipgrasp.web.model.study_draft import COMPARISONS, NO_COMPARISON, AxisDraf
 from slipgrasp.web.model.study_words import progress_words
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.reducers.study import StudyReducer
+from slipgrasp.web.workers.worker import QueueWorker
 from tests.server.serving import patient_settings
 from tests.waiting import PATIENCE, wait_until
 from tests.web.studying import STUDY_DRAFT, quick_scenario
@@ -166,7 +170,9 @@ def test_a_plan_that_nobody_sees_is_not_priced(bench: Bench) -> None:
         assert is_wanted == bool(is_visible)
     bench.view = bench.reducer.pass_time(later, bench.view)
     done = threading.Event()
-    bench.reducer.workers[0].ask(done.set)
+    (worker,) = bench.reducer.workers
+    assert isinstance(worker, QueueWorker)
+    worker.ask(done.set)
     assert done.wait(PATIENCE)
     asked = [bench.answers.get() for _ in range(bench.answers.qsize())]
     assert [type(intent) for intent in asked] == [StudiesListed]
@@ -253,6 +259,29 @@ def test_a_study_waits_behind_another_and_is_cancelled(bench: Bench) -> None:
     bench.do(CancelStudy())
     bench.until(lambda _: bench.followed.status.state is StudyState.CANCELLED)
     bench.service.cancel(before.stored.id)
+
+
+def test_a_study_that_has_failed_is_resumed_and_followed_to_its_end(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise RecordingWriteError(Path("study.mcap"), "No space left on device")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(StudyWriter, "add", fail)
+        bench.do(StartStudy())
+        bench.until(lambda study: study.followed and study.followed.status.state.has_ended)
+    assert bench.followed.status.state is StudyState.FAILED
+    bench.do(ResumeStudy())
+    bench.until(lambda _: bench.followed.status.state is StudyState.COMPLETED)
+    assert bench.followed.status.finished == bench.followed.status.stored.num_runs
+
+
+def test_what_cannot_be_resumed_is_said(bench: Bench) -> None:
+    bench.finish()
+    bench.do(ResumeStudy())
+    study = bench.until(lambda study: study.message)
+    assert "is completed and cannot go on" in study.message
 
 
 def test_a_study_goes_on_when_its_session_has_gone(service: StudyService) -> None:

@@ -21,6 +21,8 @@ _DETAILS = (
     "minimum_normal_force",
     "maximum_normal_force",
     "force_noise",
+    "velocity_noise",
+    "prediction",
     "initial_deviation",
     "estimate_norm_bound",
     "minimum",

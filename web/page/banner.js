@@ -42,7 +42,7 @@ async function ask() {
   clearTimeout(nextAsk);
   const key = state.session || "none";
   try {
-    const answer = await fetch(`/dashboard/sessions/${key}`, {
+    const answer = await fetch(new URL(`../sessions/${key}`, import.meta.url), {
       cache: "no-store",
       signal: AbortSignal.timeout(PATIENCE_MS),
     });

@@ -8,6 +8,7 @@
 //   picture.js        the picture of the scene as a file
 //   page_layout.js    how much room the page has
 //   numbers.js        numbers as people write them, where viser would read others
+//   names.js          names of controls that viser leaves without
 //   folds.js          what is unfolded
 //   welcome.js        a few words for who is here for the first time
 //   uploads.js        recordings that the user sends
@@ -22,6 +23,7 @@ import { startFolds } from "./folds.js";
 import { startGestures } from "./gestures.js";
 import { startKeyboard } from "./keyboard.js";
 import { startLink } from "./link.js";
+import { startNames } from "./names.js";
 import { startNumbers } from "./numbers.js";
 import { startPicture } from "./picture.js";
 import { startPageLayout } from "./page_layout.js";
@@ -35,6 +37,7 @@ startCharts();
 startPicture();
 startUploads();
 startFolds();
+startNames();
 startNumbers();
 startWelcome();
 startPageLayout();

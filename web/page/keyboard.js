@@ -8,6 +8,9 @@ const OWN_ARROWS = "[role=slider], [role=tab], [role=listbox], [role=option], [r
 const OWN_SPACE = "button, a[href], summary, [role=button], [role=tab], [data-sg-intent]";
 const ARROWS = /Arrow|Home|End/;
 const HELP_KEY = "?";
+// Whether the focus was brought where it is by the keyboard. A button that was clicked keeps the
+// focus, and Space belongs to the page again.
+let isByKeyboard = false;
 
 const commands = new Map();
 let rows = [];
@@ -19,12 +22,16 @@ export function startKeyboard() {
     for (const key of row.keys) commands.set(key, row.intent);
   }
   window.addEventListener("keydown", onKey, { capture: true });
+  window.addEventListener("pointerdown", () => (isByKeyboard = false), { capture: true });
+  // What a knob or a field has taken must not turn viser's camera, too; that listens further out.
+  document.body.addEventListener("keydown", keepFromCamera);
   document.addEventListener("click", (event) => {
     if (event.target.closest?.("[data-sg-help]")) showHelp();
   });
 }
 
 function onKey(event) {
+  if (event.key === "Tab") isByKeyboard = true;
   const key = nameOf(event);
   if (event.altKey || isForOthers(event, key)) return;
   if (key === HELP_KEY) showHelp();
@@ -46,7 +53,11 @@ function isForOthers(event, key) {
   if (!(target instanceof Element)) return false;
   if (target.closest(TYPING) || document.querySelector("[role=dialog], dialog[open]")) return true;
   if (ARROWS.test(key) && target.closest(OWN_ARROWS)) return true;
-  return key === "Space" && target.closest(OWN_SPACE) !== null;
+  return key === "Space" && isByKeyboard && target.closest(OWN_SPACE) !== null;
+}
+
+function keepFromCamera(event) {
+  if (event.target.closest?.(`${TYPING}, ${OWN_ARROWS}`)) event.stopPropagation();
 }
 
 function showHelp() {

@@ -12,6 +12,10 @@ let atRest = "";
 
 /** Begins to follow the session. */
 export function startLink() {
+  // What is relative on the page hangs on the slash, which a proxy may have taken away.
+  if (!location.pathname.endsWith("/")) {
+    history.replaceState(history.state, "", `${location.pathname}/${location.search}`);
+  }
   onChange(follow);
   onFrame(writeAddress);
   document.addEventListener("click", (event) => {
@@ -54,6 +58,8 @@ function address() {
   const query = new URLSearchParams(location.search);
   query.delete("run");
   query.delete("t");
+  // viser adds its own address behind a proxy that shows the page at a path.
+  query.delete("websocket");
   if (state.run !== "") {
     query.set("run", state.run);
     query.set("t", String(Number(timeNow().toFixed(6))));

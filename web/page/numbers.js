@@ -4,8 +4,23 @@ import { say } from "./banner.js";
 
 const FIELD = 'input[inputmode="decimal"], input[inputmode="numeric"]';
 
+let before = "";
+
 export function startNumbers() {
   document.addEventListener("beforeinput", check, true);
+  document.addEventListener("focusin", ({ target }) => {
+    if (target.matches?.(FIELD)) before = target.value;
+  });
+  document.addEventListener("focusout", ({ target }) => {
+    if (target.matches?.(FIELD) && target.value.trim() === "") write(target, before);
+  });
+}
+
+/** Puts a value back into a field that was left empty, as if it were typed: viser's page listens. */
+function write(input, value) {
+  const { set } = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value");
+  set.call(input, value);
+  input.dispatchEvent(new Event("input", { bubbles: true }));
 }
 
 function check(event) {

@@ -24,7 +24,8 @@ async function send() {
   underWay = true;
   const body = JSON.stringify(waiting.splice(0, MOST_AT_ONCE));
   try {
-    const answer = await fetch(`/dashboard/sessions/${state.session}/intents`, {
+    const address = new URL(`../sessions/${state.session}/intents`, import.meta.url);
+    const answer = await fetch(address, {
       method: "POST",
       headers: { "Content-Type": "application/json" },
       body,

@@ -8,7 +8,7 @@ from importlib import resources
 from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
 from pydantic import ValidationError
 
-from slipgrasp.server.addresses import SESSIONS_PATH
+from slipgrasp.server.addresses import DASHBOARD_PATH, SESSIONS_PATH
 from slipgrasp.server.exceptions import InvalidRequestError
 from slipgrasp.server.http.access import READ_ONLY
 from slipgrasp.server.http.errors import invalid_fields
@@ -24,8 +24,8 @@ _FRESH = {"Cache-Control": "no-cache"}
 _NEVER_KEPT = {"Cache-Control": "no-store"}
 
 _router = APIRouter(include_in_schema=False)
-STATIC_PATH = "/dashboard/static"
-_MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css"}
+STATIC_PATH = f"{DASHBOARD_PATH}/static"
+_MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 
 
 def add_page_routes(app: FastAPI, relay: ViewerRelay) -> None:
@@ -96,10 +96,17 @@ def _static_files() -> dict[str, tuple[bytes, str]]:
     }
 
 
-def head_html() -> str:
-    """Our style and our script, and what the script has to know from the start."""
+def head_html(root: str = "") -> str:
+    """Title and icon, our style and our script, and what the script has to know from the start.
+
+    Args:
+        root: Path at which a proxy shows the server.
+    """
+    static = f"{root}{STATIC_PATH}"
     return (
-        f'<link rel="stylesheet" href="{STATIC_PATH}/dashboard.css" />'
+        "<title>slipgrasp</title>"
+        f'<link rel="icon" type="image/svg+xml" href="{static}/icon.svg" />'
+        f'<link rel="stylesheet" href="{static}/dashboard.css" />'
         f"{keys_html()}"
-        f'<script type="module" src="{STATIC_PATH}/dashboard.js"></script>'
+        f'<script type="module" src="{static}/dashboard.js"></script>'
     )

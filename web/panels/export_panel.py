@@ -6,7 +6,7 @@ from html import escape
 
 import viser
 
-from slipgrasp.server.addresses import API_PATH
+from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.intents.export import (
@@ -97,7 +97,7 @@ def export_html(exporting: Exporting, run_id: str) -> str:
     colour = f"color:{tone('bad')}" if exporting.is_failure else ""
     lines = [f"<div role='status' style='{colour}'>{escape(words)}</div>"] if words else []
     if run_id:
-        run = f"{API_PATH}/runs/{escape(run_id)}"
+        run = f"{from_page(API_PATH)}/runs/{escape(run_id)}"
         lines.append(
             f"<div>As it is kept: <a href='{run}/recording' download>recording (MCAP)</a>, "
             f"<a href='{run}/signals.csv' download>signals (CSV)</a></div>"

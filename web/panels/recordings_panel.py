@@ -12,7 +12,7 @@ import viser
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.addresses import API_PATH, UPLOAD_PATH
+from slipgrasp.server.addresses import API_PATH, UPLOAD_PATH, from_page
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.intents.compare import CompareRuns
 from slipgrasp.web.model.intents.intent import Send
@@ -290,7 +290,7 @@ def _page_html(words: str, page: int, is_there: bool) -> str:
 
 def chosen_html(run: StoredRun) -> str:
     """What there is to know about a chosen run besides its row, and its files."""
-    address = f"{API_PATH}/runs/{escape(run.id)}"
+    address = f"{from_page(API_PATH)}/runs/{escape(run.id)}"
     links = ", ".join(f"<a href='{address}/{file}' download>{word}</a>" for file, word in _LINKS)
     notes = f"<div class='sg-notes'>{escape(run.notes)}</div>" if run.notes else ""
     return (
@@ -308,8 +308,9 @@ def upload_html() -> str:
     """
     hint = "Keeps a recording (MCAP) of slipgrasp from another folder; it is read in full before."
     return (
-        f"<div class='sg-run-list'><label class='sg-upload' data-sg-upload='{UPLOAD_PATH}' "
-        f"title='{hint}' tabindex='0' role='button'>⇪ Upload a recording"
+        "<div class='sg-run-list'><label class='sg-upload' "
+        f"data-sg-upload='{from_page(UPLOAD_PATH)}' title='{hint}' "
+        "tabindex='0' role='button'>⇪ Upload a recording"
         "<input type='file' accept='.mcap' hidden></label>"
         "<div class='sg-upload-answer' role='status'></div></div>"
     )

@@ -8,7 +8,7 @@ from html import escape
 import viser
 
 from slipgrasp.recordings.study.categories import HELD
-from slipgrasp.server.addresses import API_PATH
+from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.intents.intent import Send
@@ -16,6 +16,7 @@ from slipgrasp.web.model.intents.study import (
     CancelStudy,
     ListStudies,
     OpenStudy,
+    ResumeStudy,
     SeeStudyDraft,
     ShowStudyDraft,
     SizeMap,
@@ -169,11 +170,17 @@ class _MapPart:
             color="gray",
             hint="Ends the study; the runs that are done stay.",
         )
+        self.resume = gui.add_button(
+            "Go on with the study",
+            icon=viser.Icon.PLAYER_PLAY,
+            hint="Simulates the runs that are missing; those that are done stay.",
+        )
         self.map = gui.add_html("")
         self.study_run = StudyRunInputs(gui, send)
         self.links = gui.add_html("")
         self.tools.on_click(self._use)
         self.cancel.on_click(lambda _: send(CancelStudy()))
+        self.resume.on_click(lambda _: send(ResumeStudy()))
         self._drawn: tuple[object, int | None] = (None, None)
 
     def show(self, study: StudyView, ringed: int | None) -> None:
@@ -188,6 +195,7 @@ class _MapPart:
             element.visible = followed is not None
         is_going = followed is not None and not followed.status.state.has_ended
         self.bar.visible = self.cancel.visible = is_going
+        self.resume.visible = followed is not None and followed.status.state is StudyState.FAILED
         if followed is not None:
             self._show(followed, study, ringed)
         has_runs = followed is not None and followed.picture is not None
@@ -211,7 +219,7 @@ class _MapPart:
 
     def remove(self) -> None:
         """Takes everything off the page."""
-        for element in (self.tools, self.summary, self.bar, self.cancel, self.map):
+        for element in (self.tools, self.summary, self.bar, self.cancel, self.resume, self.map):
             element.remove()
         self.study_run.remove()
         self.links.remove()
@@ -334,7 +342,7 @@ def _held_html(picture: MapPicture) -> str:
 
 def links_html(followed: Followed) -> str:
     """The results as files."""
-    study = f"{API_PATH}/studies/{escape(followed.study_id)}"
+    study = f"{from_page(API_PATH)}/studies/{escape(followed.study_id)}"
     links = [("results.csv", "CSV"), ("results.json", "JSON")]
     if followed.picture is not None:
         links = [("map.svg", "map as SVG"), ("map.png", "as PNG"), *links]

@@ -18,6 +18,7 @@ from slipgrasp.web.model.intents.study import (
     ListStudies,
     OpenStudy,
     OpenStudyRun,
+    ResumeStudy,
     SeeStudyDraft,
     SetRange,
     ShowStudyDraft,
@@ -66,6 +67,7 @@ class StudyReducer(Reducer):
         CancelStudy,
         OpenStudy,
         OpenStudyRun,
+        ResumeStudy,
         SeeStudyDraft,
         ShowStudyDraft,
         SizeMap,
@@ -184,6 +186,10 @@ class StudyReducer(Reducer):
         match intent:
             case CancelStudy() if study.followed is not None:
                 self._worker.cancel(self._following, study.followed.study_id)
+            case ResumeStudy() if study.followed is not None:
+                study_id = study.followed.study_id
+                study = self._follow(study, study_id)
+                self._worker.resume(self._following, study_id)
             case ListStudies():
                 self._worker.list()
             case ShowStudyDraft(is_shown):

@@ -66,6 +66,10 @@ class StudyWorker(QueueWorker):
         """Asks for a study to end."""
         self.ask(partial(self._cancel, number, study_id), "cancel", must=True)
 
+    def resume(self, number: int, study_id: str) -> None:
+        """Asks for a study that has failed to go on."""
+        self.ask(partial(self._resume, number, study_id), "resume", must=True)
+
     def record(self, study_id: str, index: int) -> None:
         """Asks for the recording of a run of a study."""
         self.ask(partial(self._record, study_id, index), "record")
@@ -96,6 +100,12 @@ class StudyWorker(QueueWorker):
     def _cancel(self, number: int, study_id: str) -> None:
         try:
             self._service.cancel(study_id)
+        except SlipgraspError as error:
+            self._send(StudyUnreadable(number, str(error)))
+
+    def _resume(self, number: int, study_id: str) -> None:
+        try:
+            self._service.resume(study_id)
         except SlipgraspError as error:
             self._send(StudyUnreadable(number, str(error)))
 

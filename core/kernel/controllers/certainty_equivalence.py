@@ -19,7 +19,8 @@ def command_forces(model: Record, discrete: Record, work: Record) -> int:
 
     B~^+ is applied through G = [W; -D of the slipping contacts], B~ = G J_c^-T: the
     torque that solves B~ tau = M~ v + h~ gives contact forces F^ = u - f^ with G F^ = (d, 0),
-    d = M_o v_o + h_o; the internal part of F^ is free (docs/model.md, Grasp force).
+    d = M_o v_o + h_o; the internal part of F^ is free (docs/model.md, Grasp force). A law that
+    holds asks W F^ = d with every contact inside its cone, whatever slips.
 
     Returns:
         1, or 0 where the rows of G depend on each other.
@@ -27,7 +28,8 @@ def command_forces(model: Record, discrete: Record, work: Record) -> int:
     n, room, believed = model.num_fingers, work.room, work.believed
     slipping = 0
     for i in range(n):
-        slipping += abs(discrete.beliefs[i])
+        room.on_cone[i] = 0 if model.law.holds else discrete.beliefs[i]
+        slipping += abs(room.on_cone[i])
         f0, f1 = inertial_force(work.kin, work.believed_dynamics, i, room.demand)
         room.believed_force[i, 0] = f0
         room.believed_force[i, 1] = f1
@@ -39,13 +41,13 @@ def command_forces(model: Record, discrete: Record, work: Record) -> int:
         regular = share_wrench(work.kin, n, room)
         find_squeeze(work.kin, room)
         room.violation = choose_grasp_force(
-            room.contact_force, room.direction, believed, model.law.grip_safety, discrete.beliefs
+            room.contact_force, room.direction, believed, model.law.grip_safety, room.on_cone
         )
-        keep_limits(model, discrete, work)
+        keep_limits(model, work)
     elif model.law.grasp_force and 3 + slipping < 2 * n:
-        regular = minimise_forces(model, discrete, work)
+        regular = minimise_forces(model, work)
     else:
-        regular = distribute_wrench(model, discrete, work)
+        regular = distribute_wrench(model, work)
     for i in range(n):
         along, normal = room.contact_force[i, 0], room.contact_force[i, 1]
         fx, fy = to_inertial_frame(work.kin, i, along, normal)

@@ -21,7 +21,7 @@ from slipgrasp.core.kernel.kinematics import to_contact_frame
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, MODEL, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.reduced import inertial_force, unit_force
-from slipgrasp.core.kernel.state import STATE, estimate_at
+from slipgrasp.core.kernel.state import STATE, estimate_at, slip_velocity_at
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
@@ -36,12 +36,14 @@ COMPOSITE_MEMORY = np.dtype(
         ("trust", np.float64),  # in the measured accelerations, 0 to 1
         ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
         ("directions", np.int64, (MAX_FINGERS,)),  # in which each contact slips, 0 in stick
+        ("known", np.int64, (MAX_FINGERS,)),  # 1 once a contact has told its friction by a slip
     ],
     align=True,
 )
 
 SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
 LEAST_TRUST = 1e-3
+ACTIVE_BAND = 1e-6  # share of its cone within which a force counts as on it
 
 
 @compiled_apart(types.void, MODEL, STATE, COMPOSITE_MEMORY, types.float64, types.float64)
@@ -114,11 +116,19 @@ def learn(model: Record, discrete: Record, state: Record, work: Record, memory: 
     for k in range(count):
         learnt = (memory.estimates[k] - state.x[estimate_at(n, k)]) / law.period
         work.rates[k] = learnt + memory.gain[k]
-        if (
-            model.unknowns.kinds[k] == FRICTION
-            and memory.directions[model.unknowns.fingers[k]] == 0
-        ):
-            work.rates[k] += law.probing
+        if _is_probed(model, work, memory, k):
+            work.rates[k] += law.probing * state.x[estimate_at(n, k)]
+
+
+@compiled
+def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
+    """Whether unknown ``k`` is the friction of a contact that never slipped and bounds the grip."""
+    i = model.unknowns.fingers[k]
+    if model.unknowns.kinds[k] != FRICTION or memory.known[i] == 1 or memory.directions[i] != 0:
+        return False
+    along, normal = work.room.contact_force[i, 0], work.room.contact_force[i, 1]
+    cone = work.believed.friction[i] / model.law.grip_safety
+    return abs(along) > (1.0 - ACTIVE_BAND) * cone * normal
 
 
 @compiled
@@ -138,15 +148,44 @@ def _take_object_rows(model: Record, state: Record, work: Record, memory: Record
         rx, ry = kin.arms[i, 0], kin.arms[i, 1]
         total_x, total_y, moment = total_x + fx, total_y + fy, moment + rx * fy - ry * fx
         square += rx * rx + ry * ry
-    variance = model.law.force_variance / (memory.trust * memory.trust)
+    scale = 1.0 / (memory.trust * memory.trust)
+    force = model.law.force_variance
     ax, ay = work.acceleration[0], work.acceleration[1] + model.hand.gravity
     turn = work.acceleration[2]
     _fill_object_row(model, work, memory, 1.0, 0.0, 0.0)
-    _take_row(model, state, memory, total_x - body[0] * ax, variance)
+    _take_row(
+        model,
+        state,
+        memory,
+        total_x - body[0] * ax,
+        scale * (force + _row_noise(model, work, memory, 0)),
+    )
     _fill_object_row(model, work, memory, 0.0, 1.0, 0.0)
-    _take_row(model, state, memory, total_y - body[1] * ay, variance)
+    _take_row(
+        model,
+        state,
+        memory,
+        total_y - body[1] * ay,
+        scale * (force + _row_noise(model, work, memory, 1)),
+    )
     _fill_object_row(model, work, memory, 0.0, 0.0, 1.0)
-    _take_row(model, state, memory, moment - body[2] * turn, variance * square / n)
+    _take_row(
+        model,
+        state,
+        memory,
+        moment - body[2] * turn,
+        scale * (force * square / n + _row_noise(model, work, memory, 2)),
+    )
+
+
+@compiled
+def _row_noise(model: Record, work: Record, memory: Record, row: int) -> float:
+    """Variance that noise of the differenced velocities gives a row, through that row of M~."""
+    square = 0.0
+    for k in range(3 + model.num_fingers):
+        if k < 3 or memory.directions[k - 3] != 0:
+            square += work.estimated_inertia[row, k] * work.estimated_inertia[row, k]
+    return model.law.acceleration_variance * square
 
 
 @compiled
@@ -177,12 +216,17 @@ def _take_slip_rows(model: Record, state: Record, work: Record, memory: Record) 
         trust = memory.trust * memory.contact_trust[i]
         if direction == 0 or trust < LEAST_TRUST:
             continue
+        if not direction * state.x[slip_velocity_at(model.num_fingers, i)] > model.law.slip_level:
+            continue
         fx, fy = _believed_force(work, i)
         along, normal = to_contact_frame(work.kin, i, fx, fy)
         slope = direction * work.believed.friction[i]
         _fill_slip_row(model, work, memory, i, direction, normal)
-        variance = model.law.force_variance / (trust * trust)
+        variance = (model.law.force_variance + _row_noise(model, work, memory, 3 + i)) / (
+            trust * trust
+        )
         _take_row(model, state, memory, -along - slope * normal, variance)
+        memory.known[i] = 1
 
 
 @compiled

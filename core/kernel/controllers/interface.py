@@ -31,10 +31,10 @@ def command(model: Record, discrete: Record, work: Record) -> int:
         1, or 0 where the law has no unique answer.
     """
     law = model.law
-    if law.uses_friction:
+    if law.facts.uses_friction:
         return command_forces(model, discrete, work)
     grip = law.grip_force
-    if law.reacts_to_slip:
+    if law.facts.reacts_to_slip:
         grip += discrete.added_grip
     return command_grip(model, work, grip)
 
@@ -43,12 +43,12 @@ def command(model: Record, discrete: Record, work: Record) -> int:
 def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
     """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
     count = model.num_unknowns
-    if not model.law.learns:
+    if not model.law.facts.learns:
         for k in range(count):
             work.rates[k] = 0.0
         return
     gradient_rates(model, discrete, work)
-    sigma = pull_back(model.law, state, count) if model.law.pulls_back else 0.0
+    sigma = pull_back(model.law, state, count) if model.law.facts.pulls_back else 0.0
     for k in range(count):
         estimate = state.x[estimate_at(model.num_fingers, k)]
         work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
@@ -69,9 +69,9 @@ def adapt_at_tick(
         work: Evaluated there, under the torque that acts; the rates are written to it.
         memory: Of a law that has one.
     """
-    if model.law.has_memory:
+    if model.law.facts.has_memory:
         learn(model, discrete, state, work, memory)
         return
-    if model.law.reacts_to_slip:
+    if model.law.facts.reacts_to_slip:
         squeeze_harder(model, discrete)
     adapt(model, discrete, state, work)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.state import estimate_at
 
@@ -12,7 +13,7 @@ from slipgrasp.core.kernel.state import estimate_at
 @compiled
 def pull_back(law: Record, state: Record, count: int) -> float:
     """sigma_s of Eq. 29."""
-    square = 0.0
+    total = 0.0
     for k in range(count):
-        square += state.x[estimate_at(law.num_fingers, k)] ** 2
-    return min(max(np.sqrt(square) / law.estimate_norm_bound - 1.0, 0.0), 1.0)
+        total += square(state.x[estimate_at(law.num_fingers, k)])
+    return min(max(np.sqrt(total) / law.estimate_norm_bound - 1.0, 0.0), 1.0)

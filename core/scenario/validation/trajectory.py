@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario, TrajectoryParameters
-from slipgrasp.core.scenario.trajectory import SAME_TIME
+from slipgrasp.core.scenario.motion import SAME_TIME
 
 MIN_RAMP = 1e-3
 MIN_TABLE_STEP = 1e-3

@@ -52,6 +52,11 @@ class CancelStudy(LatestIntent):
 
 
 @dataclass(frozen=True, slots=True)
+class ResumeStudy(LatestIntent):
+    """The user wants the study on the screen, which has failed, to go on."""
+
+
+@dataclass(frozen=True, slots=True)
 class OpenStudy(LatestIntent):
     """The user wants to see a study of the store; its id is not validated yet."""
 

@@ -1,0 +1,107 @@
+"""Viewers that flood, send garbage or huge frames, or do not read: how each is dealt with."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from collections.abc import Awaitable, Callable
+
+import msgspec
+from websockets.asyncio.client import ClientConnection
+from websockets.exceptions import ConnectionClosed
+
+from benchmarks.dashboard_viewers import connect_viewer, say_hello
+
+POLICY_VIOLATION, UNSUPPORTED_DATA, TOO_BIG = 1008, 1003, 1009
+FLOOD = 20_000
+HUGE_BYTES = 49 << 20
+LONG_BYTES = 1 << 20
+STALL_SECONDS = 8.0
+PATIENCE = 30.0
+
+Rudeness = Callable[[ClientConnection, random.Random], Awaitable[None]]
+
+
+async def _send_garbage(socket: ClientConnection, source: random.Random) -> None:
+    await socket.send(source.randbytes(source.randrange(1, 1000)))
+
+
+async def _send_unknown(socket: ClientConnection, _source: random.Random) -> None:
+    await socket.send(msgspec.msgpack.encode({"type": "RunPythonMessage", "code": "exit()"}))
+
+
+async def _send_text(socket: ClientConnection, _source: random.Random) -> None:
+    await socket.send("words")
+
+
+async def _send_long(socket: ClientConnection, _source: random.Random) -> None:
+    await socket.send(bytes(LONG_BYTES))
+
+
+async def _send_huge(socket: ClientConnection, _source: random.Random) -> None:
+    await socket.send(bytes(HUGE_BYTES))
+
+
+async def _flood(socket: ClientConnection, _source: random.Random) -> None:
+    for _ in range(FLOOD):
+        await say_hello(socket)
+
+
+async def _fill_memory(socket: ClientConnection, _source: random.Random) -> None:
+    """Starts sending files that viser would hold until they are whole, and never are."""
+    for i in range(100):
+        start = {
+            "type": "FileTransferStartUpload",
+            "source_component_uuid": "x",
+            "transfer_uuid": str(i),
+            "filename": "x",
+            "mime_type": "x",
+            "part_count": 100,
+            "size_bytes": 8 << 20,
+        }
+        await socket.send(msgspec.msgpack.encode(start))
+
+
+async def _stall(socket: ClientConnection, _source: random.Random) -> None:
+    socket.transport.pause_reading()
+    await asyncio.sleep(STALL_SECONDS)
+    socket.transport.abort()
+
+
+RUDENESS: dict[str, tuple[Rudeness, tuple[int, ...]]] = {
+    "garbage": (_send_garbage, (POLICY_VIOLATION,)),
+    "unknown message": (_send_unknown, (POLICY_VIOLATION,)),
+    "text": (_send_text, (UNSUPPORTED_DATA,)),
+    "long message": (_send_long, (POLICY_VIOLATION,)),
+    "huge message": (_send_huge, (POLICY_VIOLATION, TOO_BIG)),
+    "flood": (_flood, (POLICY_VIOLATION,)),
+    "endless files": (_fill_memory, (POLICY_VIOLATION,)),
+    "stalled": (_stall, ()),
+}
+"""What each does, and with which codes it may be sent away; none for who leaves himself."""
+
+
+async def be_rude(url: str, kind: str, source: random.Random) -> int | None:
+    """Connects, misbehaves and waits to be sent away.
+
+    Args:
+        url: Address of the dashboard's websocket.
+        kind: One of `RUDENESS`.
+        source: Of what is random about it.
+
+    Returns:
+        The code with which the server closed the connection; None if it was the viewer who left.
+
+    Raises:
+        TimeoutError: If the server puts up with it for half a minute.
+    """
+    act, codes = RUDENESS[kind]
+    async with asyncio.timeout(PATIENCE), connect_viewer(url) as socket:
+        try:
+            await say_hello(socket)
+            await act(socket, source)
+            while codes:
+                await socket.recv()
+        except ConnectionClosed:
+            pass
+        return socket.close_code if codes else None

@@ -1,0 +1,204 @@
+"""A service under mixed load for as long as one likes: what it answers, holds and logs.
+
+The load comes in spells. After each the service is left alone for as long as it may keep a
+connection, so that what it then still holds is what it does not give back.
+"""
+
+from __future__ import annotations
+
+import random
+import tempfile
+import threading
+import time
+import traceback
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from benchmarks.charts import save
+from benchmarks.faults.clients import serve_logged
+from benchmarks.report import Table
+from benchmarks.soak.asking import Address, Tally
+from benchmarks.soak.diagram import draw_soak
+from benchmarks.soak.observing import Observer, Sample
+from benchmarks.soak.researcher import Researcher
+from benchmarks.soak.strangers import Loiterer, Prankster
+from benchmarks.soak.visitors import visit_until
+
+__all__ = ["Soak", "run", "soak"]
+
+MINUTES = 60.0
+SPELL, REST = 280.0, 20.0
+PERIOD = 5.0
+SETTLED = 0.25
+RESEARCHERS = 2
+PAUSES = {Researcher: 0.5, Prankster: 0.5, Loiterer: 2.0}
+"""How long each waits on average from one act to the next [s]."""
+
+HOUR = 3600.0
+
+
+class Actor(Protocol):
+    """Somebody who does one thing after the other."""
+
+    def act(self) -> None:
+        """Does one thing."""
+
+    def tidy_up(self) -> None:
+        """Gives back what it holds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Soak:
+    """What came of a service under load.
+
+    Attributes:
+        tally: All answers.
+        samples: Of the whole time.
+        rests: Samples of the end of each rest.
+        log: What the service wrote.
+    """
+
+    tally: Tally
+    samples: Sequence[Sample]
+    rests: Sequence[Sample]
+    log: str
+
+    @property
+    def tracebacks(self) -> int:
+        """How many errors nobody has handled."""
+        return self.log.count("Traceback")
+
+    @property
+    def settled_rests(self) -> Sequence[Sample]:
+        """Rests after the first quarter, in which modules are loaded and caches fill."""
+        return self.rests[int(SETTLED * len(self.rests)) :]
+
+
+def run(docs: Path | None = None, minutes: float = MINUTES, seed: int = 1) -> list[Table]:
+    """The table ``soak``, and its diagram.
+
+    Args:
+        docs: Folder of the documentation, if the diagram is to be written.
+        minutes: How long.
+        seed: Of who does what.
+    """
+    found = soak(60.0 * minutes, seed)
+    for fault in found.tally.faults:
+        print(fault)
+    if docs is not None:
+        save(draw_soak(found.samples), docs / "images" / "soak.svg")
+    return [tabulate(found)]
+
+
+def soak(seconds: float, seed: int, spell: float = SPELL, rest: float = REST) -> Soak:
+    """Loads a service with all that users and others do.
+
+    Args:
+        seconds: How long in all.
+        seed: Of who does what.
+        spell: How long the load lasts at a time [s].
+        rest: How long the service is left alone after it [s].
+    """
+    tally = Tally()
+    rests = []
+    with tempfile.TemporaryDirectory() as folder, serve_logged(Path(folder)) as served:
+        address, process, log = served
+        began = time.monotonic()
+        with Observer(process, lambda: tally.total, PERIOD) as observer:
+            number = 0
+            while time.monotonic() - began < seconds:
+                _load(address, tally, seed + 1000 * number, spell)
+                time.sleep(rest)
+                rests.append(observer.look())
+                number += 1
+        return Soak(tally, observer.samples, rests, log.read_text(errors="replace"))
+
+
+def _load(address: Address, tally: Tally, seed: int, seconds: float) -> None:
+    """Lets everybody do what they do for some time; returns once all have left."""
+    ended = threading.Event()
+    actors: list[Actor] = [Researcher(address, tally, seed + i) for i in range(RESEARCHERS)]
+    actors += [Prankster(address, tally, seed), Loiterer(address, tally, seed)]
+    threads = [threading.Thread(target=_act_until, args=(ended, a, tally, seed)) for a in actors]
+    threads.append(threading.Thread(target=visit_until, args=(ended, address, tally, seed)))
+    for thread in threads:
+        thread.start()
+    time.sleep(seconds)
+    ended.set()
+    for thread in threads:
+        thread.join()
+
+
+def _act_until(ended: threading.Event, actor: Actor, tally: Tally, seed: int) -> None:
+    source, kind = random.Random(seed), type(actor)
+    while not ended.wait(source.expovariate(1.0 / PAUSES[kind])):
+        try:
+            actor.act()
+        except Exception as error:  # Whatever it is, the service has caused it.
+            tally.blame(kind.__name__, f"{error!r} in {_place_of(error)}")
+    actor.tidy_up()
+
+
+def _place_of(error: BaseException) -> str:
+    """Function and line of our own in which an error came up."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return next(
+        (f"{f.name}, line {f.lineno}" for f in reversed(frames) if "soak" in f.filename), ""
+    )
+
+
+def tabulate(found: Soak) -> Table:
+    """What came of it, beside what is asked for."""
+    tally, rests = found.tally, found.settled_rests
+    seconds = found.samples[-1].time
+    statuses = Counter[str]()
+    for (_, ending), count in tally.counts.items():
+        statuses[ending] += count
+    memory = [rest.service_memory for rest in rests]
+    rows = (
+        ("time", f"{seconds / 60.0:.0f} min", ""),
+        ("answers, or connections that ended", f"{tally.total}", ""),
+        ("kinds of them", f"{len({kind for kind, _ in tally.counts})}", ""),
+        ("not as specified", f"{len(tally.faults)}", "0"),
+        ("unhandled errors in the log", f"{found.tracebacks}", "0"),
+        ("log", f"{len(found.log) / 1e3:.1f} kB", ""),
+        ("answers without 2xx, 3xx or 4xx", f"{_server_errors(statuses)}", "0"),
+        ("memory of the service at rest", _range(memory, 1e6, "MB"), ""),
+        ("its slope", _slope(rests), "below 1 MB/h"),
+        ("memory of its workers at rest", _range([r.worker_memory for r in rests], 1e6, "MB"), ""),
+        ("largest memory of the service", f"{_peak(found.samples):.0f} MB", "1000 MB"),
+        (
+            "descriptors of the service at rest",
+            _range([rest.service_descriptors for rest in rests], 1.0, ""),
+            "always the same",
+        ),
+    )
+    return Table("soak", ("under mixed load", "found", "target"), rows)
+
+
+def _server_errors(statuses: Counter[str]) -> int:
+    return sum(count for ending, count in statuses.items() if ending.startswith("5"))
+
+
+def _peak(samples: Sequence[Sample]) -> float:
+    """Largest memory of the service [MB]."""
+    return max(sample.service_memory for sample in samples) / 1e6
+
+
+def _range(values: Sequence[float], unit: float, name: str) -> str:
+    return f"{min(values) / unit:.0f} to {max(values) / unit:.0f} {name}".rstrip()
+
+
+def _slope(rests: Sequence[Sample]) -> str:
+    """Of the memory at rest over time, with the error of the fit."""
+    times = np.array([rest.time for rest in rests]) / HOUR
+    memory = np.array([rest.service_memory for rest in rests]) / 1e6
+    if len(rests) < 4:
+        return "too short"
+    (slope, _), covariance = np.polyfit(times, memory, 1, cov=True)
+    return f"{slope:+.1f} ± {np.sqrt(covariance[0, 0]):.1f} MB/h"

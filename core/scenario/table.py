@@ -1,0 +1,251 @@
+"""A scenario as one flat table of numbers, as compiled code and other languages read it.
+
+Which number stands where follows from the annotated fields of the scenario's parts, in their
+order; every number is a float64:
+
+    number              itself; NaN where it is left out
+    true or false       1 or 0
+    choice              its place among the choices, from 0
+    text                the place in this table of the parameter that it names; NaN if none
+    number or list      the list; a single number stands in every place
+    list of any length  how many entries it has, then room for as many as it may have
+
+What happens during a run (pulses, patches, timed changes) is not in it: it says how things stand
+at an instant.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from itertools import groupby
+from operator import attrgetter
+from typing import Any, Literal, NamedTuple
+
+import annotated_types
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario import MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario.parameters import alternatives_of, hints_of, is_tuple, split_hint
+
+PARTS = (
+    "object",
+    "fingers",
+    "trajectory",
+    "controller",
+    "estimates",
+    "sensing",
+    "actuation",
+    "simulation",
+)
+NUMBER = np.dtype(np.float64)
+_NAN = float("nan")
+
+Writer = Callable[[Any], Sequence[float]]
+
+
+def _layout(hint: Any) -> np.dtype:
+    """How a value with this annotation lies in the table."""
+    _, extras, base = split_hint(hint)
+    if dataclasses.is_dataclass(base):
+        fields = hints_of(typing.cast(type, base)).items()
+        return np.dtype([(name, _layout(inner)) for name, inner in fields])
+    if is_tuple(base):
+        inner = typing.get_args(base)
+        if Ellipsis not in inner:
+            return np.dtype((_layout(inner[0]), (len(inner),)))
+        return np.dtype([("count", NUMBER), ("entries", (_layout(inner[0]), (_most(extras),)))])
+    room = _room_for_list(base)
+    return np.dtype((NUMBER, (room,))) if room else NUMBER
+
+
+def _most(extras: list[Any]) -> int:
+    """How many entries a list may have."""
+    bounds = [extra.max_length for extra in extras if isinstance(extra, annotated_types.Len)]
+    return bounds[0] or MAX_UNKNOWNS if bounds else MAX_UNKNOWNS
+
+
+def _room_for_list(base: Any) -> int:
+    """Room for a number that may be a list; 0 where it may not."""
+    for alternative in alternatives_of(base):
+        _, extras, kind = split_hint(alternative)
+        if is_tuple(kind):
+            return _most(extras)
+    return 0
+
+
+TABLE = np.dtype([(name, _layout(hints_of(Scenario)[name])) for name in PARTS])
+
+
+class Place(NamedTuple):
+    """Where the numbers of a key stand, in a table of float64 numbers.
+
+    Attributes:
+        first: Place of the first.
+        shape: How many there may be along every index of the key; empty for a single number.
+        strides: How far apart they are along every index.
+    """
+
+    first: int
+    shape: tuple[int, ...]
+    strides: tuple[int, ...]
+
+
+@cache
+def places() -> dict[str, Place]:
+    """Where everything stands, by dotted key with ``*`` for indices: ``fingers.*.base.*``."""
+    return dict(_places(TABLE, "", Place(0, (), ())))
+
+
+def _places(layout: np.dtype, key: str, at: Place) -> Iterator[tuple[str, Place]]:
+    if layout.subdtype is not None:
+        inner, (count,) = layout.subdtype
+        step = inner.itemsize // NUMBER.itemsize
+        along = Place(at.first, (*at.shape, count), (*at.strides, step))
+        yield from _places(inner, f"{key}.*", along)
+    elif layout.names is None:
+        yield key, at
+    else:
+        for name, (inner, offset, *_) in (layout.fields or {}).items():
+            place = at._replace(first=at.first + offset // NUMBER.itemsize)
+            own = key if name == "entries" else f"{key}.{name}".lstrip(".")
+            yield from _places(inner, own, place)
+
+
+def place_of(key: str) -> int | None:
+    """Where the number of a dotted key such as ``fingers.0.friction`` stands, None if nowhere."""
+    parts = key.split(".")
+    indices = [int(part) for part in parts if part.isdigit()]
+    place = places().get(".".join("*" if part.isdigit() else part for part in parts))
+    if place is None or any(i >= n for i, n in zip(indices, place.shape, strict=True)):
+        return None
+    return place.first + sum(i * step for i, step in zip(indices, place.strides, strict=True))
+
+
+def choices_of(part: type, name: str) -> tuple[str, ...]:
+    """The choices of a field, in the order in which the table numbers them."""
+    return _choices(split_hint(hints_of(part)[name])[2])
+
+
+def write_table(scenario: Scenario, table: NDArray[np.float64]) -> None:
+    """Writes the numbers of a scenario into a table that is all zero.
+
+    Args:
+        scenario: What is written.
+        table: ``(TABLE.itemsize // 8,)``.
+    """
+    for block in _blocks():
+        block(scenario, table)
+
+
+@cache
+def _blocks() -> tuple[Callable[[Scenario, NDArray[np.float64]], None], ...]:
+    """What writes the table: numbers that lie side by side at once, and every list by itself."""
+    hints = hints_of(Scenario)
+    blocks = []
+    for name in PARTS:
+        _, _, base = split_hint(hints[name])
+        if is_tuple(base):
+            blocks.append(_list_block(name, hints[name]))
+            continue
+        fields = hints_of(base)
+        for is_list, group in groupby(fields, lambda field: _is_list(fields[field])):  # noqa: B023
+            if is_list:
+                blocks += [_list_block(f"{name}.{field}", fields[field]) for field in group]
+            else:
+                blocks.append(_plain_block(name, base, list(group)))
+    return tuple(blocks)
+
+
+def _is_list(hint: Any) -> bool:
+    _, _, base = split_hint(hint)
+    return is_tuple(base) and Ellipsis in typing.get_args(base)
+
+
+def _plain_block(
+    name: str, part: type, fields: list[str]
+) -> Callable[[Scenario, NDArray[np.float64]], None]:
+    """Writes numbers of a part that lie side by side."""
+    first = [at for key, at in places().items() if key.split(".")[:2] == [name, fields[0]]]
+    start = first[0].first
+    get, write = attrgetter(name), _part_writer(part, fields)
+
+    def block(scenario: Scenario, table: NDArray[np.float64]) -> None:
+        numbers = write(get(scenario))
+        table[start : start + len(numbers)] = numbers
+
+    return block
+
+
+def _list_block(key: str, hint: Any) -> Callable[[Scenario, NDArray[np.float64]], None]:
+    """Writes a list of any length."""
+    start = places()[f"{key}.count"].first
+    get, write = attrgetter(key), _writer(typing.get_args(split_hint(hint)[2])[0])
+    assert write is not None, f"{key} is a list of plain numbers"
+
+    def block(scenario: Scenario, table: NDArray[np.float64]) -> None:
+        entries = get(scenario)
+        if not entries:
+            return
+        numbers = [float(len(entries))]
+        for entry in entries:
+            numbers += write(entry)
+        table[start : start + len(numbers)] = numbers
+
+    return block
+
+
+def _part_writer(part: type, fields: list[str]) -> Writer:
+    """Writes fields of a part one after another."""
+    hints, get = hints_of(part), attrgetter(*fields)
+    special = [(k, w) for k, name in enumerate(fields) if (w := _writer(hints[name])) is not None]
+    # From the last one on: what one writes does not move those that are still to come.
+    special.reverse()
+
+    def write(node: Any) -> list[float]:
+        numbers = list(get(node))
+        for k, write_one in special:
+            numbers[k : k + 1] = write_one(numbers[k])
+        return numbers
+
+    return write
+
+
+def _writer(hint: Any) -> Writer | None:
+    """What gives the numbers of a value with this annotation; None for a plain number."""
+    _, _, base = split_hint(hint)
+    if dataclasses.is_dataclass(base):
+        return _part_writer(typing.cast(type, base), list(hints_of(typing.cast(type, base))))
+    if is_tuple(base):
+        return lambda value: value
+    if room := _room_for_list(base):
+        return lambda value: _fill(value, room)
+    if choices := _choices(base):
+        numbered = {choice: (float(k),) for k, choice in enumerate(choices)}
+        return numbered.__getitem__
+    if str in alternatives_of(base):
+        return _number_of_text
+    if type(None) in alternatives_of(base):
+        return lambda value: (_NAN if value is None else value,)
+    return None
+
+
+def _fill(value: float | tuple[float, ...] | None, room: int) -> Sequence[float]:
+    if isinstance(value, tuple):
+        return [*value, *[0.0] * (room - len(value))]
+    return [_NAN if value is None else value] * room
+
+
+def _choices(base: Any) -> tuple[str, ...]:
+    kinds = alternatives_of(base)
+    literals = [kind for kind in kinds if typing.get_origin(kind) is Literal]
+    return tuple(choice for kind in literals for choice in typing.get_args(kind))
+
+
+@cache
+def _number_of_text(key: str) -> tuple[float]:
+    place = place_of(key)
+    return (_NAN if place is None else float(place),)

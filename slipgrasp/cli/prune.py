@@ -1,0 +1,126 @@
+"""``slipgrasp prune``: the stored runs that may go by age, number or size, listed or deleted."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
+
+from slipgrasp.cli.arguments import add_data_directory, data_directory, store_in
+from slipgrasp.cli.serving import parse_size
+from slipgrasp.cli.status import CommandError, ExitStatus
+
+if TYPE_CHECKING:
+    from slipgrasp.recordings.study.retention import Expired, Retention
+
+DESCRIPTION = (
+    "Lists the stored runs that may go by the rules given, and with --delete deletes them. Runs "
+    "with a name, a tag or notes stay, and so do results of studies, and recordings of a study "
+    "that is not finished; those of a finished one can be made again from its results."
+)
+MAX_DAYS = 36_500.0
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "prune", help="list old runs, or delete them", description=DESCRIPTION
+    )
+    add_retention(parser)
+    parser.add_argument("--delete", action="store_true", help="delete what is listed, for good")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_data_directory(parser)
+    parser.set_defaults(execute=_execute)
+
+
+def add_retention(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--keep-days``, ``--keep-runs`` and ``--keep-size``."""
+    parser.add_argument(
+        "--keep-days",
+        metavar="DAYS",
+        type=_days,
+        help="keep runs that nobody has named, tagged or written notes about for so long",
+    )
+    parser.add_argument(
+        "--keep-runs", metavar="N", type=_count, help="keep so many of them, the newest"
+    )
+    parser.add_argument(
+        "--keep-size",
+        metavar="SIZE",
+        type=parse_size,
+        help="keep so much of them, such as 5GB, the newest",
+    )
+
+
+def read_retention(arguments: argparse.Namespace) -> Retention:
+    """What is to stay, as the arguments of `add_retention` say."""
+    from slipgrasp.recordings.study.retention import Retention
+
+    days = arguments.keep_days
+    return Retention(
+        max_age=None if days is None else timedelta(days=days),
+        max_runs=arguments.keep_runs,
+        max_bytes=arguments.keep_size,
+    )
+
+
+def _days(text: str) -> float:
+    try:
+        days = float(text)
+    except ValueError:
+        days = math.nan
+    if not 0.0 <= days <= MAX_DAYS:
+        raise argparse.ArgumentTypeError(
+            f"'{text[:20]}' is no number of days; allowed: 0 … {MAX_DAYS:.0f}"
+        )
+    return days
+
+
+def _count(text: str) -> int:
+    if not (text.isascii() and text.isdecimal() and len(text) <= 9):
+        raise argparse.ArgumentTypeError(f"'{text[:20]}' is no number of runs; allowed: 0 and more")
+    return int(text)
+
+
+def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    from slipgrasp.recordings.study.retention import delete_expired, find_expired
+    from slipgrasp.recordings.study.study_store import StudyStore
+
+    retention = read_retention(arguments)
+    if retention.keeps_all:
+        raise CommandError("prune needs a rule: --keep-days, --keep-runs or --keep-size")
+    folder = data_directory(arguments.data_directory)
+    runs = store_in(folder)
+    expired = find_expired(runs, StudyStore(folder, runs), retention, datetime.now(UTC))
+    if arguments.delete:
+        expired = delete_expired(runs, expired)
+    print(_json(expired, arguments.delete) if arguments.json else _words(expired, arguments.delete))
+    return ExitStatus.COMPLETED
+
+
+def _words(expired: list[Expired], deleted: bool) -> str:
+    lines = [
+        f"{each.run.id}  {each.run.created[:10]}  {each.run.size / 1e6:9.2f} MB  "
+        f"{each.rule:5}  {each.run.display_name}"
+        for each in expired
+    ]
+    size = sum(each.run.size for each in expired) / 1e6
+    amount = f"{len(expired)} runs, {size:.2f} MB"
+    told = f"{amount} deleted" if deleted else f"{amount} would go; --delete deletes them"
+    return "\n".join([*lines, told if expired else "no run goes by these rules"])
+
+
+def _json(expired: list[Expired], deleted: bool) -> str:
+    runs = [
+        {
+            "id": each.run.id,
+            "display_name": each.run.display_name,
+            "created": each.run.created,
+            "size": each.run.size,
+            "rule": each.rule,
+        }
+        for each in expired
+    ]
+    return json.dumps({"runs": runs, "deleted": deleted}, indent=2)

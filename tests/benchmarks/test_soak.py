@@ -1,0 +1,65 @@
+"""A few seconds of mixed load; ``python -m benchmarks soak`` does an hour."""
+
+import json
+
+import numpy as np
+import pytest
+
+from benchmarks.soak import Soak, soak, tabulate
+from benchmarks.soak.asking import Answer, Tally, find_faults
+from benchmarks.soak.diagram import draw_soak
+from benchmarks.soak.observing import Sample
+
+SAFE = {"x-content-type-options": "nosniff"}
+PROBLEM = SAFE | {"content-type": "application/problem+json"}
+
+
+def problem(status, **told):
+    body = {"status": status, "detail": "words"} | told
+    return Answer(status, PROBLEM, json.dumps(body).encode())
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (Answer(500, SAFE, b""), "500 b''"),
+        (Answer(200, {}, b""), "without the safe headers"),
+        (problem(503), "without Retry-After"),
+        (Answer(404, SAFE, b"no"), "without problem details"),
+        (Answer(404, SAFE, b'{"status": 404, "detail": "x"}'), "other problem details"),
+        (Answer(404, PROBLEM, b'{"status": 422, "detail": "x"}'), "other problem details"),
+        (problem(404, detail="Traceback (most recent"), "does not say what is wrong"),
+    ],
+)
+def test_an_answer_that_is_not_as_specified_is_a_fault(answer, words):
+    assert words in find_faults(answer, (200, 404, 503))[0]
+
+
+def test_an_answer_as_specified_is_none():
+    assert find_faults(Answer(200, SAFE, b""), (200,)) == []
+    assert find_faults(problem(404), (404,)) == []
+
+
+def test_the_slope_is_that_of_the_memory_at_rest():
+    rests = [Sample(3600.0 * k, 0, 300_000_000 + 7_000_000 * k, 0, 17, 0) for k in range(8)]
+    table = tabulate(Soak(Tally(), rests, rests, ""))
+    rows = {row[0]: row[1] for row in table.rows}
+    assert rows["its slope"] == "+7.0 ± 0.0 MB/h"
+
+
+def test_the_diagram_has_a_curve_for_each_and_the_rate_of_the_answers():
+    samples = [Sample(5.0 * k, 10 * k, 3_000_000, 2_000_000, 17, 10) for k in range(20)]
+    memory, descriptors, rate = draw_soak(samples).axes
+    assert [np.unique(line.get_ydata()) for line in memory.lines] == [[3.0], [2.0]]
+    assert [np.unique(line.get_ydata()) for line in descriptors.lines] == [[17], [10]]
+    assert np.asarray(rate.lines[0].get_ydata()) == pytest.approx(2.0)
+
+
+@pytest.mark.slow
+def test_everything_is_answered_as_specified_for_some_seconds():
+    found = soak(seconds=15.0, seed=4, spell=15.0, rest=1.0)
+    assert found.tally.faults == []
+    assert found.tracebacks == 0
+    kinds = {kind for kind, _ in found.tally.counts}
+    assert {"run", "viewer", "half a head"} & kinds and found.tally.total > 30
+    assert found.samples[-1].service_descriptors < 100

@@ -1,0 +1,186 @@
+"""The table of a scenario's numbers, and what the kernel packs from it."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_lyapunov
+
+from slipgrasp.core.kernel.model import FACTS, FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.run.schedule import Schedule
+from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.parameters import describe
+from slipgrasp.core.scenario.table import PARTS, TABLE, choices_of, place_of, places
+from tests.core.drawn_scenarios import KINDS, draw_scenario
+
+SCENARIOS = {name: load_scenario(name) for name in preset_names()}
+SCENARIOS |= {"-".join(map(str, kind)): draw_scenario(kind, 0) for kind in KINDS}
+
+
+def numbers_of(scenario):
+    return np.frombuffer(make_table(scenario), np.float64)
+
+
+def packed(scenario):
+    return pack_model(make_table(scenario), whole_faces())
+
+
+def part_of(scenario, key):
+    """The class of the part that a parameter belongs to."""
+    node = scenario
+    for name in key.split(".")[:-1]:
+        node = node[int(name)] if name.isdigit() else getattr(node, name)
+    return type(node)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_parameter_that_holds_at_an_instant_stands_at_its_place(name):
+    scenario = SCENARIOS[name]
+    numbers, told = numbers_of(scenario), 0
+    for key, parameter in describe(scenario).items():
+        place = place_of(key)
+        if key.partition(".")[0] not in PARTS or parameter.kind == "number-or-list":
+            continue
+        assert place is not None, key
+        expected = parameter.value
+        if parameter.kind == "choice":
+            name = key.rpartition(".")[2]
+            expected = choices_of(part_of(scenario, key), name).index(expected)
+        elif parameter.kind == "text":
+            expected = place_of(expected)
+        assert numbers[place] == expected or (expected is None and math.isnan(numbers[place])), key
+        told += 1
+    assert told > 50
+
+
+def test_a_number_that_may_be_a_list_stands_in_every_place_and_a_list_in_the_first():
+    scenario = with_values(load_scenario("paper-case-1"), {"controller.velocity_gain": 7.0})
+    first, length = place_of("controller.velocity_gain.0"), len(scenario.fingers) + 3
+    assert (numbers_of(scenario)[first : first + length] == 7.0).all()
+    gains = [1.0, 2.0, 3.0, 4.0, 5.0]
+    scenario = with_values(scenario, {"controller.velocity_gain": gains})
+    assert numbers_of(scenario)[first : first + length].tolist() == gains
+
+
+def test_lists_say_how_long_they_are():
+    scenario = load_scenario("three-fingers")
+    numbers = numbers_of(scenario)
+    assert numbers[place_of("fingers.count")] == 3
+    assert numbers[place_of("estimates.count")] == len(scenario.estimates)
+    assert numbers[place_of("trajectory.table.count")] == len(scenario.trajectory.table)
+
+
+def test_no_two_keys_share_a_place_and_all_places_have_a_key():
+    taken = []
+    for place in places().values():
+        offsets = np.full(place.shape or (1,), place.first)
+        for axis, step in enumerate(place.strides):
+            shape = [-1 if k == axis else 1 for k in range(len(place.shape))]
+            offsets = offsets + step * np.arange(place.shape[axis]).reshape(shape)
+        taken += offsets.ravel().tolist()
+    assert sorted(taken) == list(range(TABLE.itemsize // 8))
+
+
+def test_what_stands_nowhere_has_no_place():
+    for key in ("title", "pulses.0.time", "fingers.9.friction", "fingers.0.colour"):
+        assert place_of(key) is None
+
+
+def test_every_part_of_a_scenario_is_in_the_table_or_happens_during_the_run():
+    names = {field.name for field in dataclasses.fields(Scenario)}
+    assert names - set(PARTS) == {"title", "pulses", "patches", "changes"}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_frames_are_those_of_the_geometry_to_rounding(name):
+    scenario = SCENARIOS[name]
+    hand = packed(scenario).hand
+    for i, finger in enumerate(scenario.fingers):
+        frame = contact_frame(scenario.object, finger)
+        np.testing.assert_allclose(hand.anchors[i], frame.anchor, rtol=0.0, atol=1e-16)
+        np.testing.assert_allclose(hand.tangents[i], frame.tangent, rtol=0.0, atol=1e-15)
+        ends = hand.slip_minimum[i], hand.slip_maximum[i]
+        expected = frame.slip_minimum, frame.slip_maximum
+        np.testing.assert_allclose(ends, expected, rtol=0.0, atol=1e-16)
+
+
+def test_what_a_pulse_and_a_patch_do_comes_with_the_stretch():
+    scenario = load_scenario("wet-patch")
+    patch = dataclasses.replace(scenario.patches[0], half_length=10.0, start_time=0.0)
+    model = Schedule(dataclasses.replace(scenario, patches=(patch,))).pack()
+    wet = [finger.face == patch.face for finger in scenario.fingers]
+    assert any(wet)
+    assert not all(wet)
+    for i, finger in enumerate(scenario.fingers):
+        factor = patch.friction_factor if wet[i] else 1.0
+        assert model.truth.friction[i] == finger.friction * factor
+        assert model.hand.slip_maximum[i] == packed(scenario).hand.slip_maximum[i]
+    pushed = with_values(scenario, {"pulses.0.time": 0.0, "pulses.0.moment": 0.5})
+    np.testing.assert_array_equal(Schedule(pushed).pack().load, [0.0, -5.0, 0.5])
+
+
+@pytest.mark.parametrize("kind", CONTROL_LAWS)
+def test_the_kernel_has_all_facts_of_a_law(kind):
+    scenario = with_values(load_scenario("composite-case-2"), {"controller.kind": kind})
+    law = packed(scenario).law
+    assert FACTS.names
+    for fact in FACTS.names:
+        assert law.facts[fact] == getattr(CONTROL_LAWS[kind], fact)
+    assert law.slip_stop == (scenario.controller.slip_stop if CONTROL_LAWS[kind].has_memory else 0)
+
+
+def test_the_blocks_of_p_solve_the_lyapunov_equation():
+    """Eq. 25 with scipy, coordinate by coordinate; no P > 0 exists where K_p = 0."""
+    values = {"controller.position_gain": [40.0, 90.0, 160.0], "controller.velocity_gain": 12.0}
+    law = packed(with_values(load_scenario("paper-case-2"), values)).law
+    for k in range(3):
+        A = np.array([[0.0, 1.0], [-law.position_gains[k], -law.velocity_gains[k]]])
+        P = solve_continuous_lyapunov(A.T, -20.0 * np.eye(2))
+        blocks = law.lyapunov_11[k], law.lyapunov_12[k], law.lyapunov_22[k]
+        np.testing.assert_allclose(blocks, (P[0, 0], P[0, 1], P[1, 1]), rtol=1e-13)
+    assert law.lyapunov_11[3] == law.lyapunov_12[3] == 0.0
+    assert law.lyapunov_22[3] == pytest.approx(20.0 / (2.0 * 12.0), rel=1e-15)
+
+
+@pytest.mark.parametrize("period", [0.0, 0.0005, 0.001, 0.1])
+def test_what_is_forgotten_in_a_period_is_a_power_of_the_share_kept_for_a_millisecond(period):
+    values = {"controller.control_period": period, "controller.forgetting": 0.9}
+    scenario = load_scenario("paper-case-2" if period == 0.0 else "composite-case-2")
+    law = packed(with_values(scenario, values)).law
+    assert law.forgetting == pytest.approx(0.9 ** (period / 0.001), rel=1e-14)
+
+
+def test_unknowns_are_found_by_the_places_of_their_keys():
+    scenario = load_scenario("composite-case-2")
+    keys = {
+        "object.mass": (OBJECT_MASS, -1, -1),
+        "object.inertia": (OBJECT_INERTIA, -1, -1),
+        "fingers.1.friction": (FRICTION, 1, -1),
+        "fingers.1.link_masses.0": (LINK_MASS, 1, 0),
+    }
+    estimates = [dataclasses.replace(scenario.estimates[0], parameter=key) for key in keys]
+    unknowns = packed(dataclasses.replace(scenario, estimates=tuple(estimates))).unknowns
+    found = zip(unknowns.kinds, unknowns.fingers, unknowns.links, strict=True)
+    assert list(found)[: len(keys)] == list(keys.values())
+
+
+def test_a_record_that_is_packed_again_is_as_one_that_is_new():
+    """Nothing of another scenario is left in it: a page uses one record for all its runs."""
+    from slipgrasp.core.kernel.compiler import call
+    from slipgrasp.core.kernel.packing import pack
+
+    for first, second in (("shake-test", "paper-case-1"), ("poured-mass", "shake-test")):
+        model = packed(SCENARIOS[first])
+        call(pack, make_table(SCENARIOS[second]), whole_faces(), model)
+        motion, fresh = model.motion, packed(SCENARIOS[second]).motion
+        np.testing.assert_array_equal(motion.breaks, fresh.breaks)
+        pieces = int(np.isfinite(fresh.breaks).sum()) + 1
+        if not fresh.coasts:
+            np.testing.assert_array_equal(motion.polynomials[:pieces], fresh.polynomials[:pieces])
+            np.testing.assert_array_equal(motion.angles[:pieces], fresh.angles[:pieces])
+            np.testing.assert_array_equal(motion.sine, fresh.sine)
+        assert model.law.tobytes() == packed(SCENARIOS[second]).law.tobytes()

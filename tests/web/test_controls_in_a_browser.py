@@ -1,0 +1,82 @@
+"""Keys and names of the controls in a real Chromium."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.waiting import wait_until
+from tests.web.conftest import Visitors
+from tests.web.driving import knob, number_field, pause_at, picture
+
+pytestmark = [
+    pytest.mark.browser,
+    # A viewer may leave in the middle of a frame.
+    pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
+]
+
+# Controls that a screen reader could say nothing of.
+NAMELESS = """() => [...document.querySelectorAll("input, button, select, textarea, [role=slider]")]
+    .filter(one => one.checkVisibility() && !(
+        one.getAttribute("aria-label") || one.labels?.[0]?.textContent
+        || one.textContent.trim() || one.title))
+    .map(one => one.outerHTML.slice(0, 200))"""
+
+
+def is_playing(page: Page) -> bool:
+    told = page.locator("#sg-session-state").get_attribute("data-sg-state")
+    return bool(json.loads(told or "{}")["playing"])
+
+
+def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_reached(
+    visitors: Visitors,
+) -> None:
+    page = visitors.open()
+    pushes = page.get_by_role("button", name="Take this back", exact=True)
+    push = page.get_by_role("button", name="push", exact=True)
+    pause_at(page, 0.08)
+    push.click()
+    expect(pushes).to_have_count(1)
+    page.keyboard.press("Space")
+    wait_until(lambda: is_playing(page), "Space did not play")
+    page.keyboard.press("Space")
+    wait_until(lambda: not is_playing(page), "Space did not pause")
+    expect(pushes).to_have_count(1)
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Space")
+    expect(pushes).to_have_count(2)
+    assert not is_playing(page)
+
+
+def test_arrows_on_a_knob_leave_the_camera_where_it_is(visitors: Visitors) -> None:
+    page = visitors.open()
+    pause_at(page, 0.08)
+    friction = knob(page, "left friction")
+    assert friction.get_attribute("aria-valuenow") == friction.get_attribute("aria-valuemax")
+    friction.focus()
+    before = picture(page)
+    page.keyboard.press("ArrowUp", delay=300)
+    assert np.array_equal(picture(page), before)
+
+
+def test_every_control_has_a_name_and_the_tab_is_ours(visitors: Visitors) -> None:
+    page = visitors.open()
+    wait_until(lambda: page.evaluate(NAMELESS) == [], "controls without a name")
+    masses = page.get_by_role("slider", name="link mass 1 [kg], Left finger", exact=True)
+    expect(masses).to_have_count(1)
+    expect(page).to_have_title("slipgrasp")
+
+
+def test_a_number_that_was_emptied_comes_back_when_its_field_is_left(visitors: Visitors) -> None:
+    page = visitors.open()
+    field = number_field(page, "mass [kg]")
+    field.click()
+    field.press("Control+a")
+    field.press("Delete")
+    expect(field).to_have_value("")
+    field.press("Tab")
+    expect(field).to_have_value("1")

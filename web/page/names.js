@@ -1,0 +1,42 @@
+// Names for the controls that viser leaves nameless, so that each can be told by ear: a knob by
+// its label and its folder, a button that is only an icon by what it does.
+import { onFrame } from "./session_state.js";
+
+const LOOK_EVERY_MS = 500;
+const ICON_NAMES = {
+  "tabler-icon-list-search": "Find a command",
+  "tabler-icon-adjustments": "Settings of the viewer",
+};
+const FOLDER = ".mantine-Paper-root[data-with-border]";
+let lookedAt = -Infinity;
+
+/** Begins to name what appears. */
+export function startNames() {
+  onFrame(() => {
+    const now = performance.now();
+    if (now - lookedAt < LOOK_EVERY_MS) return;
+    lookedAt = now;
+    document.querySelectorAll("label[for]").forEach(nameKnob);
+    document.querySelectorAll("button:not([aria-label])").forEach(nameButton);
+  });
+}
+
+function nameKnob(label) {
+  // The row of a knob has its label in one half and its controls in the other.
+  const controls = label.parentElement?.parentElement?.nextElementSibling;
+  if (!controls) return;
+  const folder = label.closest(FOLDER)?.firstElementChild?.textContent.trim();
+  const name = folder ? `${label.textContent}, ${folder}` : label.textContent;
+  for (const control of controls.querySelectorAll("[role=slider], input")) {
+    if (control.labels?.length) continue;
+    if (control.getAttribute("aria-label") !== name) control.setAttribute("aria-label", name);
+  }
+}
+
+function nameButton(button) {
+  const icon = button.querySelector("svg[class]")?.classList ?? [];
+  const known = Object.keys(ICON_NAMES).find((name) => [...icon].includes(name));
+  const isClose = button.classList.contains("mantine-CloseButton-root");
+  const name = isClose ? "Close" : ICON_NAMES[known];
+  if (name && !button.textContent.trim()) button.setAttribute("aria-label", name);
+}
