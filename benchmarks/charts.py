@@ -70,7 +70,7 @@ def draw_sampled(points: Sequence[SampledPoint]) -> Figure:
                 curve = [point for point in points if (point.case, point.way) == (case, way)]
                 times = [MILLISECONDS * point.seconds for point in curve]
                 axes.plot(times, [point.pose for point in curve], style, label=way, markersize=3)
-        axes.legend()
+            axes.legend()
         return figure
 
 

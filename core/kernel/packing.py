@@ -159,7 +159,7 @@ def _pack_finger(finger: Record, i: int, model: Record) -> None:
         hand.link_lengths[i, link] = length
         hand.link_centres[i, link] = centre * length
         hand.link_moments[i, link] = inertia * (length * length)
-        hand.bases[i, link] = finger.base[link]
+        hand.bases[i, link] = finger["base"][link]  # not the base of a NumPy array
         truth.link_masses[i, link] = finger.link_masses[link]
     hand.elbows[i] = -1.0 if finger.elbow == _ELBOW_UP else 1.0
 

@@ -114,27 +114,3 @@ def test_the_largest_violation_is_that_of_the_worst_inequality():
     assert largest_violation(problem) == 2.5
     problem.solution[:3] = 9.0
     assert largest_violation(problem) == 0.0
-
-
-@pytest.mark.parametrize("seed", range(100))
-def test_a_solution_from_the_active_rows_of_the_last_is_the_one_from_none(seed):
-    """A problem that changes little from tick to tick, and sometimes all at once."""
-    rng = np.random.default_rng([3, seed])
-    normals, bounds, equalities = random_problem(rng)
-    warm = pose(normals, bounds, equalities)
-    warm.warm = 1
-    for tick in range(6):
-        change = 1.0 if tick == 4 else 1e-3
-        normals = normals + change * rng.normal(size=normals.shape)
-        point = 10.0 * rng.normal(size=normals.shape[1]) if tick == 4 else None
-        if point is not None:
-            bounds = normals @ point - rng.exponential(5.0, len(bounds))
-        warm.normals[: warm.rows, : warm.columns] = normals
-        warm.bounds[: warm.rows] = bounds
-        expected = solve(normals, bounds, equalities)
-        assert call(quadratic.solve_quadratic, warm) == (expected is not None)
-        if expected is not None:
-            scale = 1.0 + np.abs(expected).max()
-            np.testing.assert_allclose(
-                warm.solution[: warm.columns], expected, rtol=0.0, atol=1e-8 * scale
-            )

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from slipgrasp.core.kernel import sticking
+from slipgrasp.core.kernel import quadratic, sticking
+from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, RK43
 from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.records import make_record
@@ -11,6 +12,7 @@ from slipgrasp.core.kernel.state import STATE
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_quadratic import pose, random_problem, solve
 from tests.references.hands import random_estimates, random_scenario, random_state
 from tests.state_evaluation import evaluate_state, from_python
 
@@ -54,14 +56,14 @@ def test_the_equations_of_sticking_contacts_are_the_general_ones(n):
         state = random_state(rng, scenario, (0,) * n)
         estimates, torque = random_estimates(rng, scenario), rng.uniform(-20.0, 20.0, 2 * n)
         general = evaluate_state(scenario, 0.4, *state, (0,) * n, estimates, torque=torque)
-        pose, velocity, slip, slip_velocity = map(np.asarray, state)
+        place_of_object, velocity, slip, slip_velocity = map(np.asarray, state)
         assert not slip_velocity.any()
         place, discrete, work = make_record(STATE), make_record(DISCRETE), make_record(WORKSPACE)
         place.x[6 : 6 + n] = slip
         discrete.torques[:n] = torque.reshape(n, 2)
         model = pack_model(make_table(scenario), whole_faces())
         acceleration, power = _sticking_acceleration(
-            model, discrete, place, tuple(pose), tuple(velocity), work
+            model, discrete, place, tuple(place_of_object), tuple(velocity), work
         )
         scale = 1.0 + np.abs(general.acceleration[:3]).max()
         np.testing.assert_allclose(
@@ -101,3 +103,27 @@ def test_orders_that_change_from_step_to_step_keep_the_tolerance():
     assert len(usual.phase_changes) == len(finely.phase_changes)
     for one, other in zip(usual.phase_changes, finely.phase_changes, strict=True):
         assert one.time == pytest.approx(other.time, abs=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_a_solution_from_the_active_rows_of_the_last_is_the_one_from_none(seed):
+    """A problem that changes little from tick to tick, and sometimes all at once."""
+    rng = np.random.default_rng([3, seed])
+    normals, bounds, equalities = random_problem(rng)
+    warm = pose(normals, bounds, equalities)
+    warm.warm = 1
+    for tick in range(6):
+        change = 1.0 if tick == 4 else 1e-3
+        normals = normals + change * rng.normal(size=normals.shape)
+        point = 10.0 * rng.normal(size=normals.shape[1]) if tick == 4 else None
+        if point is not None:
+            bounds = normals @ point - rng.exponential(5.0, len(bounds))
+        warm.normals[: warm.rows, : warm.columns] = normals
+        warm.bounds[: warm.rows] = bounds
+        expected = solve(normals, bounds, equalities)
+        assert call(quadratic.solve_quadratic, warm) == (expected is not None)
+        if expected is not None:
+            scale = 1.0 + np.abs(expected).max()
+            np.testing.assert_allclose(
+                warm.solution[: warm.columns], expected, rtol=0.0, atol=1e-8 * scale
+            )
