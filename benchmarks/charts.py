@@ -62,8 +62,8 @@ def draw_sampled(points: Sequence[SampledPoint]) -> Figure:
         figure = new_figure(90.0)
         cases = sorted({point.case for point in points})
         for column, case in enumerate(cases):
-            axes = add_axes(figure, 14.0 + 44.0 * column, 7.0, 34.0, 70.0)
-            axes.set(xscale="log", yscale="log", ylim=(1e-16, 1e-5))
+            axes = add_axes(figure, 14.0 + 42.0 * column, 7.0, 33.0, 70.0)
+            axes.set(yscale="log", ylim=(1e-16, 1e-8))
             axes.set_xlabel("CPU time [ms]")
             axes.set_title(case, loc="left", fontsize=8.5)
             for way, style in ((CHOSEN, "o-"), (FIFTH, "s--")):
