@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import tempfile
@@ -16,7 +15,7 @@ import numpy as np
 
 from benchmarks.dashboard_page import measure_edits
 from benchmarks.dashboard_viewers import come_and_go, watch
-from benchmarks.processes import memory_of
+from benchmarks.processes import memory_of, processor_time_of
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
 
@@ -28,7 +27,7 @@ _SETTLE, _WATCH = 10.0, 15.0
 _AFTER_LAST = 5.0
 
 
-class _Served(NamedTuple):
+class Served(NamedTuple):
     """A dashboard in a process of its own."""
 
     process: int
@@ -56,7 +55,7 @@ def tabulate_edits(edits: int = EDITS) -> Table:
     Args:
         edits: How many.
     """
-    with _serving() as served:
+    with serve_dashboard() as served:
         come_and_go(served.socket, 1)
         found = measure_edits(served.page, edits)
     rows = [
@@ -85,16 +84,16 @@ def tabulate_viewers(counts: tuple[int, ...] = (1, 5, VIEWERS)) -> Table:
         "processor [% of a core]",
         "kB/s each",
     )
-    with _serving() as served:
+    with serve_dashboard() as served:
         come_and_go(served.socket, 1)
         rows = tuple(_watch_row(served, count) for count in counts)
     return Table("dashboard-viewers", heads, rows)
 
 
-def _watch_row(served: _Served, count: int) -> tuple[str, ...]:
+def _watch_row(served: Served, count: int) -> tuple[str, ...]:
     settle = _SETTLE + 0.5 * count
     seen, worked = watch(
-        served.socket, count, settle, _WATCH, lambda: _processor_time(served.process)
+        served.socket, count, settle, _WATCH, lambda: processor_time_of(served.process)
     )
     ages = np.concatenate([one.ages for one in seen])
     return (
@@ -112,7 +111,7 @@ def tabulate_memory(connects: int = CONNECTS) -> Table:
     Args:
         connects: How many.
     """
-    with _serving() as served:
+    with serve_dashboard() as served:
         come_and_go(served.socket, _WARM_UP)
         before = _memory_at_rest(served)
         come_and_go(served.socket, connects)
@@ -124,19 +123,14 @@ def tabulate_memory(connects: int = CONNECTS) -> Table:
     return Table("dashboard-memory", ("memory of the server", "MB", "change"), rows)
 
 
-def _memory_at_rest(served: _Served) -> int:
+def _memory_at_rest(served: Served) -> int:
     time.sleep(_AFTER_LAST)
     return memory_of(served.process)
 
 
-def _processor_time(process: int) -> float:
-    """What a process has worked so far, in all its threads [s]."""
-    words = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
-
-
 @contextmanager
-def _serving() -> Iterator[_Served]:
+def serve_dashboard() -> Iterator[Served]:
+    """A dashboard of its own data folder, as long as the ``with`` block lasts."""
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.Popen(
             [sys.executable, "-m", "benchmarks.dashboard_server", folder],
@@ -147,7 +141,7 @@ def _serving() -> Iterator[_Served]:
         assert process.stdin is not None
         assert process.stdout is not None
         try:
-            yield _Served(process.pid, int(process.stdout.readline()))
+            yield Served(process.pid, int(process.stdout.readline()))
         finally:
             process.stdin.close()
             process.wait()

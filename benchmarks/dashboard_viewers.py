@@ -74,7 +74,7 @@ async def _watch(
 ) -> tuple[list[Watched], float]:
     async with asyncio.TaskGroup() as group:
         seen = [Watched() for _ in range(viewers)]
-        tasks = [group.create_task(_view(url, one)) for one in seen]
+        tasks = [group.create_task(view(url, one)) for one in seen]
         await asyncio.sleep(settle)
         for one in seen:
             one.forget()
@@ -86,7 +86,13 @@ async def _watch(
     return seen, ended - began
 
 
-async def _view(url: str, seen: Watched) -> None:
+async def view(url: str, seen: Watched) -> None:
+    """Is a viewer until it is cancelled, or sent away.
+
+    Args:
+        url: Address of the dashboard's websocket.
+        seen: Takes what it is sent.
+    """
     async with connect_viewer(url) as socket:
         await say_hello(socket)
         async for content in socket:

@@ -24,6 +24,7 @@ POINTS = 100_000
 
 _BLOCK = 100_000
 _BITS = 113
+_FINER = 1024  # than the smallest number a double can be
 
 Array = NDArray[np.float64]
 
@@ -108,8 +109,9 @@ def _ulps(values: Array, exact: Callable[..., Any], points: tuple[Array, ...]) -
         for k, arguments in enumerate(zip(*(p.tolist() for p in points), strict=True)):
             truth = exact(*map(mp.mpf, arguments))
             near[k] = truth
-            rest[k] = truth - near.item(k)
-    return np.abs((values - near) - rest) / np.spacing(np.abs(near))
+            rest[k] = _FINER * (truth - near.item(k))
+    ulp = np.spacing(np.abs(near))
+    return np.abs((values - near) / ulp - rest / (_FINER * ulp))
 
 
 def _quantile(share: Any) -> Any:

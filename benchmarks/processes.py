@@ -1,7 +1,8 @@
-"""Memory of a process and all that it has started, sampled while it works (Linux)."""
+"""Memory and work of a process and all that it has started, while it works (Linux)."""
 
 from __future__ import annotations
 
+import os
 import re
 import threading
 from contextlib import suppress
@@ -85,3 +86,10 @@ def memory_of(process: int) -> int:
         if (found := _PROPORTIONAL.search(text)) is not None:
             return 1024 * int(found[1])
     return 0
+
+
+def processor_time_of(process: int) -> float:
+    """What a process has worked so far, in all its threads [s]."""
+    text = (_PROC / str(process) / "stat").read_text(encoding="ascii")
+    words = text.rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")

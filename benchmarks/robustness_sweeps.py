@@ -104,12 +104,14 @@ def _failure(measured: MeasuredSweep, name: str) -> str:
 
 
 def _noisy() -> Scenario:
-    return load_scenario(WORLDS["noisy"])
+    """The law expects more noise than any point has: one setting for all of them."""
+    return with_values(load_scenario(WORLDS["noisy"]), {"controller.velocity_noise": 6e-3})
 
 
 def _detected() -> Scenario:
-    """The noisy world in which slip is detected instead of known."""
-    return with_values(_noisy(), {"sensing.true_phases": False})
+    """The noisy world in which slip is detected instead of known, by cumulative sums."""
+    detected = {"sensing.true_phases": False, "sensing.slip_detector": "cumulative-sum"}
+    return with_values(_noisy(), detected)
 
 
 def _ideal() -> Scenario:
@@ -124,7 +126,12 @@ def _three_noisy_fingers() -> Scenario:
     """Three fingers with the sensors of the noisy world, and the law set as there."""
     base, noisy = _three_fingers(), _noisy()
     own, law = base.controller, noisy.controller
-    tuned = replace(own, slip_stop=law.slip_stop, force_noise=law.force_noise)
+    tuned = replace(
+        own,
+        slip_stop=law.slip_stop,
+        force_noise=law.force_noise,
+        velocity_noise=law.velocity_noise,
+    )
     return replace(base, controller=tuned, sensing=noisy.sensing)
 
 

@@ -14,7 +14,8 @@ from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
-from benchmarks.faults.services import kill_services
+from benchmarks.faults.services import kill_services, restart_with_unfinished
+from benchmarks.faults.viewers import mix_viewers
 from benchmarks.faults.workers import kill_in_a_burst, kill_workers
 from benchmarks.report import Table
 
@@ -27,6 +28,8 @@ BURST, BURST_SECONDS = 6, 4.0
 UNWRITABLE_RUNS = 7
 FLIPS = 2000
 IDLE, SLOW, CROWD_SECONDS = 1500, 200, 20.0
+UNFINISHED, UNFINISHED_DURATION = 10, 50.0
+POLITE, RUDE, ROUNDS, WATCH_SECONDS = 56, 8, 4, 8.0
 READERS, READ_DURATION, READ_SIGNALS = 40, 57.0, "t,slip,phase_0"
 
 
@@ -38,6 +41,8 @@ def run(_docs: Path | None = None) -> list[Table]:
     cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
     crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
     readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
+    restart = restart_with_unfinished(UNFINISHED, UNFINISHED_DURATION)
+    mixed = mix_viewers(POLITE, RUDE, ROUNDS, WATCH_SECONDS, seed=1)
     failures, power = fail_every_write(), cut_the_power(seed=1)
     rows = (
         (
@@ -93,6 +98,16 @@ def run(_docs: Path | None = None) -> list[Table]:
             ", ".join(f"{n} answered {status}" for status, n in sorted(readers.statuses.items()))
             + f"; memory {readers.peak / 1e6:.0f} MB (1 GB), health "
             f"p95 {1e3 * readers.health_p95:.0f} ms (100 ms)",
+        ),
+        (
+            f"SIGKILL with {restart.count} recordings of {restart.size / 1e6:.0f} MB unfinished",
+            f"first answer after {restart.waited:.1f} s (target 2 s; {restart.empty:.1f} s with "
+            f"an empty folder), all recovered after {restart.seconds:.0f} s; meanwhile answered "
+            f"within {restart.slowest:.2f} s",
+        ),
+        (
+            f"{RUDE} of {POLITE + RUDE} viewers flood, stall, send garbage or huge messages",
+            f"the others keep {100.0 * mixed.share_kept:.0f} % of their updates (target 100 %)",
         ),
     )
     return [Table("faults", ("what happens to a recording", "what is left"), rows), defuse_all()]

@@ -1,10 +1,19 @@
-"""Viewers that flood, send garbage or huge frames, or do not read: how each is dealt with."""
+"""Viewers that flood, send garbage or huge frames, or do not read: how each is dealt with.
+
+`python -m benchmarks.faults.rude_viewers URL COUNT SEED` lets so many of them come again and
+again until its standard input ends. It prints a line as they come, and then how they were sent
+away.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import json
 import random
+import sys
+from collections import Counter
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 
 import msgspec
 from websockets.asyncio.client import ClientConnection
@@ -13,7 +22,17 @@ from websockets.exceptions import ConnectionClosed
 from benchmarks.dashboard_viewers import connect_viewer, say_hello
 
 POLICY_VIOLATION, UNSUPPORTED_DATA, TOO_BIG = 1008, 1003, 1009
-FLOOD = 20_000
+RESET = 1006
+"""What a viewer makes of a connection that is closed while it sends."""
+
+TRY_AGAIN_LATER = 1013
+"""There is no room: that of who was sent away is free only after a moment."""
+
+AGAIN_AFTER = 1.0
+"""A page whose line was lost tries again after so long [s]."""
+
+TOGETHER = ("flood", "huge message", "stalled", "garbage")
+FLOOD_SECONDS = 8.0
 HUGE_BYTES = 49 << 20
 LONG_BYTES = 1 << 20
 STALL_SECONDS = 8.0
@@ -43,8 +62,12 @@ async def _send_huge(socket: ClientConnection, _source: random.Random) -> None:
 
 
 async def _flood(socket: ClientConnection, _source: random.Random) -> None:
-    for _ in range(FLOOD):
-        await say_hello(socket)
+    """Sends as fast as it is read, for some seconds."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(FLOOD_SECONDS):
+            while True:
+                await say_hello(socket)
+    socket.transport.abort()
 
 
 async def _fill_memory(socket: ClientConnection, _source: random.Random) -> None:
@@ -73,8 +96,8 @@ RUDENESS: dict[str, tuple[Rudeness, tuple[int, ...]]] = {
     "unknown message": (_send_unknown, (POLICY_VIOLATION,)),
     "text": (_send_text, (UNSUPPORTED_DATA,)),
     "long message": (_send_long, (POLICY_VIOLATION,)),
-    "huge message": (_send_huge, (POLICY_VIOLATION, TOO_BIG)),
-    "flood": (_flood, (POLICY_VIOLATION,)),
+    "huge message": (_send_huge, (POLICY_VIOLATION, TOO_BIG, RESET)),
+    "flood": (_flood, ()),
     "endless files": (_fill_memory, (POLICY_VIOLATION,)),
     "stalled": (_stall, ()),
 }
@@ -105,3 +128,33 @@ async def be_rude(url: str, kind: str, source: random.Random) -> int | None:
         except ConnectionClosed:
             pass
         return socket.close_code if codes else None
+
+
+async def _come_again(url: str, count: int, seed: str) -> Counter[str]:
+    found = Counter[str]()
+    others = [
+        asyncio.create_task(_misbehave(url, TOGETHER[i % len(TOGETHER)], f"{seed} {i}", found))
+        for i in range(count)
+    ]
+    print("come", flush=True)
+    await asyncio.to_thread(sys.stdin.read)
+    for other in others:
+        other.cancel()
+    ends = await asyncio.gather(*others, return_exceptions=True)
+    faults = [end for end in ends if not isinstance(end, asyncio.CancelledError)]
+    assert not faults, faults
+    return found
+
+
+async def _misbehave(url: str, kind: str, seed: str, found: Counter[str]) -> None:
+    source = random.Random(seed)
+    while True:
+        code = await be_rude(url, kind, source)
+        found[f"{kind}: {'left' if code is None else code}"] += 1
+        expected = (*RUDENESS[kind][1], TRY_AGAIN_LATER)
+        assert code is None or code in expected, f"{kind}: closed with {code}"
+        await asyncio.sleep(AGAIN_AFTER)
+
+
+if __name__ == "__main__":
+    print(json.dumps(asyncio.run(_come_again(sys.argv[1], int(sys.argv[2]), sys.argv[3]))))

@@ -1,9 +1,11 @@
-"""SIGKILL of a service with two runs going on, and what its successor finds."""
+"""SIGKILL of a service that records, and what its successor finds."""
 
 from __future__ import annotations
 
 import json
+import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.file.atomic_file import part_of
+from slipgrasp.recordings.file.reader import read_unfinished
+from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX
 
 RUNS = 2
@@ -61,7 +67,7 @@ def kill_services(count: int, seed: int) -> ServiceKills:
     for _ in range(count):
         with tempfile.TemporaryDirectory() as folder:
             _kill_busy_service(Path(folder), source.uniform(0.3e6, 3e6))
-            found, wait = _restart(Path(folder))
+            found, wait, _ = _recover_all(Path(folder))
             assert [run["outcome"] for run in found] == ["recovered"] * RUNS, found
             assert all(run["end_time"] > 0.0 for run in found)
             recovered += len(found)
@@ -86,18 +92,80 @@ def _kill_busy_service(folder: Path, at_size: float) -> None:
     assert not list(folder.glob(f"*{RECORDING_SUFFIX}")), "a run had ended before the kill"
 
 
-def _restart(folder: Path) -> tuple[list[dict[str, Any]], float]:
-    """What a new service lists, and how long it took to answer [s]."""
+@dataclass(frozen=True, slots=True)
+class Restart:
+    """What came of a service that found many large unfinished recordings.
+
+    Attributes:
+        count: How many.
+        size: Of each [bytes].
+        empty: Time until the first answer without any [s].
+        waited: Time until the first answer with them [s].
+        slowest: Longest time until an answer while it recovered [s].
+        seconds: Until all were recovered [s].
+    """
+
+    count: int
+    size: int
+    empty: float
+    waited: float
+    slowest: float
+    seconds: float
+
+
+def restart_with_unfinished(count: int, duration: float) -> Restart:
+    """Kills a service, and starts another that finds unfinished recordings.
+
+    Args:
+        count: How many.
+        duration: Recorded of each [s]; a second makes 4.2 MB.
+
+    Raises:
+        AssertionError: If one is not recovered with every sample that it holds.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        service, _ = start_service(folder)
+        with service:
+            service.kill()
+        _, empty, _ = _recover_all(folder)
+        end, size = _leave_unfinished(folder, count, duration)
+        began = time.perf_counter()
+        found, waited, answers = _recover_all(folder)
+        seconds = time.perf_counter() - began
+        assert [run["outcome"] for run in found] == ["recovered"] * count, found
+        assert {run["end_time"] for run in found} == {end}
+        return Restart(count, size, empty, waited, max(answers), seconds)
+
+
+def _leave_unfinished(folder: Path, count: int, duration: float) -> tuple[float, int]:
+    """Copies of a recording without its end; the end of what it holds [s], and its size."""
+    values = {"simulation.output_rate": 10_000.0, "simulation.duration": duration}
+    first = folder / f"{0:012d}{RECORDING_SUFFIX}"
+    record(with_values(load_scenario("paper-case-1"), values), first)
+    part = part_of(first)
+    first.rename(part)
+    size = part.stat().st_size * 19 // 20
+    os.truncate(part, size)
+    for i in range(1, count):
+        shutil.copy(part, part_of(folder / f"{i:012d}{RECORDING_SUFFIX}"))
+    return read_unfinished(part).result.end_time, size
+
+
+def _recover_all(folder: Path) -> tuple[list[dict[str, Any]], float, list[float]]:
+    """What a service lists once all is recovered, its first answer and its later ones [s]."""
     started = time.perf_counter()
     service, url = start_service(folder)
     with service:
         try:
             health = _get(url, "health")
-            waited = time.perf_counter() - started
-            while health["recovering"]:
+            waited, answers = time.perf_counter() - started, []
+            while health["recovering"] or not answers:
                 time.sleep(POLL)
+                asked = time.perf_counter()
                 health = _get(url, "health")
-            return _get(url, "runs")["data"], waited
+                answers.append(time.perf_counter() - asked)
+            return _get(url, "runs")["data"], waited, answers
         finally:
             service.terminate()
 

@@ -71,7 +71,7 @@ def update_command(model: Record, discrete: Record, t: float, state: Record, wor
         1, or 0 where the law has no unique answer.
     """
     n = model.num_fingers
-    believe(model.truth, model.unknowns, state, work.believed)
+    believe(model.law, model.truth, model.unknowns, state, work.believed)
     combine_links(work.believed, work.unit, work.believed_dynamics)
     demand_acceleration(
         model.law, model.motion, discrete.piece, t, state, discrete.beliefs, work.room

@@ -17,7 +17,7 @@ LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
 
 
 @compiled
-def believe(truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
+def believe(law: Record, truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
     """Fills ``believed`` with what the controller knows and what it estimates."""
     n = truth.num_fingers
     believed.num_fingers = n
@@ -26,7 +26,7 @@ def believe(truth: Record, unknowns: Record, state: Record, believed: Record) ->
     for i in range(n):
         believed.friction[i] = truth.friction[i]
         for link in range(2):
-            believed.link_masses[i, link] = truth.link_masses[i, link]
+            believed.link_masses[i, link] = law.link_mass_ratio * truth.link_masses[i, link]
     for k in range(unknowns.count):
         kind, finger, value = unknowns.kinds[k], unknowns.fingers[k], state.x[estimate_at(n, k)]
         if kind == OBJECT_MASS:

@@ -76,6 +76,7 @@ LAW = np.dtype(
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # every contact inside its cone, slipping or not
+        ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]

@@ -224,6 +224,7 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
         law.velocity_gains[k] = controller.velocity_gain[k]
         _pack_lyapunov(law, k, controller.lyapunov_weight[k])
     law.grasp_force = controller.grasp_force == _MINIMUM_GRASP
+    law.link_mass_ratio = controller.link_mass_ratio
     law.holds = controller.distribution == _HOLD
     law.grip_safety = controller.grip_safety
     law.minimum_normal_force = controller.minimum_normal_force

@@ -76,6 +76,18 @@ class ControllerParameters:
             used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
         ),
     ] = False
+    link_mass_ratio: Annotated[
+        float,
+        Ge(0.1),
+        Le(10.0),
+        Quantity(
+            "Masses of the links that the law believes in, over the true ones; 1: it knows its "
+            "hand. A link mass that is estimated is believed as estimated.",
+            "1",
+            typical=(0.8, 1.2),
+            changeable=True,
+        ),
+    ] = 1.0
     position_gain: Annotated[
         Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
         Quantity(

@@ -1,8 +1,7 @@
-"""What of a viewer's frames reaches viser, which trusts them: known types, of a size, at a rate."""
+"""What of a viewer's frames reaches viser, which trusts them: known types, of a size."""
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import msgspec
@@ -14,9 +13,6 @@ PART_BYTES = 600 * KILOBYTE
 
 MAX_TRANSFERS = 4
 MAX_TRANSFER_BYTES = 16 << 20
-MAX_FRAMES_PER_SECOND = 500.0
-MAX_BYTES_PER_SECOND = 8 << 20
-BURST_SECONDS = 4.0
 
 START, PART = "FileTransferStartUpload", "FileTransferPart"
 LIMITS = {
@@ -46,14 +42,9 @@ class FrameFilter:
 
     def __init__(self) -> None:
         self._transfers: dict[str, int] = {}
-        self._checked_at = time.monotonic()
-        self._frames_left = MAX_FRAMES_PER_SECOND * BURST_SECONDS
-        self._bytes_left = MAX_BYTES_PER_SECOND * BURST_SECONDS
 
     def find_fault(self, frame: bytes) -> str:
         """What is wrong with a frame; empty if it may pass."""
-        if not self._is_in_time(len(frame)):
-            return "too many messages"
         if len(frame) > PART_BYTES:
             return "a message is too long"
         try:
@@ -67,13 +58,6 @@ class FrameFilter:
         if len(frame) > limit:
             return "a message is too long"
         return self._find_fault_of_transfer(content) if kind in (START, PART) else ""
-
-    def _is_in_time(self, num_bytes: int) -> bool:
-        now = time.monotonic()
-        passed, self._checked_at = now - self._checked_at, now
-        self._frames_left = _refilled(self._frames_left, passed, MAX_FRAMES_PER_SECOND) - 1.0
-        self._bytes_left = _refilled(self._bytes_left, passed, MAX_BYTES_PER_SECOND) - num_bytes
-        return min(self._frames_left, self._bytes_left) >= 0.0
 
     def _find_fault_of_transfer(self, content: dict[str, Any]) -> str:
         """Keeps count of the files on their way, which viser holds until they are whole."""
@@ -99,7 +83,3 @@ class FrameFilter:
         if self._transfers[transfer] == 0:
             del self._transfers[transfer]
         return ""
-
-
-def _refilled(left: float, passed: float, rate: float) -> float:
-    return min(left + rate * passed, rate * BURST_SECONDS)

@@ -10,7 +10,8 @@ from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
-from benchmarks.faults.services import kill_services
+from benchmarks.faults.services import kill_services, restart_with_unfinished
+from benchmarks.faults.viewers import mix_viewers
 from slipgrasp.recordings.file.reader import read_recording
 
 pytestmark = pytest.mark.slow
@@ -74,6 +75,18 @@ def test_a_crowd_that_asks_for_nothing_keeps_nobody_from_being_answered():
 def test_readers_of_one_recording_share_it():
     readers = read_signals(clients=6, duration=2.0, names="t,slip")
     assert readers.statuses == {200: 6}
+
+
+def test_large_unfinished_recordings_are_recovered_behind_the_answers():
+    restart = restart_with_unfinished(count=2, duration=1.0)
+    assert restart.count == 2
+    assert restart.waited <= restart.seconds
+
+
+def test_viewers_stay_beside_those_who_are_sent_away():
+    mixed = mix_viewers(polite=3, rude=4, rounds=1, seconds=2.0, seed=3)
+    assert {"garbage: 1008", "huge message: 1009"} & set(mixed.sent_away)
+    assert min(mixed.alone_work + mixed.beside_work) > 0.0
 
 
 def test_no_run_is_told_as_completed_where_the_disk_takes_no_more():

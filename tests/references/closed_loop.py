@@ -53,7 +53,10 @@ class ClosedLoop(NamedTuple):
         return cls(
             hand=_hand(scenario),
             truth=truth,
-            unknowns=Unknowns(tuple(e.parameter for e in scenario.estimates), truth),
+            unknowns=Unknowns(
+                tuple(e.parameter for e in scenario.estimates),
+                truth._replace(link_masses=scenario.controller.link_mass_ratio * truth.link_masses),
+            ),
             law=_law(scenario, n),
             trajectory=trajectory_of(scenario.trajectory),
             initial_estimates=np.array([e.initial for e in scenario.estimates]),
@@ -71,7 +74,9 @@ class ClosedLoop(NamedTuple):
         truth = self.truth._replace(friction=factors * self.truth.friction)
         return self._replace(
             truth=truth,
-            unknowns=self.unknowns._replace(known=truth),
+            unknowns=self.unknowns._replace(
+                known=self.unknowns.known._replace(friction=truth.friction)
+            ),
             static_friction=factors * self.static_friction,
         )
 

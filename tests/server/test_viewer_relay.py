@@ -6,7 +6,7 @@ import asyncio
 import gc
 import math
 import os
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
@@ -14,6 +14,7 @@ import viser
 import websockets.asyncio.client
 import websockets.asyncio.server
 from websockets.exceptions import ConnectionClosed
+from websockets.typing import Origin, Subprotocol
 
 from slipgrasp.server.app import create_app
 from slipgrasp.server.viewer.relay import MAX_VIEWERS, add_viewer_routes
@@ -30,8 +31,8 @@ HEAD = '<meta name="ours" />'
 def connect(port: int, path: str = "/", protocol: str | None = PROTOCOL, **options):
     return websockets.asyncio.client.connect(
         f"ws://127.0.0.1:{port}{path}",
-        subprotocols=[protocol] if protocol else None,
-        origin=f"http://127.0.0.1:{port}",
+        subprotocols=[Subprotocol(protocol)] if protocol else None,
+        origin=Origin(f"http://127.0.0.1:{port}"),
         max_size=None,
         compression=None,
         proxy=None,
@@ -249,6 +250,35 @@ def test_one_viewer_too_many_is_asked_to_try_later(relayed, monkeypatch) -> None
 
     assert asyncio.run(crowd()) == (1013, True)
     assert relay.is_full
+
+
+def test_who_is_sent_away_cannot_come_again_at_once(tmp_path: Path, monkeypatch) -> None:
+    for wait in ("SECONDS_BETWEEN", "WARY_SECONDS"):
+        monkeypatch.setattr(f"slipgrasp.server.viewer.relay.{wait}", math.inf)
+    echo = Echo()
+    app = create_app(patient_settings(tmp_path))
+    faults = lambda: lambda message: "bad" if message == b"bad" else ""  # noqa: E731
+    add_viewer_routes(app, lambda: echo.port, find_faults=faults)
+
+    async def closing_of_a_bad_one() -> int:
+        async with connect(running.port) as viewer:
+            with suppress(ConnectionClosed):
+                await viewer.send(b"bad")
+                while True:
+                    await viewer.recv()
+        assert viewer.close_code is not None
+        return viewer.close_code
+
+    async def crowd() -> tuple[list[int], bytes | str]:
+        async with await echo.listen(), connect(running.port) as good:
+            codes = [await closing_of_a_bad_one() for _ in range(5)]
+            await good.send(b"still here")
+            return codes, await good.recv()
+
+    with serve(patient_settings(tmp_path), app) as running:
+        codes, answered = asyncio.run(crowd())
+    assert codes == [1008, *[1013] * 4]
+    assert answered == b"still here"
 
 
 def test_a_viewer_is_asked_to_try_later_while_viser_is_away(relayed) -> None:

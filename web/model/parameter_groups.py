@@ -23,6 +23,7 @@ _DETAILS = (
     "force_noise",
     "velocity_noise",
     "prediction",
+    "link_mass_ratio",
     "initial_deviation",
     "estimate_norm_bound",
     "minimum",
