@@ -89,6 +89,7 @@ def test_runs_of_both_sides_are_those_of_the_scenario_at_their_values():
         assert (result.trace.to_rows() == alone.trace.to_rows()).all()
     assert margin.held.metrics.held
     assert margin.outcome is margin.lost.outcome is Outcome.DIVERGED
+    assert margin.lost.reason is not None
     assert margin.reason == margin.lost.reason.message
 
 
