@@ -11,6 +11,7 @@ from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Patch, Pulse, Scenario
 from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.law_loading import LawError, load_law, register_law
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
@@ -18,10 +19,12 @@ from slipgrasp.core.scenario.loading import (
     scenario_to_toml,
     with_values,
 )
+from slipgrasp.core.scenario.own_laws import LawParameter
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import load_study, study_from_mapping
 from slipgrasp.core.study.margin import Margin, MarginError, find_margin
 from slipgrasp.core.trace.frames import MissingPackageError
+from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import SIGNALS, Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason, RunWarning
 from slipgrasp.recordings.compare.comparison import Comparison, IncomparableError, compare

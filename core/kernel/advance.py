@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
+from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.dynamics import stored_energy
 from slipgrasp.core.kernel.flow import forget_mechanics, update_mechanics
 from slipgrasp.core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
@@ -34,6 +35,7 @@ from slipgrasp.core.kernel.run import (
     PROGRESS,
     ROOM_TO_SPARE,
     ROWS_BEFORE_PAUSE,
+    TICKS_BEFORE_PAUSE,
     emit,
     emit_before_jump,
     evaluate_at,
@@ -162,6 +164,8 @@ def _is_stiff(run: Record) -> bool:
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
 def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
     """The jump at an instant known beforehand; one kind at a time, the rest follow at once."""
+    if run.own.asked == ANSWERED:
+        return control_tick(model, run, outlet, 0, 0)
     if run.now >= t_stop:
         return RUNNING
     if model.motion.breaks[run.discrete.piece] <= run.now:
@@ -307,7 +311,9 @@ def advance(
         if status != RUNNING:
             return status
     for _ in range(max_steps):
-        if outlet.num_rows > ROWS_BEFORE_PAUSE:
+        if run.own.asked == ASKED:
+            return RUNNING
+        if outlet.num_rows > ROWS_BEFORE_PAUSE or outlet.num_ticks >= TICKS_BEFORE_PAUSE:
             return RUNNING
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
             return RUNNING

@@ -49,7 +49,8 @@ from slipgrasp.core.kernel.state import estimate_at, slip_at, slip_velocity_at
     EVENT_STALL,
     STIFF,
     NOT_FINITE,
-) = range(14)
+    LAW_FAILED,
+) = range(15)
 
 
 LOST_FORCES = 1e-4  # sin^2 q2: forces go with its inverse, their errors with its square

@@ -146,6 +146,7 @@ MODEL = np.dtype(
         ("num_fingers", np.int64),  # n
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
+        ("num_diagnostics", np.int64),  # of a law of one's own
         ("hand", HAND),
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]

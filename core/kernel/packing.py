@@ -33,6 +33,7 @@ from slipgrasp.core.scenario import (
     SensingParameters,
 )
 from slipgrasp.core.scenario.geometry import TANGENTS
+from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.table import NUMBER, TABLE, choices_of, place_of, write_table
 
@@ -58,11 +59,10 @@ _MINIMUM_GRASP = choices_of(ControllerParameters, "grasp_force").index("minimum"
 _TANGENTS = np.array(tuple(TANGENTS.values()))
 _FIRST_EDGE = len(TANGENTS)
 _SIDES = tuple(TANGENTS).index("bottom")  # left and right come before
-# By number of the law.
-_FACTS = np.array(
-    [tuple(getattr(law, fact) for fact in LAW_FACTS) for law in CONTROL_LAWS.values()], FACTS
-)
-_BRAKES = np.array([law in kinds_using(ControllerParameters, "slip_stop") for law in CONTROL_LAWS])
+# By number of the law; one's own is the last.
+_LAWS = (*CONTROL_LAWS.values(), law_of(OUTSIDE))
+_FACTS = np.array([tuple(getattr(law, fact) for fact in LAW_FACTS) for law in _LAWS], FACTS)
+_BRAKES = np.array([law.kind in kinds_using(ControllerParameters, "slip_stop") for law in _LAWS])
 # Of sampled control in rising order, and that of continuous control.
 _SHORT_STEPS = np.array([BS32, RK43, DOPRI5], METHOD)
 _LONG_STEPS = np.array([DOP853], METHOD)
@@ -120,6 +120,7 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
     model.law.num_fingers = n
     model.num_unknowns = model.unknowns.count = p
     model.num_states = count_states(n, p)
+    model.num_diagnostics = 0
     model.hand.gravity = table.simulation.gravity
     model.truth.object_inertia[0] = model.truth.object_inertia[1] = table.object.mass
     model.truth.object_inertia[2] = table.object.inertia

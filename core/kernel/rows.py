@@ -30,18 +30,20 @@ from slipgrasp.core.kernel.state import (
     velocity_at,
 )
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
+from slipgrasp.core.scenario.own_laws import Diagnostic
 from slipgrasp.core.trace.trace import JOINTS_PER_FINGER, SIGNALS, Signal, TraceShape
 
 
-def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int]:
-    """Columns of signals: a number, and how many more there are per finger and per unknown."""
+def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int, int]:
+    """Columns of signals: a number, and how many more per finger, unknown and diagnostic."""
 
-    def columns(n: int, p: int) -> int:
-        shape = TraceShape(n, ("",) * p)
+    def columns(n: int, p: int, d: int) -> int:
+        shape = TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d)
         return sum(shape.width(signal) for signal in signals)
 
-    return columns(0, 0), columns(1, 0) - columns(0, 0), columns(0, 1) - columns(0, 0)
+    none = columns(0, 0, 0)
+    return none, columns(1, 0, 0) - none, columns(0, 1, 0) - none, columns(0, 0, 1) - none
 
 
 # First column of every signal, by its name, and the end of a row.
@@ -50,7 +52,9 @@ AT = _Places._make(_columns_before(SIGNALS[:index]) for index in range(len(SIGNA
 END = _columns_before(SIGNALS)
 
 LARGEST = 1e300
-MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS).num_columns
+MAX_COLUMNS = TraceShape(
+    MAX_FINGERS, ("",) * MAX_UNKNOWNS, (Diagnostic("", "", ""),) * MAX_DIAGNOSTICS
+).num_columns
 
 # The state of one row with all that belongs to it, and the row itself.
 ROW = np.dtype(
@@ -124,12 +128,15 @@ def fill_row(model: Record, row: Record, work: Record) -> None:
 
 
 @compiled
-def _column(model: Record, place: tuple[int, int, int]) -> int:
-    return place[0] + place[1] * model.num_fingers + place[2] * model.num_unknowns
+def _column(model: Record, place: tuple[int, int, int, int]) -> int:
+    n, p, d = model.num_fingers, model.num_unknowns, model.num_diagnostics
+    return place[0] + place[1] * n + place[2] * p + place[3] * d
 
 
 @compiled
-def _set(model: Record, row: Record, place: tuple[int, int, int], k: int, value: float) -> None:
+def _set(
+    model: Record, row: Record, place: tuple[int, int, int, int], k: int, value: float
+) -> None:
     """Writes entry ``k`` of a signal."""
     row.values[_column(model, place) + k] = value
 
@@ -165,6 +172,10 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
         _set(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
         _set(model, row, AT.joint_velocity, k, work.kin.joint_velocities[i, joint])
         _set(model, row, AT.joint_torque, k, row.torques[i, joint])
+        commanded = row.torques[i, joint]
+        if model.law.period > 0.0:
+            commanded = discrete.commanded[i, joint]
+        _set(model, row, AT.commanded_torque, k, commanded)
 
 
 @compiled
@@ -173,6 +184,8 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
     for k in range(model.num_unknowns):
         _set(model, row, AT.estimates, k, row.state.x[estimate_at(n, k)])
         _set(model, row, AT.true_parameters, k, true_value(truth, unknowns, k))
+    for k in range(model.num_diagnostics):
+        _set(model, row, AT.diagnostics, k, row.discrete.diagnostics[k])
     value = lyapunov_value(model.law, truth, unknowns, row.state, work.room)
     _set(model, row, AT.lyapunov_value, 0, _finite(value))
     _set(model, row, AT.grasp_violation, 0, work.room.violation)

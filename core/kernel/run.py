@@ -7,6 +7,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.composite import COMPOSITE_MEMORY
+from slipgrasp.core.kernel.controllers.own_law import OWN_LAW
 from slipgrasp.core.kernel.guards import GUARDS
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.prediction import PREDICTION
@@ -24,7 +25,7 @@ from slipgrasp.core.kernel.state import STATE, estimate_at
 from slipgrasp.core.kernel.stepper import STEP
 from slipgrasp.core.kernel.tally import TALLY, add_to_tally, begin_tally
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.table import TABLE
 
 # Warnings, counted with their first time.
@@ -35,6 +36,8 @@ ROWS_PER_STEP = 10_001  # of the longest step at the highest rate of output
 ROWS_BEFORE_PAUSE = 2048
 CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
+TICKS_BEFORE_PAUSE = 2048
+TICK_COLUMNS = 1 + 2 * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + ROOM_TO_SPARE
 OUTPUT_ROUNDING = 1e-12
 FIRST_STEP = 5e-4
@@ -80,6 +83,7 @@ PROGRESS = np.dtype(
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # of sampled control, for the next tick
         ("senses", SENSES),
         ("memory", COMPOSITE_MEMORY),
+        ("own", OWN_LAW),
         ("prediction", PREDICTION),
         ("acting", np.int64),  # 1 once a torque of sampled control acts
         ("commanded", np.float64, (MAX_FINGERS, 2)),  # at this tick [N m]
@@ -89,6 +93,8 @@ PROGRESS = np.dtype(
         ("due", np.float64, (MAX_WAITING,)),  # when they act [s]
         ("waiting", np.float64, (MAX_WAITING, MAX_FINGERS, 2)),  # [N m]
         ("old_torques", np.float64, (MAX_FINGERS, 2)),  # before the present jump
+        ("old_commanded", np.float64, (MAX_FINGERS, 2)),
+        ("old_diagnostics", np.float64, (MAX_DIAGNOSTICS,)),
         ("old_phases", np.int64, (MAX_FINGERS,)),
         ("old_beliefs", np.int64, (MAX_FINGERS,)),
     ],
@@ -103,6 +109,9 @@ OUTLET = np.dtype(
         ("changes", np.float64, (CHANGE_CAPACITY, 4)),  # time, contact, from, to
         ("history", np.float64, (MAX_CHATTER_CHANGES,)),  # times of the latest phase changes [s]
         ("rows", np.float64, (ROW_CAPACITY * MAX_COLUMNS,)),  # of the trace, one after another
+        ("num_ticks", np.int64),
+        # Time, command, estimates and diagnostics of each, one after another.
+        ("ticks", np.float64, ((TICKS_BEFORE_PAUSE + 1) * TICK_COLUMNS,)),
     ],
     align=True,
 )
@@ -138,7 +147,7 @@ def begin_run(table: Record, run: Record, outlet: Record, keeps_rows: int) -> No
     for k in range(int(table.estimates.count)):
         state.x[estimate_at(n, k)] = table.estimates.entries[k].initial
     outlet.keeps_rows = keeps_rows
-    outlet.num_rows = 0
+    outlet.num_rows = outlet.num_ticks = 0
     for k in range(int(table.simulation.chatter_changes)):
         outlet.history[k] = -np.inf
 
@@ -148,6 +157,13 @@ def rows_in(outlet: Record, num_columns: int) -> Floats:
     count = int(outlet.num_rows)
     rows: Floats = outlet["rows"][: count * num_columns].reshape(count, num_columns)
     return rows
+
+
+def ticks_in(outlet: Record, num_columns: int) -> Floats:
+    """The ticks in the buffer, ``(ticks, num_columns)``, as a view."""
+    count = int(outlet.num_ticks)
+    ticks: Floats = outlet["ticks"][: count * num_columns].reshape(count, num_columns)
+    return ticks
 
 
 def last_row(model: Record, run: Record) -> Floats:
@@ -184,6 +200,10 @@ def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Reco
         row.discrete.beliefs[i] = discrete.beliefs[i]
         row.discrete.torques[i, 0] = discrete.torques[i, 0]
         row.discrete.torques[i, 1] = discrete.torques[i, 1]
+        row.discrete.commanded[i, 0] = discrete.commanded[i, 0]
+        row.discrete.commanded[i, 1] = discrete.commanded[i, 1]
+    for k in range(model.num_diagnostics):
+        row.discrete.diagnostics[k] = discrete.diagnostics[k]
     for k in range(model.num_unknowns):
         row.discrete.clamps[k] = discrete.clamps[k]
     row.discrete.added_grip = discrete.added_grip
@@ -242,17 +262,20 @@ def pass_output_times(model: Record, run: Record) -> None:
 
 @compiled
 def keep_old(model: Record, run: Record) -> None:
-    """Remembers phases, belief and torques before a jump, for the row before it."""
+    """Remembers what jumps with the torques, before it does, for the row before the jump."""
     for i in range(model.num_fingers):
         run.old_phases[i] = run.discrete.phases[i]
         run.old_beliefs[i] = run.discrete.beliefs[i]
         for joint in range(2):
             run.old_torques[i, joint] = run.discrete.torques[i, joint]
+            run.old_commanded[i, joint] = run.discrete.commanded[i, joint]
+    for k in range(model.num_diagnostics):
+        run.old_diagnostics[k] = run.discrete.diagnostics[k]
 
 
 @compiled
 def exchange_old(model: Record, run: Record) -> None:
-    """Exchanges the present phases, belief and torques with the remembered ones."""
+    """Exchanges what jumps with the torques with what is remembered."""
     for i in range(model.num_fingers):
         phase, belief = run.old_phases[i], run.old_beliefs[i]
         run.old_phases[i] = run.discrete.phases[i]
@@ -263,6 +286,13 @@ def exchange_old(model: Record, run: Record) -> None:
             torque = run.old_torques[i, joint]
             run.old_torques[i, joint] = run.discrete.torques[i, joint]
             run.discrete.torques[i, joint] = torque
+            commanded = run.old_commanded[i, joint]
+            run.old_commanded[i, joint] = run.discrete.commanded[i, joint]
+            run.discrete.commanded[i, joint] = commanded
+    for k in range(model.num_diagnostics):
+        value = run.old_diagnostics[k]
+        run.old_diagnostics[k] = run.discrete.diagnostics[k]
+        run.discrete.diagnostics[k] = value
 
 
 @compiled

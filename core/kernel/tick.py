@@ -7,10 +7,26 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.interface import adapt_at_tick
+from slipgrasp.core.kernel.controllers.own_law import (
+    ANSWERED,
+    ASKED,
+    NOTHING,
+    ask,
+    is_answer_finite,
+    look,
+)
 from slipgrasp.core.kernel.elementary import nearest
 from slipgrasp.core.kernel.flow import flow, forget_mechanics, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import arm_guards
-from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING, finish_jump, set_first_slope, settle
+from slipgrasp.core.kernel.jump import (
+    LAW_FAILED,
+    MODEL_SINGULAR,
+    RUNNING,
+    finish_jump,
+    set_first_slope,
+    settle,
+)
+from slipgrasp.core.kernel.law import believe
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.prediction import predict
 from slipgrasp.core.kernel.records import Record
@@ -55,12 +71,17 @@ def restart_ticks(run: Record) -> None:
 def _advance_estimates(model: Record, run: Record, elapsed: float) -> None:
     """One Euler step of the estimates over the period that ends now, projected on their bounds."""
     for k in range(model.num_unknowns):
-        at = estimate_at(model.num_fingers, k)
-        value = run.step.start.x[at] + elapsed * run.pending_rates[k]
-        bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
-        if bounded != value:
-            warn(run, CLAMPED)
-        run.step.start.x[at] = bounded
+        value = run.step.start.x[estimate_at(model.num_fingers, k)]
+        _set_estimate(model, run, k, value + elapsed * run.pending_rates[k])
+
+
+@compiled
+def _set_estimate(model: Record, run: Record, k: int, value: float) -> None:
+    """Sets an estimate, projected on its bounds."""
+    bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
+    if bounded != value:
+        warn(run, CLAMPED)
+    run.step.start.x[estimate_at(model.num_fingers, k)] = bounded
 
 
 @compiled
@@ -92,6 +113,10 @@ def _learn(model: Record, run: Record) -> None:
     n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
     state = run.step.start
     set_first_slope(model, run)
+    if model.law.facts.is_own:
+        for k in range(model.num_unknowns):
+            run.pending_rates[k] = 0.0  # of the law before it
+        return
     seen_at_once = model.sensors.true_phases == 1 and model.sensors.true_accelerations == 1
     run.memory.trust = trust(model, senses)
     for i in range(n):
@@ -130,9 +155,19 @@ def control_tick(model: Record, run: Record, outlet: Record, first: int, stretch
         first: 1 at the start of the run.
         stretch: 1 at the start of a stretch, where the row before is already written.
     """
-    keep_old(model, run)
-    status = MODEL_SINGULAR
-    if _command_torques(model, run):
+    if run.own.asked == ANSWERED:
+        first, stretch = run.own.first, run.own.stretch
+        run.own.asked = NOTHING
+    else:
+        keep_old(model, run)
+        _sense(model, run)
+        if model.law.facts.is_own:
+            look(model, run)
+            if run.own.address == 0:
+                run.own.asked, run.own.first, run.own.stretch = ASKED, first, stretch
+                return RUNNING
+    status = _command_torques(model, run, outlet)
+    if status == RUNNING:
         if model.law.latency > 0.0 and run.acting == 1:
             _let_wait(model, run)
             if stretch == 0:
@@ -188,28 +223,85 @@ def _emit_before(model: Record, run: Record, outlet: Record) -> None:
 
 
 @compiled
-def _command_torques(model: Record, run: Record) -> bool:
-    """New estimates and torque at a tick; False where the law has no finite answer."""
-    n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
+def _sense(model: Record, run: Record) -> None:
+    """New estimates, and what is measured at a tick."""
+    senses = run.senses
     _advance_estimates(model, run, run.now - run.last_tick)
     run.last_tick = run.now
+    measure(model, senses, run.step.start, run.discrete.torques, run.now)
+    detect_slip(model, run.discrete, senses, run.now)
+    update_mechanics(model, senses.measured, run.work)
+    if model.law.facts.is_own:
+        believe(model.law, model.truth, model.unknowns, senses.measured, run.work.believed)
+
+
+@compiled
+def _command_torques(model: Record, run: Record, outlet: Record) -> int:
+    """The torque that follows from what was measured; RUNNING where it is finite."""
     run.ticks += 1
-    measure(model, senses, run.step.start, discrete.torques, run.now)
-    detect_slip(model, discrete, senses, run.now)
-    update_mechanics(model, senses.measured, work)
+    status = _answer(model, run) if model.law.facts.is_own else _evaluate_law(model, run)
+    if status != RUNNING:
+        return status
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            run.discrete.commanded[i, joint] = run.commanded[i, joint]
+    if outlet.keeps_rows == 1:
+        _store_tick(model, run, outlet)
+    _limit_torques(model, run)
+    return RUNNING
+
+
+@compiled
+def _evaluate_law(model: Record, run: Record) -> int:
+    n, work = model.num_fingers, run.work
     work.quadratic.warm = 1
-    regular = update_command(model, discrete, run.now, senses.measured, work)
+    regular = update_command(model, run.discrete, run.now, run.senses.measured, work)
     if model.law.predicts and run.acting == 1:
         regular = min(regular, _command_ahead(model, run))
     work.quadratic.warm = 0
     if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
-        return False
+        return MODEL_SINGULAR
     forces_to_torques(work.kin, n, work.tip_forces, run.commanded)
     total = 0.0
     for i in range(n):
         total += run.commanded[i, 0] + run.commanded[i, 1]
-    _limit_torques(model, run)
-    return np.isfinite(total)
+    return RUNNING if np.isfinite(total) else MODEL_SINGULAR
+
+
+@compiled
+def _answer(model: Record, run: Record) -> int:
+    """What a law of one's own answers: torque, estimates within their bounds, diagnostics."""
+    answer = run.own.answer
+    if ask(run.own) != 0 or not is_answer_finite(model, answer):
+        return LAW_FAILED
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            run.commanded[i, joint] = answer.torque[i, joint]
+    for k in range(model.num_diagnostics):
+        run.discrete.diagnostics[k] = answer.diagnostics[k]
+    for k in range(model.num_unknowns):
+        _set_estimate(model, run, k, answer.estimates[k])
+    return RUNNING
+
+
+@compiled
+def _store_tick(model: Record, run: Record, outlet: Record) -> None:
+    """Appends what the law answered: with it the run can be made again without the law."""
+    n, p = model.num_fingers, model.num_unknowns
+    column = outlet.num_ticks * (1 + 2 * n + p + model.num_diagnostics)
+    outlet.ticks[column] = run.now
+    for i in range(n):
+        for joint in range(2):
+            outlet.ticks[column + 1 + 2 * i + joint] = run.commanded[i, joint]
+    column += 1 + 2 * n
+    for k in range(p):
+        value = run.own.answer.estimates[k]
+        if not model.law.facts.is_own:
+            value = run.step.start.x[estimate_at(n, k)]
+        outlet.ticks[column + k] = value
+    for k in range(model.num_diagnostics):
+        outlet.ticks[column + p + k] = run.discrete.diagnostics[k]
+    outlet.num_ticks += 1
 
 
 @compiled

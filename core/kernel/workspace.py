@@ -11,7 +11,7 @@ from slipgrasp.core.kernel.model import TRUTH
 from slipgrasp.core.kernel.quadratic import QUADRATIC
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE
 from slipgrasp.core.kernel.state import STATE
-from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
 # What stays fixed between two jumps.
 DISCRETE = np.dtype(
@@ -22,6 +22,8 @@ DISCRETE = np.dtype(
         ("torques", np.float64, (MAX_FINGERS, 2)),  # held by sampled control [N m]
         ("piece", np.int64),  # of the desired motion
         ("added_grip", np.float64),  # what the grip reflex has added [N]
+        ("commanded", np.float64, (MAX_FINGERS, 2)),  # at the last tick, before limits [N m]
+        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own
     ],
     align=True,
 )

@@ -9,6 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.own_laws import LawIdentity
 
 PORTABLE = "numerics-"
 
@@ -24,10 +25,12 @@ class Provenance:
         kernel: Name of the numerics: a digest of the kernel's sources after `PORTABLE`, with
             nothing of processor, compiler or libraries, for these decide no bit. Recordings
             before format 5 have a digest of the machine code, or nothing.
+        law: The law of one's own that commanded the torques, None where it was a built-in one.
     """
 
     program: str
     kernel: str
+    law: LawIdentity | None = None
 
     @property
     def is_portable(self) -> bool:

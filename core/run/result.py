@@ -8,6 +8,7 @@ from typing import Any
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange, Reason, RunWarning
 from slipgrasp.core.words.display_name import name_run
@@ -49,6 +50,7 @@ class RunResult:
         warnings: What is worth knowing but did not end the run.
         metrics: Figures of merit.
         provenance: What computed it.
+        ticks: What the law answered at every tick; None where it was not recorded.
     """
 
     scenario: Scenario
@@ -59,6 +61,7 @@ class RunResult:
     warnings: tuple[RunWarning, ...]
     metrics: Metrics
     provenance: Provenance
+    ticks: Ticks | None = None
 
     @property
     def end_time(self) -> float:
@@ -97,4 +100,5 @@ class RunResult:
             "estimates": self.estimates,
             "metrics": asdict(self.metrics),
             "warnings": [asdict(warning) for warning in self.warnings],
+            "law": None if self.provenance.law is None else asdict(self.provenance.law),
         }

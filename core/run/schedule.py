@@ -95,7 +95,7 @@ class Schedule:
         if due:
             self._changes = self._changes[len(due) :]
             values = {change.parameter: _plain(change) for change in due}
-            self.present = with_values(self.present, values)
+            self.present = with_values(self.present, values, with_law=False)
             self.table = make_table(self.present)
         self._lay_patches(slips, velocities)
         return due

@@ -2,27 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Self
+
 import numpy as np
 
 from slipgrasp.core.kernel import advance as kernel
-from slipgrasp.core.kernel.jump import LEFT_FACE, REACHED, RUNNING
+from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
+from slipgrasp.core.kernel.jump import LAW_FAILED, LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
     ROWS_BEFORE_PAUSE,
+    TICKS_BEFORE_PAUSE,
     last_row,
     make_run,
     rows_in,
+    ticks_in,
 )
 from slipgrasp.core.kernel.state import StateParts, parts_of
+from slipgrasp.core.run.law_code import LawCode, Replay, set_parameters
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.schedule import Schedule
+from slipgrasp.core.run.stepping import Tick
 from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.own_laws import (
+    OUTSIDE,
+    Diagnostic,
+    LawIdentity,
+    diagnostics_of,
+    own_law_in,
+)
 from slipgrasp.core.scenario.validation import check_scenario
+from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
-from slipgrasp.core.words.endings import describe_end
+from slipgrasp.core.words.endings import describe_end, describe_law_failure
 from slipgrasp.core.words.warnings import describe_warnings
 
 _STEPS_PER_PIECE = 1000
@@ -48,19 +65,77 @@ class Simulation:
             ScenarioError: If the scenario cannot be simulated.
         """
         check_scenario(scenario)
+        self._keeps_trace = keep_trace
+        self._prepare(scenario, diagnostics_of(scenario))
+        law = own_law_in(scenario)
+        if law is not None:
+            self._law = LawCode(law, self._run.own, self._size)
+            self._identity = law.identity
+
+    @classmethod
+    def replaying(cls, result: RunResult, *, every_law: bool = False) -> Self:
+        """The run of a recording again, with the recorded answers of its law instead of its code.
+
+        Args:
+            result: A run that has its ticks.
+            every_law: Whether the answers of built-in laws are taken too; else those are computed.
+        """
+        assert result.ticks is not None, "a recording of this format has no ticks"
+        simulation = cls.__new__(cls)
+        simulation._keeps_trace = True
+        simulation._replays_all = every_law
+        simulation._prepare(result.scenario, result.trace.shape.diagnostics)
+        simulation._law = Replay(result.ticks, simulation._run.own, simulation._size)
+        simulation._identity = result.provenance.law
+        return simulation
+
+    def ticks(self) -> Iterator[Tick]:
+        """Steps the run from outside: yields every control tick, which waits for its torque.
+
+            simulation = Simulation(scenario)
+            for tick in simulation.ticks():
+                tick.torque = -0.1 * tick.seen.joint_velocity
+            result = simulation.result()
+
+        The law of the scenario is not asked; the run has the law ``outside`` instead.
+
+        Raises:
+            ScenarioError: If control is continuous, which has no ticks.
+        """
+        assert self._run.begun == 0, "a run is stepped from its beginning"
+        scenario = replace(
+            self.scenario, controller=replace(self.scenario.controller, kind=OUTSIDE)
+        )
+        check_scenario(scenario, with_law=False)
+        self._prepare(scenario, ())
+        self._identity = LawIdentity(OUTSIDE, "", "")
+        own, tick = self._run.own, Tick(self._run.own, self._size)
+        while not self.finished:
+            self.advance()
+            if own.asked == ASKED:
+                yield tick.arrive()
+                own.asked = ANSWERED
+
+    _law: LawCode | Replay | None
+    _identity: LawIdentity | None
+    _replays_all = False
+
+    def _prepare(self, scenario: Scenario, diagnostics: tuple[Diagnostic, ...]) -> None:
+        """Everything of a run that has not begun."""
         self.scenario = scenario
         self.outcome: Outcome | None = None
         self._reason: Reason | None = None
-        self.shape = TraceShape(
-            len(scenario.fingers), tuple(e.parameter for e in scenario.estimates)
-        )
-        self._keeps_trace = keep_trace
+        self._law, self._identity = None, None
+        unknowns = tuple(e.parameter for e in scenario.estimates)
+        self.shape = TraceShape(len(scenario.fingers), unknowns, diagnostics)
+        self._size = len(scenario.fingers), len(unknowns)
         self._schedule = Schedule(scenario)
-        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=keep_trace)
-        self._model = self._schedule.pack()
+        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=self._keeps_trace)
+        self._model = self._pack()
         self._first = True
         self._same_ticks = False
         self._rows: list[np.ndarray] = []
+        self._ticks: list[np.ndarray] = []
         self._changes: list[PhaseChange] = []
 
     @property
@@ -92,12 +167,19 @@ class Simulation:
             max_steps=_STEPS_PER_PIECE,
         )
         self._collect()
+        if self._law is not None and self._law.interrupt is not None:
+            raise self._law.interrupt
+        if status != RUNNING:
+            self._pass_end(status)
+
+    def _pass_end(self, status: int) -> None:
+        """Goes on with the next stretch, or ends the run."""
         contact, slips = int(self._run.concerned), self._slips()
         if status == REACHED and not self._schedule.is_last:
             self._begin_stretch(self._schedule.pass_instant(*slips))
         elif status == LEFT_FACE and self._schedule.cross_edge(contact, *slips):
             self._begin_stretch([])
-        elif status != RUNNING:
+        else:
             self._finish(status)
 
     def end(self, outcome: Outcome, reason: Reason) -> None:
@@ -117,7 +199,8 @@ class Simulation:
             reason=self._reason,
             warnings=describe_warnings(self._run),
             metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
-            provenance=present_provenance(),
+            provenance=replace(present_provenance(), law=self._identity),
+            ticks=self.ticks_from(0),
         )
 
     def all_rows(self) -> np.ndarray:
@@ -148,6 +231,16 @@ class Simulation:
         parts.append(np.empty((0, self.shape.num_columns)))
         return Trace.from_rows(self.shape, np.concatenate(parts[::-1]))
 
+    @property
+    def num_ticks(self) -> int:
+        """Control ticks so far; 0 where control is continuous."""
+        return sum(map(len, self._ticks)) + int(self._outlet.num_ticks)
+
+    def ticks_from(self, tick: int) -> Ticks:
+        """What the law answered so far, from one of the ticks on."""
+        last = ticks_in(self._outlet, Ticks.num_columns(self.shape))
+        return Ticks.from_rows(self.shape, np.concatenate([*self._ticks, last])[tick:])
+
     def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
         """The phase changes so far, from one of them on."""
         return tuple(self._changes[index:])
@@ -172,7 +265,10 @@ class Simulation:
         if outlet.num_rows > ROWS_BEFORE_PAUSE:
             self._rows.append(rows_in(outlet, self.shape.num_columns).copy())
             outlet.num_rows = 0
-        if self._keeps_trace:
+        if outlet.num_ticks >= TICKS_BEFORE_PAUSE:
+            self._ticks.append(ticks_in(outlet, Ticks.num_columns(self.shape)).copy())
+            outlet.num_ticks = 0
+        if self._keeps_trace and run.num_changes:
             for t, contact, before, after in outlet.changes[: run.num_changes].tolist():
                 self._changes.append(
                     PhaseChange(
@@ -194,17 +290,31 @@ class Simulation:
 
     def _begin_stretch(self, changes: list[Change]) -> None:
         """Goes over to the constants that hold from now on."""
-        before, self._model = self._model, self._schedule.pack()
+        before, self._model = self._model, self._pack()
         for change in changes:
             _reset_estimate(self._run, self._schedule.present, change)
         self._same_ticks = before.law.period == self._model.law.period
         self._first = False
         self._run.begun = 0
 
+    def _pack(self) -> Record:
+        """The constants of the present stretch."""
+        model, present = self._schedule.pack(), self._schedule.present
+        model.num_diagnostics = len(self.shape.diagnostics)
+        model.law.facts.is_own |= self._replays_all
+        set_parameters(own_law_in(present), present.controller.parameters, self._run.own)
+        return model
+
     def _finish(self, status: int) -> None:
         if status == REACHED:
             assert self._run.tally.time == self.scenario.simulation.duration
             self.outcome = Outcome.COMPLETED
+            return
+        if status == LAW_FAILED:
+            found = "its answer is not finite" if self._law is None else self._law.explain()
+            kind = self._schedule.present.controller.kind
+            self.outcome = Outcome.FAILED
+            self._reason = describe_law_failure(kind, found, self.time)
             return
         contact = int(self._run.concerned)
         trace = Trace.from_rows(self.shape, self._last_row())

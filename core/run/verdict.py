@@ -13,8 +13,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult, RunSummary
-from slipgrasp.core.scenario import CONTROL_LAWS, FingerParameters, Scenario
+from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.loading import load_scenario, preset_names
+from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import (
@@ -204,7 +205,7 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
     time = float(trace.times[row])
     present = scenario_at(scenario, time + _ROUNDING)
     controller = present.controller
-    if not CONTROL_LAWS[controller.kind].uses_friction or controller.grasp_force != "minimum":
+    if not law_of(controller.kind).uses_friction or controller.grasp_force != "minimum":
         return None
     believed = float(trace.estimates[row - 1, index])
     true = float(trace.friction_coefficient[row, contact])

@@ -21,14 +21,22 @@ from slipgrasp.core.scenario.motion import (
     TrajectoryParameters,
 )
 from slipgrasp.core.scenario.numerics import MAX_CHATTER_CHANGES, Change, SimulationParameters
-from slipgrasp.core.scenario.whole import MAX_FINGERS, MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario.whole import (
+    MAX_DIAGNOSTICS,
+    MAX_FINGERS,
+    MAX_LAW_PARAMETERS,
+    MAX_UNKNOWNS,
+    Scenario,
+)
 from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
 __all__ = [
     "CONTROL_LAWS",
     "LAW_FACTS",
     "MAX_CHATTER_CHANGES",
+    "MAX_DIAGNOSTICS",
     "MAX_FINGERS",
+    "MAX_LAW_PARAMETERS",
     "MAX_SET_POINTS",
     "MAX_TABLE_ROWS",
     "MAX_UNKNOWNS",

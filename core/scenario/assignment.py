@@ -16,6 +16,12 @@ from slipgrasp.core.scenario.field_errors import (
     template_keys,
     unknown_key,
 )
+from slipgrasp.core.scenario.own_laws import (
+    LAW_PARAMETERS,
+    is_of_unknown_law,
+    kinds_in,
+    law_parameters,
+)
 from slipgrasp.core.scenario.parameters import describe
 
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
@@ -41,6 +47,8 @@ def replaced(node: Any, path: list[str], value: Any) -> Any:
 def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -> FieldError | None:
     """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
     *parents, last = key.split(".")
+    if ".".join(parents) == LAW_PARAMETERS:
+        return _assign_law_parameter(scenario, mapping["controller"], last, value)
     node: Any = mapping
     for i, part in enumerate(parents):
         node = _child(node, part, ".".join(parents[: i + 1]))
@@ -58,6 +66,22 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
             node[last] = value
     else:
         return unknown_key(scenario, key)
+    return None
+
+
+def _assign_law_parameter(
+    scenario: Scenario, controller: dict[str, Any], name: str, value: Any
+) -> FieldError | None:
+    """Sets a parameter of a law of one's own; None makes it what the law declares."""
+    kinds, key = [controller["kind"], *kinds_in(scenario)], f"{LAW_PARAMETERS}.{name}"
+    is_known = any(name in law_parameters(kind) for kind in kinds)
+    if not (is_known or is_of_unknown_law(scenario, key)):
+        return unknown_key(scenario, key)
+    parameters = controller.setdefault("parameters", {})
+    if value is None:
+        parameters.pop(name, None)
+    else:
+        parameters[name] = value
     return None
 
 

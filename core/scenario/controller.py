@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, Len
+from pydantic import AfterValidator, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG
+from slipgrasp.core.scenario.field_types import CONFIG, FrozenMapping
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
 
-if TYPE_CHECKING:
-    LawKind = str
-else:
-    LawKind = Literal[*CONTROL_LAWS]
+# Which names there are is checked with the whole scenario: a recording may have a law of one's own.
+LawKind = Annotated[
+    str,
+    StringConstraints(pattern=LAW_NAME),
+    WithJsonSchema({"type": "string", "pattern": LAW_NAME, "examples": [*CONTROL_LAWS]}),
+]
 
 Gain = Annotated[float, Ge(0.0), Le(1e6)]
 # What is not zero is not so near to it that other numbers overflow.
@@ -32,8 +36,15 @@ class ControllerParameters:
         Quantity(
             "Control law. " + " ".join(f"{law.kind}: {law.summary}" for law in _LAWS),
             changeable=True,
+            choices=law_names,
         ),
     ] = "theorem-4"
+    # Of a law of one's own, which says what they are; what it lacks here is as the law declares.
+    parameters: Annotated[
+        dict[Annotated[str, StringConstraints(pattern=PARAMETER_NAME)], float],
+        Len(0, 64),
+        AfterValidator(FrozenMapping),
+    ] = FrozenMapping()
     control_period: Annotated[
         float,
         Ge(0.0),

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Le
 from pydantic import ConfigDict
 
 CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class FrozenMapping(dict[str, Any]):
+    """Named values that nobody changes, so that what holds them can be a key of a cache."""
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
 
 Coordinate = Annotated[float, Ge(-1e3), Le(1e3)]
 

@@ -22,9 +22,8 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.field_errors import nearest, shortened, single_error
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
-
-LAW = "controller.kind"
 
 _GRIP_FORCE = "controller.grip_force"
 _FIRMNESS = 1.5
@@ -75,9 +74,9 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
     Raises:
         ScenarioError: If there is no such law, or something in the scenario rules it out.
     """
-    if kind not in CONTROL_LAWS:
-        known = ", ".join(CONTROL_LAWS)
-        near = nearest(kind, CONTROL_LAWS)
+    if kind not in law_names():
+        known = ", ".join(law_names())
+        near = nearest(kind, law_names())
         message = f"'{shortened(kind)}' is no control law{near}; laws: {known}"
         raise single_error(LAW, kind, f"one of {known}", message)
     constant = replace(scenario, changes=tuple(_apart_from_laws(scenario)))
@@ -98,7 +97,7 @@ def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]
     """
     if kind == scenario.controller.kind:
         return {}
-    law = CONTROL_LAWS[kind]
+    law = law_of(kind)
     unsuitable = {
         setting.key: setting.value
         for setting in _settings_of(law, scenario)

@@ -61,6 +61,7 @@ class ControlLaw:
         uses_friction: Whether its grip follows from the friction that it believes in; otherwise
             from ``controller.grip_force``.
         reacts_to_slip: Whether its grip grows because a contact slips.
+        is_own: Whether it is none of the program's, but a user's (docs/laws.md).
         stops_slip_with: Keys of the parameters that end a slip sooner where they are larger.
         learns_with: Keys of the parameters that make its estimates change faster where they are
             larger.
@@ -77,6 +78,7 @@ class ControlLaw:
     pulls_back: bool = False
     uses_friction: bool = True
     reacts_to_slip: bool = False
+    is_own: bool = False
     stops_slip_with: tuple[str, ...] = ()
     learns_with: tuple[str, ...] = ()
     settings: tuple[LawSetting, ...] = ()

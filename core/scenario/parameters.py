@@ -9,11 +9,13 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, Literal
 
 import annotated_types
+
+from slipgrasp.core.scenario.own_laws import law_parameters
 
 ParameterValue = float | int | bool | str | tuple[float, ...] | None
 ParameterKind = Literal["number", "integer", "boolean", "choice", "text", "number-or-list"]
@@ -29,6 +31,7 @@ class Quantity:
         typical: Range in which a slider moves; the bounds are wider.
         changeable: Whether a timed change may set it during a run.
         used_by: The kinds of its part that use it, such as control laws; all of them if empty.
+        choices: Gives the words to choose from, where they are not known beforehand.
     """
 
     text: str
@@ -36,6 +39,7 @@ class Quantity:
     typical: tuple[float, float] | None = None
     changeable: bool = False
     used_by: tuple[str, ...] = ()
+    choices: Callable[[], tuple[str, ...]] | None = None
 
     @property
     def sentence(self) -> str:
@@ -106,6 +110,9 @@ def iterate_parameters(node: Any, prefix: str = "") -> Iterator[Parameter]:
     hints = hints_of(type(node))
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
+        if isinstance(value, Mapping):
+            yield from _describe_law_parameters(f"{prefix}{field.name}", node.kind, value)
+            continue
         yield from _describe_value(f"{prefix}{field.name}", hints[field.name], value)
 
 
@@ -181,6 +188,29 @@ def parameter_differences(a: Any, b: Any) -> Iterator[ParameterDifference]:
             yield ParameterDifference(key=key, a=values[0], b=values[1], unit=unit)
 
 
+def _describe_law_parameters(
+    key: str, kind: str, values: Mapping[str, float]
+) -> Iterator[Parameter]:
+    """The parameters of a law of one's own: as it declares them, or bare where it is not known."""
+    declared = law_parameters(kind)
+    for name, parameter in declared.items():
+        yield Parameter(
+            key=f"{key}.{name}",
+            value=values.get(name, parameter.value),
+            kind="number",
+            unit=parameter.unit,
+            text=f"{kind}: {parameter.text}",
+            minimum=parameter.minimum,
+            maximum=parameter.maximum,
+            typical=parameter.typical or (parameter.minimum, parameter.maximum),
+            changeable=True,
+            used_by=(kind,),
+        )
+    for name in (name for name in values if name not in declared):
+        text = f"A parameter of the law '{kind}', which is not known here."
+        yield Parameter(key=f"{key}.{name}", value=values[name], kind="number", unit="", text=text)
+
+
 def _describe_value(key: str, hint: Any, value: Any) -> Iterator[Parameter]:
     if dataclasses.is_dataclass(value):
         yield from iterate_parameters(value, f"{key}.")
@@ -236,20 +266,23 @@ def _parameter(key: str, base: Any, value: Any, quantity: Quantity, extras: list
     return Parameter(
         key=key,
         value=value,
-        kind=_kind(kinds),
+        kind="choice" if quantity.choices else _kind(kinds),
         unit=quantity.unit,
         text=quantity.sentence,
         minimum=low,
         maximum=high,
         exclusive_minimum=exclusive,
         typical=quantity.typical,
-        choices=tuple(
-            c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k)
-        ),
+        choices=quantity.choices() if quantity.choices else _words_of(kinds),
         optional=optional,
         changeable=quantity.changeable,
         used_by=quantity.used_by,
     )
+
+
+def _words_of(kinds: list[Any]) -> tuple[str, ...]:
+    """The words of a choice that are known beforehand."""
+    return tuple(c for k in kinds if typing.get_origin(k) is Literal for c in typing.get_args(k))
 
 
 def alternatives_of(base: Any) -> tuple[Any, ...]:

@@ -5,7 +5,7 @@ order; every number is a float64:
 
     number              itself; NaN where it is left out
     true or false       1 or 0
-    choice              its place among the choices, from 0
+    choice              its place among the choices, from 0; a law of one's own comes last
     text                the place in this table of the parameter that it names; NaN if none
     number or list      the list; a single number stands in every place
     list of any length  how many entries it has, then room for as many as it may have
@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.parameters import alternatives_of, hints_of, is_tuple, split_hint
 
 PARTS = (
@@ -51,7 +52,7 @@ def _layout(hint: Any) -> np.dtype:
     """How a value with this annotation lies in the table."""
     _, extras, base = split_hint(hint)
     if dataclasses.is_dataclass(base):
-        fields = hints_of(typing.cast(type, base)).items()
+        fields = _numbers_of(typing.cast(type, base)).items()
         return np.dtype([(name, _layout(inner)) for name, inner in fields])
     if is_tuple(base):
         inner = typing.get_args(base)
@@ -60,6 +61,15 @@ def _layout(hint: Any) -> np.dtype:
         return np.dtype([("count", NUMBER), ("entries", (_layout(inner[0]), (_most(extras),)))])
     room = _room_for_list(base)
     return np.dtype((NUMBER, (room,))) if room else NUMBER
+
+
+def _numbers_of(part: type) -> dict[str, Any]:
+    """The fields of a part that stand in the table; parameters of one's own laws do not."""
+    return {
+        name: hint
+        for name, hint in hints_of(part).items()
+        if typing.get_origin(split_hint(hint)[2]) is not dict
+    }
 
 
 def _most(extras: list[Any]) -> int:
@@ -130,6 +140,18 @@ def choices_of(part: type, name: str) -> tuple[str, ...]:
     return _choices(split_hint(hints_of(part)[name])[2])
 
 
+def choice_fields() -> dict[str, tuple[str, ...]]:
+    """The choices of every field that has some, by dotted key with ``*`` for indices."""
+    found = {}
+    for name in PARTS:
+        _, _, base = split_hint(hints_of(Scenario)[name])
+        part, prefix = (typing.get_args(base)[0], f"{name}.*") if is_tuple(base) else (base, name)
+        for field in hints_of(part):
+            if choices := choices_of(part, field):
+                found[f"{prefix}.{field}"] = choices
+    return found
+
+
 def write_table(scenario: Scenario, table: NDArray[np.float64]) -> None:
     """Writes the numbers of a scenario into a table that is all zero.
 
@@ -151,7 +173,7 @@ def _blocks() -> tuple[Callable[[Scenario, NDArray[np.float64]], None], ...]:
         if is_tuple(base):
             blocks.append(_list_block(name, hints[name]))
             continue
-        fields = hints_of(base)
+        fields = _numbers_of(base)
         for is_list, group in groupby(fields, lambda field: _is_list(fields[field])):  # noqa: B023
             if is_list:
                 blocks += [_list_block(f"{name}.{field}", fields[field]) for field in group]
@@ -216,9 +238,11 @@ def _part_writer(part: type, fields: list[str]) -> Writer:
 
 def _writer(hint: Any) -> Writer | None:
     """What gives the numbers of a value with this annotation; None for a plain number."""
-    _, _, base = split_hint(hint)
+    quantity, _, base = split_hint(hint)
+    if quantity is not None and quantity.choices is not None:
+        return lambda kind: (float(law_number(kind)),)
     if dataclasses.is_dataclass(base):
-        return _part_writer(typing.cast(type, base), list(hints_of(typing.cast(type, base))))
+        return _part_writer(typing.cast(type, base), list(_numbers_of(typing.cast(type, base))))
     if is_tuple(base):
         return lambda value: value
     if room := _room_for_list(base):

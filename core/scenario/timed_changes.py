@@ -9,6 +9,7 @@ from itertools import groupby
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import nearest, shortened
+from slipgrasp.core.scenario.own_laws import is_of_unknown_law, own_kind_in
 from slipgrasp.core.scenario.parameters import Parameter, describe
 
 
@@ -26,7 +27,7 @@ def check_changes(
     """
     if not scenario.changes:
         return
-    definitions = describe(replace(scenario, changes=()))
+    definitions = _definitions(scenario)
     errors = dict(_unchangeable(scenario, definitions))
     present = replace(scenario, changes=())
     order = sorted(set(range(len(scenario.changes))) - set(errors), key=_time_of(scenario))
@@ -39,6 +40,14 @@ def check_changes(
             errors |= dict(_misfits(scenario, indices, error))
     if errors:
         raise ScenarioError([errors[i] for i in sorted(errors)])
+
+
+def _definitions(scenario: Scenario) -> dict[str, Parameter]:
+    """Every parameter, those of a law of one's own also where it only comes later."""
+    kind = own_kind_in(scenario) or scenario.controller.kind
+    return describe(
+        replace(scenario, changes=(), controller=replace(scenario.controller, kind=kind))
+    )
 
 
 def _time_of(scenario: Scenario) -> Callable[[int], float]:
@@ -57,7 +66,10 @@ def _unchangeable(
     for i, change in enumerate(scenario.changes):
         key = f"changes.{i}.parameter"
         parameter = definitions.get(change.parameter)
-        if parameter is None and not _is_list_gain(change.parameter, definitions):
+        if parameter is None and not (
+            _is_list_gain(change.parameter, definitions)
+            or is_of_unknown_law(scenario, change.parameter)
+        ):
             near = nearest(change.parameter, definitions)
             yield (
                 i,

@@ -19,6 +19,8 @@ from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, Sen
 
 MAX_FINGERS = 6
 MAX_UNKNOWNS = 32
+MAX_DIAGNOSTICS = 8
+MAX_LAW_PARAMETERS = 64
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -54,7 +56,7 @@ class Scenario:
         )
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scenario as nested plain values, without what was left out (None)."""
+        """The scenario as nested plain values, without what was left out (None, no parameters)."""
         return asdict(self, dict_factory=_without_none)
 
 
@@ -63,4 +65,4 @@ def _ordinal(face: str, earlier: int) -> str:
 
 
 def _without_none(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    return {key: value for key, value in items if value is not None}
+    return {key: value for key, value in items if value is not None and value != {}}

@@ -13,6 +13,8 @@ from pydantic import ValidationError
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import echo, nearest, shortened, single_error
+from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
@@ -20,6 +22,7 @@ from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
     with_values,
 )
+from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.checks import check_document
 from slipgrasp.core.study.definition import (
@@ -46,7 +49,11 @@ MAX_FINDINGS = 10
 def load_study(path: str | Path) -> Study:
     """Loads a study file; its base is a preset or a scenario file, found from the study's folder.
 
+    ``law`` names a law for all its runs, ``laws`` makes several known: ``FILE.py:Name``, from the
+    study's folder, or the name of an installed one.
+
     Raises:
+        LawError: If a law that it names cannot be had.
         ScenarioError: With one entry per wrong field.
     """
     file = Path(path)
@@ -59,7 +66,29 @@ def load_study(path: str | Path) -> Study:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         message = f"'{path}' is not valid TOML: {error}"
         raise single_error("study", str(path), "TOML", message) from error
-    return study_from_mapping(mapping, lambda base: _base_from_file(base, file.parent))
+    for specification in _texts(mapping.pop("laws", []), "laws"):
+        _know(specification, file.parent)
+    laws = _texts([mapping.pop("law")] if "law" in mapping else [], "law")
+
+    def find_base(base: Any) -> Scenario:
+        found = _base_from_file(base, file.parent)
+        return with_law(found, _know(laws[0], file.parent)) if laws else found
+
+    return study_from_mapping(mapping, find_base)
+
+
+def _texts(values: Any, field: str) -> list[str]:
+    if isinstance(values, list) and all(isinstance(value, str) for value in values):
+        return values
+    message = f"{field} must name control laws: FILE.py:Name, or a name"
+    raise single_error(field, echo(values), None, message)
+
+
+def _know(specification: str, folder: Path) -> str:
+    """Name of a law that is built in, known, installed or in a file."""
+    if specification in law_names():
+        return specification
+    return load_law(specification, folder).name
 
 
 def study_from_mapping(mapping: Any, find_base: Callable[[Any], Scenario]) -> Study:

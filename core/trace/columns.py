@@ -88,6 +88,8 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
     if signal.per == "joint":
         joints = range(shape.width(signal) // shape.num_contacts)
         return tuple(f"{finger}_{joint}" for finger in contacts for joint in joints)
+    if signal.per == "diagnostic":
+        return tuple(diagnostic.name for diagnostic in shape.diagnostics)
     return shape.unknowns if signal.per == "unknown" else ("",)
 
 
@@ -96,6 +98,8 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
     if signal.per == "unknown":
         definitions = parameter_definitions()
         return [definitions[_as_of_first_finger(key)].unit for key in shape.unknowns]
+    if signal.per == "diagnostic":
+        return [diagnostic.unit for diagnostic in shape.diagnostics]
     units = signal.unit.split(", ")
     # One unit for all, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]

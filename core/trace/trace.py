@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hint
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.scenario.own_laws import Diagnostic
+
 if TYPE_CHECKING:
     import pandas
     import xarray
@@ -32,7 +34,8 @@ class Signal:
 
     Attributes:
         topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
-        per: What its entries stand for: "" (one number), coordinate, contact, joint, unknown.
+        per: What its entries stand for: "" (one number), coordinate, contact, joint, unknown,
+            diagnostic.
         unit: SI unit.
         text: One sentence.
         column: What the names of its columns begin with; its own name if None.
@@ -56,10 +59,17 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class TraceShape:
-    """How many contacts (one per finger) a trace has, and the dotted keys of its unknowns."""
+    """What the widths of a trace follow from.
+
+    Attributes:
+        num_contacts: How many contacts there are, one per finger.
+        unknowns: Dotted keys of what is estimated.
+        diagnostics: What a law of one's own tells of itself; empty where there is none.
+    """
 
     num_contacts: int
     unknowns: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
 
     def width(self, signal: Signal) -> int:
         """Number of columns of a signal."""
@@ -69,6 +79,7 @@ class TraceShape:
             "contact": self.num_contacts,
             "joint": JOINTS_PER_FINGER * self.num_contacts,
             "unknown": len(self.unknowns),
+            "diagnostic": len(self.diagnostics),
         }
         return widths[signal.per]
 
@@ -164,6 +175,15 @@ class Trace:
     joint_torque: Annotated[
         Floats, Signal("joints", "joint", "N m", "Torque that acts on the joint.", column="torque")
     ]
+    commanded_torque: Annotated[
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "N m",
+            "Torque that the law asked for last, before limits and latency.",
+        ),
+    ]
     estimates: Annotated[
         Floats,
         Signal(
@@ -186,6 +206,12 @@ class Trace:
     ]
     estimated_inertia_condition: Annotated[
         Floats, Signal("controller", "", "1", "The same of its estimate.")
+    ]
+    diagnostics: Annotated[
+        Floats,
+        Signal(
+            "controller", "diagnostic", "", "What a law of one's own tells of itself.", column="law"
+        ),
     ]
     kinetic_energy: Annotated[
         Floats, Signal("energy", "", "J", "Kinetic energy of object and fingers.")

@@ -7,7 +7,7 @@ way, so its name is made of facts of its scenario alone: ``paper-case-2 · compo
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, lru_cache
 from itertools import groupby
@@ -141,6 +141,8 @@ def _differences(old: Any, new: Any, prefix: str = "") -> Iterator[tuple[str, An
             continue
         if is_dataclass(after):
             yield from _differences(before, after, f"{key}.")
+        elif isinstance(after, Mapping):
+            yield from ((f"{key}.{name}", v) for name, v in after.items() if before.get(name) != v)
         elif field.name.startswith("link_"):
             pairs = enumerate(zip(before, after, strict=True))
             yield from ((f"{key}.{i}", own) for i, (was, own) in pairs if was != own)

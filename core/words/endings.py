@@ -388,6 +388,25 @@ def describe_stop(t: float) -> Reason:
     )
 
 
+def describe_law_failure(kind: str, found: str, t: float) -> Reason:
+    """The reason of a run whose law gave no answer at ``t`` [s].
+
+    Args:
+        kind: Name of the law.
+        found: What was wrong, with the line of its code where that is known.
+        t: When.
+    """
+    return Reason(
+        code="law_failed",
+        message=f"the law '{kind}' failed at {t:.5g} s: {found}",
+        contact=None,
+        time=t,
+        value=None,
+        limit=None,
+        hint="mend the law; what was simulated until then is kept",
+    )
+
+
 def describe_wall_limit(t: float, wall_limit: float) -> Reason:
     """The reason of a run that reached its limit of computing time [s] at ``t`` [s]."""
     return Reason(

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipgrasp.core.scenario import CONTROL_LAWS, ControlLaw, ControllerParameters, Scenario
+from slipgrasp.core.scenario import ControlLaw, ControllerParameters, Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
+from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.unknowns import unit_of_unknown
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.misbelief import turns, worst_beliefs
@@ -46,7 +47,7 @@ class Situation:
     @property
     def law(self) -> ControlLaw:
         """Facts about its law."""
-        return CONTROL_LAWS[self.controller.kind]
+        return law_of(self.controller.kind)
 
     @property
     def is_torque_limited(self) -> bool:
@@ -105,6 +106,8 @@ def squeeze_harder(situation: Situation) -> Iterator[str]:
     scenario, controller = situation.scenario, situation.controller
     if situation.is_torque_limited:
         yield from raise_(scenario, "actuation.torque_limit")
+    if situation.law.is_own:
+        return
     most, key = controller.maximum_normal_force, "controller.maximum_normal_force"
     is_bounded = most is not None and situation.last.normal_force[0].max() >= _NEARLY_ALL * most
     if is_bounded:

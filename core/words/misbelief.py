@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.unknowns import name_unknown, parse_unknown, unit_of_unknown
 from slipgrasp.core.trace.trace import Trace
 
@@ -53,7 +54,7 @@ def worst_beliefs(
         true: What they should be.
         turns: Whether the object turns.
     """
-    uses_friction = CONTROL_LAWS[scenario.controller.kind].uses_friction
+    uses_friction = law_of(scenario.controller.kind).uses_friction
     ignored = {"friction": not uses_friction, "object_inertia": not turns}
     kinds = [_kind(scenario, estimate.parameter) for estimate in scenario.estimates]
     distances = [_distance(*pair) for pair in zip(believed, true, strict=True)]

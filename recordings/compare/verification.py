@@ -14,6 +14,7 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.scenario.own_laws import own_kind_in
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.compare.reproduction import (
     TIME_TOLERANCE,
@@ -37,6 +38,7 @@ class Verification:
         same: Whether the recording holds what was computed, and was not altered.
         bit_for_bit: Whether every bit had to agree; else the tolerance of
             `slipgrasp.recordings.compare.reproduction` applied.
+        replayed: Whether the recorded answers of a law of one's own stood for its code.
         whole: Whether the whole run was compared; one that was cut short (stopped, limit
             of computing time, failed, recovered) is compared as far as it was recorded.
         num_samples: Samples that were compared.
@@ -49,6 +51,7 @@ class Verification:
 
     same: bool
     bit_for_bit: bool
+    replayed: bool
     whole: bool
     num_samples: int
     end_time: float
@@ -64,13 +67,20 @@ class Verification:
 
 
 def verify(
-    result: RunResult, *, unaltered: bool = True, progress: Progress | None = None
+    result: RunResult,
+    *,
+    unaltered: bool = True,
+    with_law: bool = False,
+    progress: Progress | None = None,
 ) -> Verification:
     """Computes a recorded run again and compares.
+
+    A law of one's own need not be here: its recorded answers are taken, and the plant is computed.
 
     Args:
         result: The run.
         unaltered: Whether the file it was read from has the hashes of what it holds.
+        with_law: Whether the code of a law of one's own is run as well.
         progress: Told the share that is done, from 0 to 1.
 
     Raises:
@@ -78,13 +88,19 @@ def verify(
     """
     whole, present = not _is_cut_short(result), present_provenance()
     bit_for_bit = result.provenance.kernel == present.kernel
-    computed = _compute_again(result, progress, bit_for_bit=bit_for_bit)
+    replayed = own_kind_in(result.scenario) is not None and not with_law
+    simulation = Simulation.replaying(result) if replayed else Simulation(result.scenario)
+    computed = _compute_again(result, simulation, progress, bit_for_bit=bit_for_bit)
     stretch = Stretch(recorded=result, computed=computed, whole=whole)
     found = find_bit_mismatches(stretch) if bit_for_bit else find_mismatches(stretch)
-    mismatches = tuple(found) or tuple(_own_mismatches(result))
+    mismatches = (
+        *_law_mismatch(result, computed),
+        *(tuple(found) or tuple(_own_mismatches(result))),
+    )
     return Verification(
         same=unaltered and not mismatches,
         bit_for_bit=bit_for_bit,
+        replayed=replayed,
         whole=whole,
         num_samples=len(result.trace),
         end_time=result.end_time,
@@ -93,6 +109,14 @@ def verify(
         recorded=result.provenance,
         present=present,
     )
+
+
+def _law_mismatch(recorded: RunResult, computed: RunResult) -> Iterator[Mismatch]:
+    """Another law of that name than the one that was recorded."""
+    then, now = recorded.provenance.law, computed.provenance.law
+    if then != now:
+        said = [None if law is None else f"{law.name} {law.digest[:12]}" for law in (then, now)]
+        yield Mismatch(what="law", time=None, recorded=said[0], computed=said[1])
 
 
 def _own_mismatches(result: RunResult) -> Iterator[Mismatch]:
@@ -111,10 +135,9 @@ def _is_cut_short(result: RunResult) -> bool:
 
 
 def _compute_again(
-    recorded: RunResult, progress: Progress | None, *, bit_for_bit: bool
+    recorded: RunResult, simulation: Simulation, progress: Progress | None, *, bit_for_bit: bool
 ) -> RunResult:
     """The run again, no further than it takes to see whether it is the recorded one."""
-    simulation = Simulation(recorded.scenario)
     wanted = len(recorded.trace) + (0 if _is_cut_short(recorded) else 1)
     until = recorded.end_time + TIME_TOLERANCE
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace, TraceShape
 from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.file.container import ChannelBlock, McapContainer
@@ -17,6 +18,7 @@ from slipgrasp.recordings.file.schemas import (
     CHECKPOINTS,
     PHASE_CHANGES,
     SAMPLE_TOPICS,
+    TICKS,
     Topic,
     own_topics,
     signals_of,
@@ -32,14 +34,16 @@ def layouts_of(shape: TraceShape, version: int = FORMAT_VERSION) -> dict[Topic, 
     layouts: dict[Topic, MessageLayout] = {}
     for channel, topic in enumerate(own_topics(version), start=1):
         widths = [field.width for field in topic.fields]
-        if topic not in (PHASE_CHANGES, CHECKPOINTS):
+        if topic == TICKS:
+            widths = list(Ticks.widths(shape))
+        elif topic.name not in (PHASE_CHANGES.name, CHECKPOINTS.name):
             widths = [1, *(shape.width(signal) for signal in signals_of(topic))]
         layouts[topic] = MessageLayout(topic, channel, widths)
     return layouts
 
 
 class ChunkWriter:
-    """Writes chunks of samples and phase changes, each ending with a checkpoint.
+    """Writes chunks of samples, phase changes and ticks, each ending with a checkpoint.
 
     Args:
         container: Where they go.
@@ -77,15 +81,19 @@ class ChunkWriter:
         """Hash of what was written so far."""
         return self._state.digest()
 
-    def write(self, rows: NDArray[np.float64], changes: Sequence[PhaseChange]) -> None:
+    def write(
+        self, rows: NDArray[np.float64], changes: Sequence[PhaseChange], ticks: NDArray[np.float64]
+    ) -> None:
         """Writes one chunk.
 
         Args:
             rows: Samples as `slipgrasp.core.trace.trace.Trace.to_rows` gives them.
             changes: Phase changes.
+            ticks: Ticks as `slipgrasp.core.trace.ticks.Ticks.to_rows` gives them.
         """
         chunk = _Chunk()
-        time = changes[-1].time if changes else 0.0
+        times = [*(change.time for change in changes[-1:]), *ticks[-1:, 0].tolist()]
+        time = max(times, default=0.0)
         if len(rows):
             time = rows[-1, 0]
             trace = Trace.from_rows(self._shape, rows)
@@ -93,9 +101,15 @@ class ChunkWriter:
             self._add_display(chunk, trace)
         if changes:
             self._add_one_by_one(chunk, PHASE_CHANGES, _columns_of_changes(changes))
+        if len(ticks):
+            columns = Ticks.from_rows(self._shape, ticks)
+            self._add_one_by_one(chunk, TICKS, {"t": columns.times, **_lists_of(columns)})
         self._state.add_samples(rows)
         self._state.add_phase_changes(changes)
-        self._add_one_by_one(chunk, CHECKPOINTS, self._checkpoint(time, len(rows), len(changes)))
+        self._state.add_ticks(ticks)
+        self._add_one_by_one(
+            chunk, CHECKPOINTS, self._checkpoint(time, len(rows), len(changes), len(ticks))
+        )
         self._container.add_chunk(b"".join(chunk.parts), chunk.blocks)
 
     def _add_samples(self, chunk: _Chunk, trace: Trace) -> None:
@@ -125,12 +139,13 @@ class ChunkWriter:
     def _pack(self, layout: MessageLayout, records: NDArray[Any], columns: Columns) -> None:
         layout.pack(records, columns, self._container.message_counts[layout.channel])
 
-    def _checkpoint(self, time: float, samples: int, changes: int) -> Columns:
+    def _checkpoint(self, time: float, samples: int, changes: int, ticks: int) -> Columns:
         counts = self._container.message_counts
         return {
             "t": np.array([time]),
             "samples": np.array([counts[self._samples[0].channel] + samples]),
             "phase_changes": np.array([counts[self.layouts[PHASE_CHANGES].channel] + changes]),
+            "ticks": np.array([counts[self.layouts[TICKS].channel] + ticks]),
             "documents_hash": self._documents[None],
             "state_hash": np.frombuffer(self.state, "<u8")[None],
         }
@@ -155,6 +170,10 @@ class _Chunk:
             offset += records.dtype.itemsize
         self.parts.append(table.tobytes())
         self._size += table.nbytes
+
+
+def _lists_of(ticks: Ticks) -> Columns:
+    return {name: getattr(ticks, name) for name in ("commands", "estimates", "diagnostics")}
 
 
 def _columns_of_changes(changes: Sequence[PhaseChange]) -> Columns:

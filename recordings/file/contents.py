@@ -13,6 +13,7 @@ from slipgrasp.core.run.metrics import METRICS, metrics_of_trace
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
 from slipgrasp.recordings.exceptions import (
@@ -35,6 +36,7 @@ from slipgrasp.recordings.file.schemas import (
     CHECKPOINTS,
     PHASE_CHANGES,
     SAMPLE_TOPICS,
+    TICKS,
     TIME_SIGNAL,
     signals_in,
 )
@@ -87,6 +89,7 @@ class Contents:
             warnings=ending.warnings,
             metrics=ending.metrics,
             provenance=self._provenance(),
+            ticks=self._ticks(),
         )
 
     def is_unaltered(self) -> bool:
@@ -117,7 +120,8 @@ class Contents:
             reason=_reason(end),
             warnings=(),
             metrics=metrics_of_trace(trace, changes, Outcome.RECOVERED),
-            provenance=self._provenance(),
+            provenance=so_far._provenance(),
+            ticks=so_far._ticks(),
         )
 
     def _is_complete(self) -> bool:
@@ -129,7 +133,9 @@ class Contents:
         if len(checkpoints["t"]) == 0:
             raise NothingToRecoverError(self.name, "it ends before its first sample")
         last = {name: values[-1] for name, values in checkpoints.items()}
-        so_far = self._cut(int(last["samples"]), int(last["phase_changes"]))
+        so_far = self._cut(
+            int(last["samples"]), int(last["phase_changes"]), int(last.get("ticks", 0))
+        )
         state = so_far._state_hash(so_far.trace(), so_far._phase_changes())
         if (
             last["documents_hash"].tobytes() != self._documents()
@@ -141,12 +147,13 @@ class Contents:
     def _up_to_shortest(self) -> Contents:
         """Format 1 had no checkpoints: as many samples as every topic has."""
         samples = min(len(self.columns[topic.name]["t"]) for topic in SAMPLE_TOPICS)
-        return self._cut(samples, len(self.columns[PHASE_CHANGES.name]["t"]))
+        return self._cut(samples, len(self.columns[PHASE_CHANGES.name]["t"]), 0)
 
-    def _cut(self, samples: int, changes: int) -> Contents:
+    def _cut(self, samples: int, changes: int, ticks: int) -> Contents:
         if samples == 0:
             raise NothingToRecoverError(self.name, "it ends before its first sample")
-        lengths = {topic.name: samples for topic in SAMPLE_TOPICS} | {PHASE_CHANGES.name: changes}
+        lengths = {topic.name: samples for topic in SAMPLE_TOPICS}
+        lengths |= {PHASE_CHANGES.name: changes, TICKS.name: ticks}
         columns = {
             name: {key: values[: lengths.get(name)] for key, values in columns.items()}
             for name, columns in self.columns.items()
@@ -167,12 +174,14 @@ class Contents:
             rows = trace[start : start + _HASHED_AT_ONCE]
             state.add_samples(rows.to_rows(signals_in(version)))
         state.add_phase_changes(changes)
+        if (ticks := self._ticks()) is not None:
+            state.add_ticks(ticks.to_rows())
         return state.digest()
 
     def _provenance(self) -> Provenance:
         try:
             return read_provenance(self.metadata[START])
-        except KeyError as error:
+        except (KeyError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
 
     def _ending(self) -> Ending:
@@ -208,7 +217,7 @@ class Contents:
         except ValueError as error:
             raise self._damaged(f"its scenario is not valid: {error}") from error
         unknowns = tuple(estimate.parameter for estimate in scenario.estimates)
-        if self.shape != TraceShape(len(scenario.fingers), unknowns):
+        if (self.shape.num_contacts, self.shape.unknowns) != (len(scenario.fingers), unknowns):
             raise self._damaged("its scenario does not belong to its samples")
         return scenario
 
@@ -264,6 +273,18 @@ class Contents:
             )
         except ValueError as error:
             raise self._damaged("it holds a phase that does not exist") from error
+
+    def _ticks(self) -> Ticks | None:
+        """What the law answered; None where the format did not record it."""
+        if TICKS.name not in self.columns:
+            return None
+        columns = dict(self.columns[TICKS.name])
+        ticks = Ticks(times=columns.pop("t"), **columns)
+        if not all(np.isfinite(values).all() for values in columns.values()):
+            raise self._damaged("it holds a command that is not finite")
+        if (np.diff(ticks.times) <= 0.0).any():
+            raise self._damaged("its ticks are not in time order")
+        return ticks
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self.name, finding)

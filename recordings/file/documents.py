@@ -19,9 +19,10 @@ from pydantic import TypeAdapter
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import MAX_FINGERS, MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_FINGERS, MAX_UNKNOWNS, Scenario
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping
+from slipgrasp.core.scenario.own_laws import Diagnostic, LawIdentity
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.state_hash import digest_of
@@ -53,10 +54,13 @@ def start_document(
     shape: TraceShape, provenance: Provenance, seed: int, display_rate: float
 ) -> dict[str, str]:
     """Versions of format and program, seed of the noise, and the widths of the signals."""
+    law = provenance.law
     return {
         "format": str(FORMAT_VERSION),
         "program": provenance.program,
         "kernel": provenance.kernel,
+        **({} if law is None else {"law": json.dumps(asdict(law))}),
+        "diagnostics": json.dumps(shape.diagnostics),
         "seed": str(seed),
         "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
@@ -66,7 +70,8 @@ def start_document(
 
 def read_provenance(start: Mapping[str, str]) -> Provenance:
     """What computed the run; format 1 did not tell the kernel."""
-    return Provenance(program=start["program"], kernel=start.get("kernel", ""))
+    law = _read(LawIdentity, start["law"]) if "law" in start else None
+    return Provenance(program=start["program"], kernel=start.get("kernel", ""), law=law)
 
 
 def documents_hash(start: Mapping[str, str], scenario: bytes) -> bytes:
@@ -85,7 +90,10 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     unknowns = tuple(map(str, parse_json(start["unknowns"])))
     if not 1 <= num_contacts <= MAX_FINGERS or len(unknowns) > MAX_UNKNOWNS:
         raise ValueError("more contacts or unknowns than a scenario can have")
-    return TraceShape(num_contacts, unknowns)
+    diagnostics = _read(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
+    if len(diagnostics) > MAX_DIAGNOSTICS:
+        raise ValueError("more diagnostics than a law can have")
+    return TraceShape(num_contacts, unknowns, diagnostics)
 
 
 def scenario_document(scenario: Scenario) -> bytes:
@@ -95,7 +103,7 @@ def scenario_document(scenario: Scenario) -> bytes:
 
 def read_scenario(document: bytes) -> Scenario:
     """The inverse of `scenario_document`, validated."""
-    return scenario_from_mapping(parse_json(document))
+    return scenario_from_mapping(parse_json(document), with_law=False)
 
 
 @cache

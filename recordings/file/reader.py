@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.validation.control import MIN_CONTROL_PERIOD
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.recordings.exceptions import (
     AlteredRecordingError,
@@ -39,7 +40,7 @@ from slipgrasp.recordings.file.documents import (
 )
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
-from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, Topic
+from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TICKS, Topic
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
@@ -338,6 +339,9 @@ class Reading:
         # Each event gives two samples, of which each contact may change its phase at most once.
         if samples > regular + 2 * changes + EVENTS_TO_SPARE:
             raise self._damaged(f"it states {samples} samples, more than its scenario gives")
+        most = math.ceil(simulation.duration / MIN_CONTROL_PERIOD) + EVENTS_TO_SPARE
+        if counts.get(TICKS, 0) > most:
+            raise self._damaged(f"it states {counts[TICKS]} ticks, more than its scenario gives")
         if changes > self._shape.num_contacts * (samples + EVENTS_TO_SPARE):
             raise self._damaged(f"it states {changes} phase changes at {samples} samples")
 

@@ -139,6 +139,7 @@ class _Recorder:
             writer.write(
                 simulation.trace_from(writer.num_samples),
                 simulation.phase_changes_from(writer.num_phase_changes),
+                simulation.ticks_from(writer.num_ticks),
             )
             if is_due:
                 writer.flush()
@@ -160,7 +161,8 @@ class _Recorder:
             raise self._failure
         writer = self._writer
         rest = result.trace[writer.num_samples :]
-        writer.write(rest, result.phase_changes[writer.num_phase_changes :])
+        ticks = None if result.ticks is None else result.ticks[writer.num_ticks :]
+        writer.write(rest, result.phase_changes[writer.num_phase_changes :], ticks)
         writer.write_ending(result)
 
 

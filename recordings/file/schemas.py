@@ -14,7 +14,11 @@ from typing import Literal
 
 from slipgrasp.core.trace.trace import SIGNALS, Signal
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
-from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FORMAT_VERSION
+from slipgrasp.recordings.file.versions import (
+    FIRST_FORMAT_WITH,
+    FIRST_FORMAT_WITH_TICKS,
+    FORMAT_VERSION,
+)
 
 TIME_SIGNAL = SIGNALS[0]
 PACKAGE = "slipgrasp"
@@ -105,23 +109,40 @@ PHASE_CHANGES = Topic(
     ),
 )
 
-CHECKPOINTS = Topic(
-    "/slipgrasp/checkpoints",
-    "Checkpoint",
+TICKS = Topic(
+    "/slipgrasp/ticks",
+    "Tick",
     (
+        Field("t", "double", False, "Time of a tick of sampled control. [s]"),
+        Field("commands", "double", True, "Torque that the law asked for, before limits. [N m]"),
+        Field("estimates", "double", True, "What it believed then."),
+        Field("diagnostics", "double", True, "What a law of one's own told of itself."),
+    ),
+)
+"""One message per tick of sampled control: with them a run is made again without its law."""
+
+
+def _checkpoints(version: int) -> Topic:
+    fields = (
         Field("t", "double", False, "Time of the last sample so far. [s]"),
         Field("samples", "fixed32", False, "How many samples there are so far."),
         Field("phase_changes", "fixed32", False, "How many phase changes there are so far."),
         Field("documents_hash", "fixed64", True, "Hash of start and scenario.", HASH_WORDS),
         Field("state_hash", "fixed64", True, "Hash of the run so far.", HASH_WORDS),
-    ),
-)
+    )
+    if version >= FIRST_FORMAT_WITH_TICKS:
+        fields += (Field("ticks", "fixed32", False, "How many ticks there are so far."),)
+    return Topic("/slipgrasp/checkpoints", "Checkpoint", fields)
+
+
+CHECKPOINTS = _checkpoints(FORMAT_VERSION)
 """One message at the end of every chunk: what proves that a file without an end is whole so far."""
 
 
 def own_topics(version: int) -> tuple[Topic, ...]:
     """The topics of a format, in the order of their channels."""
-    return (*_sample_topics(version), PHASE_CHANGES, CHECKPOINTS)
+    topics = (*_sample_topics(version), PHASE_CHANGES, _checkpoints(version))
+    return (*topics, TICKS) if version >= FIRST_FORMAT_WITH_TICKS else topics
 
 
 OWN_TOPICS = own_topics(FORMAT_VERSION)

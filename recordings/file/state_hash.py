@@ -1,4 +1,4 @@
-"""The hash of what happened in a run: of every bit of its samples and phase changes.
+"""The hash of what happened in a run: of every bit of its samples, phase changes and ticks.
 
 It grows with the run, so that a recording can state it after every chunk, and does not
 depend on how the samples came in pieces. Scenario, versions and container have no part in
@@ -16,7 +16,11 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import PhaseChange
-from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH_SHA256, FORMAT_VERSION
+from slipgrasp.recordings.file.versions import (
+    FIRST_FORMAT_WITH_SHA256,
+    FIRST_FORMAT_WITH_TICKS,
+    FORMAT_VERSION,
+)
 
 HASH_BYTES = 16
 
@@ -24,7 +28,7 @@ _CHANGE = struct.Struct("<dibb")
 
 
 class StateHash:
-    """The hash of the samples and phase changes added so far.
+    """The hash of the samples, phase changes and ticks added so far.
 
     Args:
         format_version: Of the recording that states it.
@@ -37,6 +41,7 @@ class StateHash:
             else hashlib.blake2b(digest_size=HASH_BYTES)
         )
         self._changes = hashlib.blake2b(digest_size=HASH_BYTES)
+        self._ticks = hashlib.sha256() if format_version >= FIRST_FORMAT_WITH_TICKS else None
 
     def add_samples(self, rows: NDArray[np.float64]) -> None:
         """Adds samples as `slipgrasp.core.trace.trace.Trace.to_rows` gives them."""
@@ -48,9 +53,15 @@ class StateHash:
             phases = change.from_phase, change.to_phase
             self._changes.update(_CHANGE.pack(change.time, change.contact, *phases))
 
+    def add_ticks(self, rows: NDArray[np.float64]) -> None:
+        """Adds ticks as `slipgrasp.core.trace.ticks.Ticks.to_rows` gives them."""
+        if self._ticks is not None:
+            self._ticks.update(np.ascontiguousarray(rows, dtype="<f8").data)
+
     def digest(self) -> bytes:
         """The hash so far, `HASH_BYTES` long."""
-        return digest_of(self._samples.digest(), self._changes.digest())
+        ticks = () if self._ticks is None else (self._ticks.digest(),)
+        return digest_of(self._samples.digest(), self._changes.digest(), *ticks)
 
 
 def state_hash(result: RunResult) -> str:
@@ -58,6 +69,8 @@ def state_hash(result: RunResult) -> str:
     state = StateHash()
     state.add_samples(result.trace.to_rows())
     state.add_phase_changes(result.phase_changes)
+    if result.ticks is not None:
+        state.add_ticks(result.ticks.to_rows())
     return state.digest().hex()
 
 

@@ -8,7 +8,16 @@ FORMAT_VERSION = 5
 FIRST_FORMAT_WITH_SHA256 = 3
 """Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
 
-FIRST_FORMAT_WITH = {"external_wrench": 4, "input_rank": 4, "controllability": 4}
+FIRST_FORMAT_WITH_TICKS = 5
+"""What the law answered at every tick was not recorded before."""
+
+FIRST_FORMAT_WITH = {
+    "external_wrench": 4,
+    "input_rank": 4,
+    "controllability": 4,
+    "commanded_torque": 5,
+    "diagnostics": 5,
+}
 """Signals and metrics that not every format holds, and since when.
 
 In the trace of an older file such a signal is absent; such a metric is computed from the samples.

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
 from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.exceptions import RecordingWriteError
@@ -45,7 +46,7 @@ from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.schemas import OWN_TOPICS, SCHEMA_VERSION, file_descriptor_set
 
 CHUNK_BYTES = 1 << 18
-MAX_CHANGES_PER_CHUNK = 4096
+MAX_PER_CHUNK = 4096
 
 
 def write_recording(
@@ -80,7 +81,7 @@ def write_recording(
         display_rate=display_rate,
         part_suffix=part_suffix,
     ) as writer:
-        writer.write(result.trace, result.phase_changes)
+        writer.write(result.trace, result.phase_changes, result.ticks)
         writer.write_ending(result)
 
 
@@ -123,8 +124,10 @@ class RecordingWriter:
         self._keep_part = keep_part
         self._rows = np.empty((0, shape.num_columns))
         self._changes: list[PhaseChange] = []
+        self._ticks = np.empty((0, Ticks.num_columns(shape)))
         self.num_samples = 0
         self.num_phase_changes = 0
+        self.num_ticks = 0
         self.is_regular = True
 
     def __enter__(self) -> Self:
@@ -153,12 +156,15 @@ class RecordingWriter:
         """How many samples fill a chunk."""
         return max(1, CHUNK_BYTES // self._chunks.row_bytes)
 
-    def write(self, trace: Trace, changes: Sequence[PhaseChange]) -> None:
-        """Appends samples, each as one message per topic, and phase changes.
+    def write(
+        self, trace: Trace, changes: Sequence[PhaseChange], ticks: Ticks | None = None
+    ) -> None:
+        """Appends samples, each as one message per topic, phase changes and ticks.
 
         Args:
             trace: The next samples.
             changes: The next phase changes; together with the samples of their times.
+            ticks: The next ticks likewise; None where the run has none recorded.
 
         Raises:
             RecordingWriteError: If a number is not finite.
@@ -167,6 +173,9 @@ class RecordingWriter:
         self._check_finite(rows, changes)
         self._rows = np.concatenate([self._rows, rows]) if len(self._rows) else rows
         self._changes += changes
+        if ticks is not None:
+            self._ticks = np.concatenate([self._ticks, ticks.to_rows()])
+            self.num_ticks += len(ticks)
         self.num_samples += len(rows)
         self.num_phase_changes += len(changes)
         full = self.samples_per_chunk
@@ -246,20 +255,22 @@ class RecordingWriter:
         self._channels[topic] = number
 
     def _write_chunk(self, rows: NDArray[np.float64]) -> None:
-        """Writes samples with the phase changes before the last of them."""
+        """Writes samples with the phase changes and ticks before the last of them."""
         due = sum(change.time < rows[-1, 0] for change in self._changes)
         changes, self._changes = self._changes[:due], self._changes[due:]
-        while len(changes) > MAX_CHANGES_PER_CHUNK:
-            self._chunks.write(rows[:0], changes[:MAX_CHANGES_PER_CHUNK])
-            changes = changes[MAX_CHANGES_PER_CHUNK:]
-        self._chunks.write(rows, changes)
+        due = int(np.searchsorted(self._ticks[:, 0], rows[-1, 0]))
+        ticks, self._ticks = self._ticks[:due], self._ticks[due:]
+        while len(changes) > MAX_PER_CHUNK or len(ticks) > MAX_PER_CHUNK:
+            self._chunks.write(rows[:0], changes[:MAX_PER_CHUNK], ticks[:MAX_PER_CHUNK])
+            changes, ticks = changes[MAX_PER_CHUNK:], ticks[MAX_PER_CHUNK:]
+        self._chunks.write(rows, changes, ticks)
 
     def _write_rest(self) -> None:
         if len(self._rows):
             self._write_chunk(self._rows)
-        for start in range(0, len(self._changes), MAX_CHANGES_PER_CHUNK):
-            changes = self._changes[start : start + MAX_CHANGES_PER_CHUNK]
-            self._chunks.write(self._rows[:0], changes)
+        for start in range(0, max(len(self._changes), len(self._ticks)), MAX_PER_CHUNK):
+            part = slice(start, start + MAX_PER_CHUNK)
+            self._chunks.write(self._rows[:0], self._changes[part], self._ticks[part])
 
     def _check_finite(self, rows: NDArray[np.float64], changes: Sequence[PhaseChange]) -> None:
         if not np.isfinite(rows).all():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any, Literal
 
 from mcap.records import Channel, Schema
@@ -72,7 +72,9 @@ def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
         ValueError: If it is not valid.
     """
     try:
-        study = study_from_mapping(parse_json(document), scenario_from_mapping)
+        study = study_from_mapping(
+            parse_json(document), partial(scenario_from_mapping, with_law=False)
+        )
     except ScenarioError as error:
         raise ValueError(str(error)) from error
     name = start.get("base", "")

@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import takewhile
 
 from slipgrasp.core.executors import Executor
+from slipgrasp.core.scenario.law_loading import refer_to
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.study_row import StudyRow
@@ -83,6 +84,7 @@ class _Tasks(Iterator[StudyTask]):
         share = math.ceil((study.num_runs - first) / (TASKS_PER_WORKER * max(num_workers, 1)))
         self._size = min(max(share, 1), RUNS_PER_CHUNK)
         self._left: deque[StudyTask] = deque()
+        self._laws = tuple(refer_to(law) for law in study.own_laws())
 
     @property
     def has_more(self) -> bool:
@@ -117,6 +119,7 @@ class _Tasks(Iterator[StudyTask]):
             base=self._study.base,
             values=tuple(self._study.values_of(index) for index in range(first, end)),
             recordings=self._study.recordings,
+            laws=self._laws,
         )
 
 

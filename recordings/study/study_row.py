@@ -74,6 +74,7 @@ def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> S
     state = StateHash()
     state.add_samples(simulation.all_rows())
     state.add_phase_changes(simulation.phase_changes_from(0))
+    state.add_ticks(simulation.ticks_from(0).to_rows())
     return StudyRow(
         index=index,
         values=dict(values),

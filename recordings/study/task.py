@@ -13,6 +13,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import prepare_kernel, run_to_end
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_loading import LawReference, admit
 from slipgrasp.core.study.definition import KeptRecordings, Value, apply_values
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.recordings.file.writer import write_recording
@@ -35,12 +36,14 @@ class StudyTask:
         base: The scenario that varies.
         values: What each run sets in it, by dotted key.
         recordings: Of which runs the recording is given back.
+        laws: The laws of one's own that they need.
     """
 
     first: int
     base: Scenario
     values: tuple[Mapping[str, Value], ...]
     recordings: KeptRecordings
+    laws: tuple[LawReference, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,9 +76,12 @@ def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
 
     Raises:
         Cancelled: If it was told to.
+        LawError: If a law is not the same here.
         ScenarioError: If a scenario cannot be simulated.
     """
     prepare_kernel()
+    for reference in task.laws:
+        admit(reference)
     started = time.monotonic()
     done: list[StudyRun] = []
     for place in range(len(task.values)):

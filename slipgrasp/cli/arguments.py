@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from slipgrasp.cli.scenarios import HelpWithParameters
 from slipgrasp.cli.status import CommandError, complain
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.store.store import RecordingStore
 
 NONE = "none"
+Read = TypeVar("Read")
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
@@ -25,9 +26,10 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="name of a preset, or a TOML file")
     parser.add_argument(
         "--law",
-        metavar="NAME",
+        metavar="NAME|FILE.py:Name",
         help="use this control law for the whole run, with the settings that it is meant for, such "
-        "as composite (controller.kind below lists them); --set comes after it",
+        "as composite (controller.kind below lists them), an installed one, or one of your own as "
+        "FILE.py:Name ('slipgrasp laws new' writes one); --set comes after it",
     )
     parser.add_argument(
         "--set",
@@ -51,12 +53,47 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """
     from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
 
-    scenario, assignments = load_scenario(arguments.scenario), arguments.assignments
+    assignments = arguments.assignments
+    scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
     if arguments.law is not None:
-        scenario = _with_law(scenario, arguments.law)
+        scenario = _with_law(scenario, know_law(arguments.law))
     if not assignments:
         return scenario
     return with_values(scenario, parse_assignments(assignments, settable_parameters(scenario)))
+
+
+def know_law(specification: str) -> str:
+    """The name of a law that is built in, installed, or in a file; known to this process then.
+
+    Raises:
+        LawError: If there is none.
+    """
+    from slipgrasp.core.scenario.law_loading import installed_law_names, load_law
+    from slipgrasp.core.scenario.own_laws import law_names
+
+    is_elsewhere = ".py:" in specification or specification in installed_law_names()
+    if specification in law_names() or not is_elsewhere:
+        return specification
+    return load_law(specification).name
+
+
+def with_installed_laws(read: Callable[[], Read]) -> Read:
+    """What is read; a law that it names is looked for among the installed packages."""
+    from slipgrasp.core.exceptions import ScenarioError
+
+    try:
+        return read()
+    except ScenarioError as error:
+        kinds = [e.value for e in error.errors if e.field.endswith("controller.kind")]
+        if not kinds or know_law(str(kinds[0])) not in _known_laws():
+            raise
+        return read()
+
+
+def _known_laws() -> tuple[str, ...]:
+    from slipgrasp.core.scenario.own_laws import law_names
+
+    return law_names()
 
 
 def _with_law(scenario: Scenario, kind: str) -> Scenario:

@@ -13,6 +13,7 @@ from slipgrasp.cli import (
     diff,
     export,
     figures,
+    laws,
     margin,
     prune,
     rebuild,
@@ -102,7 +103,7 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for command in (
         *(run, margin, study, rebuild, replay, diff, verify),
-        *(export, figures, recover, prune, scenarios, serve),
+        *(export, figures, recover, prune, scenarios, laws, serve),
     ):
         command.add_command(commands)
     return parser

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from slipgrasp.cli.arguments import add_data_directory, data_directory
+from slipgrasp.cli.arguments import add_data_directory, data_directory, know_law
 from slipgrasp.cli.prune import add_retention, read_retention
 from slipgrasp.cli.serving import (
     add_executor,
@@ -34,10 +34,21 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_retention(parser)
     add_log_format(parser)
     add_metrics(parser)
+    parser.add_argument(
+        "--law",
+        dest="laws",
+        metavar="NAME|FILE.py:Name",
+        action="append",
+        default=[],
+        help="offer this law of your own, too; may be repeated. Requests name laws that are "
+        "offered, and can bring no others",
+    )
     parser.set_defaults(execute=_execute)
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
+    for specification in arguments.laws:
+        know_law(specification)
     folder = data_directory(arguments.data_directory)
     return serve_dashboard(
         arguments,

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from slipgrasp.cli.arguments import add_data_directory, recording_path
+from slipgrasp.cli.arguments import add_data_directory, know_law, recording_path
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus
 
@@ -18,7 +18,8 @@ DESCRIPTION = (
     "Simulates the scenario of a recording again and compares. Recorded by the same version of "
     "the numerics, on any machine, every bit must agree; by another, columns within 1e-8 until "
     "the first phase change after the start, the order of phase changes, and their times within "
-    "1e-6 s. A run that was cut short is compared as far as it was recorded."
+    "1e-6 s. Of a law that is not built in the recorded commands are taken, so that it need not be "
+    "here. A run that was cut short is compared as far as it was recorded."
 )
 EPILOG = "exit status: 0 the same, 1 it differs, 2 it cannot be read or simulated"
 
@@ -34,6 +35,14 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "recording", metavar="FILE.mcap|ID", help="the recording, or the id of a stored run"
     )
+    parser.add_argument(
+        "--law",
+        metavar="FILE.py:Name",
+        nargs="?",
+        const="",
+        help="run the code of a law of one's own as well, from this file or, without a name, as "
+        "installed; else its recorded commands are taken",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
@@ -46,10 +55,18 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
         read = read_back(path)
     load_simulation()
+    with_law = arguments.law is not None
+    if with_law and read.result.provenance.law is not None:
+        know_law(arguments.law or read.result.provenance.law.name)
     from slipgrasp.recordings.compare.verification import verify
 
     with Progress("simulating again") as progress:
-        found = verify(read.result, unaltered=read.is_unaltered, progress=progress.update)
+        found = verify(
+            read.result,
+            unaltered=read.is_unaltered,
+            with_law=with_law,
+            progress=progress.update,
+        )
     if arguments.json:
         document = {"name": read.result.name, **found.to_mapping()}
         print(json.dumps(document, allow_nan=False))
@@ -59,7 +76,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _lines(found: Verification) -> list[str]:
-    return [_verdict(found), *_altered(found), _rule(found), _stretch(found)]
+    return [_verdict(found), *_altered(found), _rule(found), *_law(found), _stretch(found)]
 
 
 def _verdict(found: Verification) -> str:
@@ -98,6 +115,15 @@ def _rule(found: Verification) -> str:
     if recorded.is_portable:
         return rule
     return f"{rule} Recordings before format 5 promise equal bits to one machine code only."
+
+
+def _law(found: Verification) -> list[str]:
+    law = found.recorded.law
+    if law is None:
+        return []
+    did = "its recorded commands were taken" if found.replayed else "its code was run as well"
+    version = f" {law.version}" if law.version else ""
+    return [f"The law is '{law.name}'{version} ({law.digest[:12] or 'no code'}); {did}."]
 
 
 def _stretch(found: Verification) -> str:

@@ -95,7 +95,8 @@ def test_outcome_metrics_and_counts_stand_at_the_end(path, short_run, messages):
         stop = list(make_reader(stream).iter_metadata())[-1].metadata
     assert stop["outcome"] == short_run.outcome
     assert json.loads(stop["metrics"])["slip_path"] == list(short_run.metrics.slip_path)
-    assert json.loads(stop["counts"]) == {topic: len(found) for topic, found in messages.items()}
+    counts = {topic: len(found) for topic, found in messages.items()}
+    assert json.loads(stop["counts"]) == {**counts, "/slipgrasp/ticks": len(short_run.ticks)}
 
 
 def test_the_index_finds_messages_by_topic_and_time(path, short_run):

@@ -5,7 +5,7 @@ import struct
 from pathlib import Path
 
 from slipgrasp.core.trace.trace import SIGNALS
-from slipgrasp.recordings.file.schemas import OWN_TOPICS, SAMPLE_TOPICS
+from slipgrasp.recordings.file.schemas import OWN_TOPICS, SAMPLE_TOPICS, TICKS
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
@@ -16,7 +16,9 @@ ENTRIES = {
     "contact": "contacts",
     "joint": "joints",
     "unknown": "unknowns",
+    "diagnostic": "diagnostics",
 }
+TICK_ENTRIES = {"commands": "joints", "estimates": "unknowns", "diagnostics": "diagnostics"}
 
 
 def topics_table() -> str:
@@ -27,6 +29,7 @@ def topics_table() -> str:
         head = f"`{topic.name}`, `{topic.schema_name}`"
         for field in topic.fields:
             count = ENTRIES.get(per.get(field.name, "")) if topic in SAMPLE_TOPICS else field.width
+            count = TICK_ENTRIES.get(field.name, count) if topic == TICKS else count
             kind = f"{field.kind}[{count}]" if field.repeated else field.kind
             meaning = field.text.replace("|", "\\|")
             lines.append(f"| {head} | `{field.name}` | {kind} | {meaning} |")
@@ -53,5 +56,7 @@ def test_the_hash_is_what_the_page_says(short_run):
         changes += struct.pack("<dibb", c.time, c.contact, c.from_phase, c.to_phase)
     of_samples = (32).to_bytes(8, "little") + hashlib.sha256(samples).digest()
     of_changes = (16).to_bytes(8, "little") + blake(changes)
-    expected = blake(of_samples + of_changes)
+    ticks = b"".join(struct.pack(f"<{len(row)}d", *row) for row in short_run.ticks.to_rows())
+    of_ticks = (32).to_bytes(8, "little") + hashlib.sha256(ticks).digest()
+    expected = blake(of_samples + of_changes + of_ticks)
     assert state_hash(short_run) == expected.hex()

@@ -312,7 +312,7 @@ def test_a_recording_of_an_older_format_is_compared_in_what_it_holds(path):
         f"{signal}_{axis}"
         for signal in ("external_wrench", "controllability")
         for axis in ("x", "y", "theta")
-    }
+    } | {f"commanded_torque_{finger}_{joint}" for finger in (0, 1) for joint in (0, 1)}
     assert set(compare(old, new).only_b) == lacking
     assert not old.trace.to_pandas().columns.isin(lacking).any()
     assert "controllability" not in old.trace[1:].to_xarray()

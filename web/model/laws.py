@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario import CONTROL_LAWS, SAMPLED_CONTROL, Scenario
+from slipgrasp.core.scenario import SAMPLED_CONTROL, Scenario
 from slipgrasp.core.scenario.law_choice import (
     LAW,
     SettingChange,
@@ -15,6 +15,7 @@ from slipgrasp.core.scenario.law_choice import (
     law_settings,
 )
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.own_laws import law_names, law_of
 from slipgrasp.web.model.draft import Draft, TimedEdit, Value
 
 
@@ -83,7 +84,7 @@ def _begun_with(draft: Draft, kind: str) -> Draft:
 def _own_edits(draft: Draft) -> Mapping[str, Value]:
     """What the user set from the start on: without the law, and what came with it."""
     kind = draft.edits.get(LAW)
-    if kind not in CONTROL_LAWS:
+    if kind not in law_names():
         return draft.edits
     of_laws = (LAW, *law_keys(draft.base))
     others = {key: value for key, value in draft.edits.items() if key not in of_laws}
@@ -108,7 +109,7 @@ def _without_laws(draft: Draft, at: Callable[[float], bool]) -> Draft:
 def _with_needs(draft: Draft) -> Draft:
     """The draft in which no later law lacks the sampled control that one before it brought."""
     for change in draft.changes:
-        is_sampled = change.key == LAW and CONTROL_LAWS[str(change.value)].sampled
+        is_sampled = change.key == LAW and law_of(str(change.value)).sampled
         if is_sampled and draft.value_at(change.time, SAMPLED_CONTROL.key) == 0.0:
             draft = draft.edited_from(change.time, SAMPLED_CONTROL.key, SAMPLED_CONTROL.value)
     return draft

@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario import CONTROL_LAWS
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
+from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.editing import LawNote, Reach, Turn
@@ -152,7 +152,7 @@ def _with_law(view: ViewState, kind: Value) -> ViewState:
 
     A law that is chosen while the run plays acts on all of it: nobody aims at an instant then.
     """
-    if not isinstance(kind, str) or kind not in CONTROL_LAWS:
+    if not isinstance(kind, str) or kind not in law_names():
         return view
     playback = view.playback
     is_aimed = view.editing.reach is Reach.PLAY_HEAD and not (playback and playback.playing)

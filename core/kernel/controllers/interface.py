@@ -31,6 +31,11 @@ def command(model: Record, discrete: Record, work: Record) -> int:
         1, or 0 where the law has no unique answer.
     """
     law = model.law
+    if law.facts.is_own:
+        work.room.violation = 0.0
+        for i in range(model.num_fingers):
+            work.tip_forces[i, 0] = work.tip_forces[i, 1] = 0.0  # it commands at ticks alone
+        return 1
     if law.facts.uses_friction:
         return command_forces(model, discrete, work)
     grip = law.grip_force

@@ -9,6 +9,8 @@ from slipgrasp.core.scenario.validation.control import (
     check_estimates,
     check_gains,
     check_latency,
+    check_law,
+    check_law_parameters,
     check_least_gain,
     check_normal_forces,
     check_sampled,
@@ -33,6 +35,7 @@ _CHECKS = (
     check_estimates,
     check_gains,
     check_least_gain,
+    check_law_parameters,
     check_control,
     check_normal_forces,
     check_sampled,
@@ -44,12 +47,17 @@ _CHECKS = (
 )
 
 
-def check_scenario(scenario: Scenario) -> None:
+def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     """Raises if the fields of a scenario do not fit together.
+
+    Args:
+        scenario: The scenario.
+        with_law: Whether its laws must be known here; a recording is read without them.
 
     Raises:
         ScenarioError: With one entry per wrong field.
     """
-    errors = [error for check in _CHECKS for error in check(scenario)]
+    checks = (check_law, *_CHECKS) if with_law else _CHECKS
+    errors = [error for check in checks for error in check(scenario)]
     if errors:
         raise ScenarioError(errors)

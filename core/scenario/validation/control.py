@@ -6,7 +6,10 @@ import math
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import nearest, shortened
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.own_laws import LAW, kinds_in, law_names, law_of, own_law
 from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
@@ -51,6 +54,55 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
             )
 
 
+def check_law(scenario: Scenario) -> Iterator[FieldError]:
+    """Every law is known here."""
+    names = law_names()
+    asked = {LAW: scenario.controller.kind} | {
+        f"changes.{i}.value": str(change.value)
+        for i, change in enumerate(scenario.changes)
+        if change.parameter == LAW
+    }
+    for key, kind in asked.items():
+        if kind not in names:
+            near = nearest(kind, names)
+            yield FieldError(
+                field=key,
+                value=shortened(kind),
+                limit=f"one of {', '.join(names)}",
+                message=(
+                    f"{key}: '{shortened(kind)}' is no control law here{near}; "
+                    f"laws: {', '.join(names)}"
+                ),
+            )
+
+
+def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
+    """A run has one law of one's own at most, and its parameters are as it declares them."""
+    own = [kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS]
+    if len(own) > 1:
+        yield FieldError(
+            field="controller.kind",
+            value=own[1],
+            limit="one law that is not built in",
+            message=(
+                f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, which has room "
+                "for the memory of one law that is not built in; choose one of them"
+            ),
+        )
+    law = own_law(own[0]) if own else None
+    for name, value in scenario.controller.parameters.items() if law is not None else ():
+        declared = law.parameters.get(name) if law is not None else None
+        key = f"controller.parameters.{name}"
+        if declared is None:
+            near = nearest(name, law.parameters if law else ())
+            message = f"{key}: the law '{own[0]}' has no such parameter{near}"
+            yield FieldError(field=key, value=value, limit=None, message=message)
+        elif not declared.minimum <= value <= declared.maximum:
+            limit = f"{declared.minimum:g} … {declared.maximum:g} {declared.unit}"
+            message = f"{key} is {value:g}; allowed: {limit}"
+            yield FieldError(field=key, value=value, limit=limit, message=message)
+
+
 def check_control(scenario: Scenario) -> Iterator[FieldError]:
     """The control period is 0 or long enough."""
     period = scenario.controller.control_period
@@ -71,7 +123,7 @@ def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
     controller = scenario.controller
     most = controller.maximum_normal_force
     names = ["minimum_normal_force"]
-    if not CONTROL_LAWS[controller.kind].uses_friction:
+    if not law_of(controller.kind).uses_friction:
         names.append("grip_force")
     for name in names:
         force = getattr(controller, name)
@@ -107,7 +159,7 @@ def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
 def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]:
     """Keys and values of all that is set although it needs sampled control."""
     controller, sensing = scenario.controller, scenario.sensing
-    if CONTROL_LAWS[controller.kind].sampled:
+    if law_of(controller.kind).sampled:
         yield "controller.kind", controller.kind
     if controller.latency > 0.0:
         yield "controller.latency", controller.latency

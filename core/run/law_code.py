@@ -1,0 +1,285 @@
+"""Code of a law of one's own as the kernel calls it: a Python class, or a compiled function.
+
+Either gets the same three named tuples: what it sees, its memory, and where its answer goes. Their
+entries are NumPy arrays in the memory of the run, so that a call copies nothing. docs/laws.md says
+what they hold.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import traceback
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from slipgrasp.core.kernel.compiler import INTERPRETED, OPTIONS
+from slipgrasp.core.kernel.controllers.own_law import ANSWER, SEEN
+from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.scenario.field_types import FrozenMapping
+from slipgrasp.core.scenario.own_laws import Diagnostic, OwnLaw
+from slipgrasp.core.trace.ticks import Ticks
+
+FAILED = 1
+WORD = 8
+_PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
+_MODEL_NAMES = (
+    *("friction", "object_mass", "object_inertia", "link_masses", "link_lengths"),
+    *("link_centres", "gravity", "torque_limit"),
+)
+_SEEN_NAMES = tuple(n for n in SEEN.names or () if n not in ("parameters", *_MODEL_NAMES))
+_GROUPS = ("model", "parameters")
+
+Shape = tuple[int, int]
+Entry = Callable[[int, int, int], int]
+
+
+class LawCode:
+    """A law at work in one run.
+
+    Attributes:
+        interrupt: What its code raised that is no failure, such as KeyboardInterrupt.
+    """
+
+    def __init__(self, law: OwnLaw, own: Record, shape: Shape) -> None:
+        """Gives the law its memory, all zeros, and the kernel the address of its code.
+
+        Args:
+            law: The law.
+            own: The law's part of the run in the kernel.
+            shape: How many fingers there are, and how many estimates.
+        """
+        self.interrupt: BaseException | None = None
+        self._failure: str | None = None
+        self._law, self._own, self._shape = law, own, shape
+        self._block = np.zeros(max(1, sum(int(np.prod(each)) for each in law.memory.values())))
+        self._memory = _memory_views(law, self._block)
+        self._out = answer_views(law.diagnostics, own, shape)
+        own.memory = self._block.ctypes.data
+        command = law.code.__dict__["command"]
+        self._compiled = _compiled_part(command)
+        if self._compiled is not None and not INTERPRETED:
+            self._entry = _compiled_entry(law, self._compiled, shape)
+            own.address = self._entry.address
+        else:
+            function = law.code().command if self._compiled is None else self._compiled.py_func
+            self._entry = _PROTOTYPE(self._guarded(function))
+            own.address = _address(self._entry)
+
+    def explain(self) -> str:
+        """What went wrong with the last answer, and in which line where its code says so."""
+        wrong = [n for n, v in self._out._asdict().items() if not np.isfinite(v).all()]
+        if self._failure is None and wrong:
+            return f"out.{wrong[0]} is not finite: {getattr(self._out, wrong[0]).tolist()}"
+        if self._failure is None and self._compiled is not None:
+            # Compiled code tells no line: Python finds it, with what the law saw last.
+            self._guarded(self._compiled.py_func)(0, 0, 0)
+        return self._failure or "its compiled code raised an exception"
+
+    def _guarded(self, command: Callable[..., Any]) -> Entry:
+        """A Python function for the kernel, which hears of a failure as a number."""
+        look, memory, out = seer(self._law, self._own, self._shape), self._memory, self._out
+
+        def entry(_seen: int, _memory: int, _answer: int) -> int:
+            try:
+                command(look(), memory, out)
+            except Exception as error:
+                self._failure = _describe_failure(error)
+                return FAILED
+            except BaseException as error:
+                self.interrupt = error
+                return FAILED
+            return 0
+
+        return entry
+
+
+class Replay:
+    """The answers of a recorded run in the place of its law.
+
+    Args:
+        ticks: What the law answered.
+        own: The law's part of the run in the kernel.
+        shape: How many fingers there are, and how many estimates.
+    """
+
+    interrupt = None
+
+    def __init__(self, ticks: Ticks, own: Record, shape: Shape) -> None:
+        n, p = shape
+        table = ticks.to_rows()[:, 1:]
+        torque = own.answer["torque"].reshape(-1)[: 2 * n]
+        estimates = own.answer["estimates"][:p]
+        diagnostics = own.answer["diagnostics"][: table.shape[1] - 2 * n - p]
+
+        def entry(_seen: int, _memory: int, _answer: int) -> int:
+            tick = int(own.seen["tick"])
+            if tick >= len(table):
+                return FAILED
+            row = table[tick]
+            torque[:] = row[: 2 * n]
+            estimates[:] = row[2 * n : 2 * n + p]
+            diagnostics[:] = row[2 * n + p :]
+            return 0
+
+        self._entry = _PROTOTYPE(entry)
+        own.address = _address(self._entry)
+
+    def explain(self) -> str:
+        """Why there is no answer."""
+        return "the recording has no further command"
+
+
+def set_parameters(law: OwnLaw | None, values: Mapping[str, float], own: Record) -> None:
+    """Shows a law its parameters; those not given are as it declares them."""
+    for k, (name, declared) in enumerate(law.parameters.items() if law else ()):
+        own.seen["parameters"][k] = values.get(name, declared.value)
+
+
+def seer(law: OwnLaw, own: Record, shape: Shape) -> Callable[[], Any]:
+    """Gives what the law sees at a tick: views of its arrays, and its numbers as of now."""
+    seen = own.seen
+    words = np.frombuffer(seen, np.float64)
+    tuple_of, model_of = _tuple("Seen", (*_SEEN_NAMES, *_GROUPS)), _tuple("Model", _MODEL_NAMES)
+    parameters_of = _tuple("Parameters", tuple(law.parameters))
+    names: tuple[Any, ...] = (*_SEEN_NAMES, *_MODEL_NAMES)
+    values = [_part(seen[name], name, shape) for name in names]
+    places = [k for k, name in enumerate(names) if not SEEN[name].shape and name != "tick"]
+    numbers = [(k, (SEEN.fields or {})[names[k]][1] // WORD) for k in places]
+    tick, count = names.index("tick"), len(_SEEN_NAMES)
+    parameters = seen["parameters"][: len(law.parameters)]
+
+    def look() -> Any:
+        for k, word in numbers:
+            values[k] = words.item(word)
+        values[tick] = int(seen["tick"])
+        model = model_of(*values[count:])
+        return tuple_of(*values[:count], model, parameters_of(*parameters.tolist()))
+
+    return look
+
+
+def answer_views(diagnostics: tuple[Diagnostic, ...], own: Record, shape: Shape) -> Any:
+    """Where the law's answer goes.
+
+    ``torque`` ``(n, 2)``, ``estimates`` ``(p,)``, and each diagnostic under its name ``(1,)``.
+    """
+    names = tuple(each.name for each in diagnostics)
+    answer = own.answer
+    n, p = shape
+    numbers = [answer["diagnostics"][k : k + 1] for k in range(len(names))]
+    out = _tuple("Out", ("torque", "estimates", *names))
+    return out(answer["torque"][:n], answer["estimates"][:p], *numbers)
+
+
+def _memory_views(law: OwnLaw, block: Floats) -> Any:
+    parts, start = [], 0
+    for shape in law.memory.values():
+        size = int(np.prod(shape))
+        parts.append(block[start : start + size].reshape(shape))
+        start += size
+    return _tuple("Memory", tuple(law.memory))(*parts)
+
+
+@cache
+def _tuple(name: str, fields: tuple[str, ...]) -> Any:
+    """A class of named tuples; one for equal names, so that compiled code is not made twice."""
+    return namedtuple(name, fields)
+
+
+def _part(values: Any, name: str, shape: Shape) -> Any:
+    """The part of an array of the kernel that this hand uses."""
+    count = _used(name, shape)
+    return values if count is None else values[:count]
+
+
+def _used(name: str, shape: Shape) -> int | None:
+    """How many entries of an array are used, None for all."""
+    if name == "estimates":
+        return shape[1]
+    return shape[0] if SEEN[name].shape[:1] == (MAX_FINGERS,) else None
+
+
+def _address(entry: Any) -> int:
+    return ctypes.cast(entry, ctypes.c_void_p).value or 0
+
+
+def _compiled_part(command: Any) -> Any:
+    """The function that numba compiles, None where the law is plain Python."""
+    function = getattr(command, "__func__", command)
+    return function if hasattr(function, "py_func") else None
+
+
+def _describe_failure(error: Exception) -> str:
+    """An exception in a sentence with the innermost line of the law's own code."""
+    frames = traceback.extract_tb(error.__traceback__)[1:]
+    where = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+    own = [frame for frame in frames if "site-packages" not in frame.filename]
+    if own:
+        where = f" ({own[-1].filename}, line {own[-1].lineno}: {own[-1].line})"
+    return f"{type(error).__name__}: {error}{where}"
+
+
+_ENTRY = """
+def entry(seen_at, memory_at, answer_at):
+    shown = carray(seen_at, (1,))[0]
+    block = carray(memory_at, (1000000,))
+    answer = carray(answer_at, (1,))[0]
+    status = 0
+    try:
+        command(Seen({seen}), Memory({memory}), Out({out}))
+    except Exception:
+        status = 1
+    return status
+"""
+
+
+def _compiled_entry(law: OwnLaw, command: Any, shape: Shape) -> Any:
+    """Machine code with the address that the kernel calls, for a function numba compiles."""
+    names = tuple(each.name for each in law.diagnostics)
+    tuples = {
+        "Seen": _tuple("Seen", (*_SEEN_NAMES, *_GROUPS)),
+        "Model": _tuple("Model", _MODEL_NAMES),
+        "Parameters": _tuple("Parameters", tuple(law.parameters)),
+        "Memory": _tuple("Memory", tuple(law.memory)),
+        "Out": _tuple("Out", ("torque", "estimates", *names)),
+    }
+    return _compile(command, _entry_source(law, shape), FrozenMapping(tuples))
+
+
+@cache
+def _compile(command: Any, source: str, tuples: Mapping[str, Any]) -> Any:
+    """The same function for the same hand is compiled once in a process."""
+    numba: Any = import_module("numba")  # which has no types of what is used of it here
+    types = numba.types
+    scope = {**tuples, "carray": numba.carray, "command": command}
+    exec(source, scope)
+    seen, answer = (types.CPointer(numba.from_dtype(kind)) for kind in (SEEN, ANSWER))
+    signature = types.int64(seen, types.CPointer(types.float64), answer)
+    return numba.cfunc(signature, **OPTIONS)(scope["entry"])
+
+
+def _entry_source(law: OwnLaw, shape: Shape) -> str:
+    """The lines that lay out the named tuples in compiled code, as Python does with views."""
+    parts_seen = {}
+    for name in (*_SEEN_NAMES, *_MODEL_NAMES):
+        count = _used(name, shape)
+        parts_seen[name] = f"shown.{name}" + ("" if count is None else f"[:{count}]")
+    seen = [parts_seen[name] for name in _SEEN_NAMES]
+    seen.append(f"Model({', '.join(parts_seen[name] for name in _MODEL_NAMES)})")
+    parameters = (f"shown.parameters[{k}]" for k in range(len(law.parameters)))
+    seen.append(f"Parameters({', '.join(parameters)})")
+    memory, start = [], 0
+    for each in law.memory.values():
+        size = int(np.prod(each))
+        reshape = "" if len(each) == 1 else f".reshape({each})"
+        memory.append(f"block[{start}:{start + size}]{reshape}")
+        start += size
+    out = [f"answer.torque[:{shape[0]}]", f"answer.estimates[:{shape[1]}]"]
+    out += [f"answer.diagnostics[{k}:{k + 1}]" for k in range(len(law.diagnostics))]
+    parts = {"seen": seen, "memory": memory, "out": out}
+    return _ENTRY.format(**{name: ", ".join(part) for name, part in parts.items()})

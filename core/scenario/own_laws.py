@@ -1,0 +1,196 @@
+"""Laws of one's own: what each one declares of itself, and which of them this process knows.
+
+Their code is not looked at here (`slipgrasp.core.run.law_code` calls it), so that a scenario with
+a law that is not installed can still be read, shown and made again from its recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, ControlLaw
+
+if TYPE_CHECKING:
+    from slipgrasp.core.scenario.whole import Scenario
+
+LAW_NAME = r"^[a-z][a-z0-9_-]{0,59}$"
+PARAMETER_NAME = r"^[a-z][a-z0-9_]{0,39}$"
+
+INTERFACE_VERSION = 1
+"""Of what a law is shown and answers (docs/laws.md)."""
+
+OUTSIDE = "outside"
+"""Name of the law of a run whose torques are set tick by tick (`Simulation.ticks`)."""
+
+LAW_PARAMETERS = "controller.parameters"
+LAW = "controller.kind"
+
+
+class Diagnostic(NamedTuple):
+    """A number that a law tells of itself at every tick: its name, SI unit and a sentence."""
+
+    name: str
+    unit: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawParameter:
+    """A parameter of a law of one's own; its key is ``controller.parameters.NAME``.
+
+    Attributes:
+        value: What it is unless the scenario says otherwise.
+        unit: SI unit, "1" for pure numbers.
+        minimum: Least allowed value.
+        maximum: Largest allowed value.
+        text: One sentence for the user.
+        typical: Range in which a slider moves; the bounds if None.
+    """
+
+    value: float
+    unit: str
+    minimum: float
+    maximum: float
+    text: str
+    typical: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LawIdentity:
+    """Which law computed a run.
+
+    Attributes:
+        name: Value of ``controller.kind``.
+        version: As its author counts.
+        digest: Of the file that defines it; empty where the torques came from outside.
+    """
+
+    name: str
+    version: str
+    digest: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnLaw:
+    """A law of one's own, as it declares itself.
+
+    Attributes:
+        identity: Name, version and digest.
+        summary: What it does, in a sentence.
+        parameters: Its parameters by name.
+        diagnostics: What it tells of itself.
+        memory: Shapes of its memory by name.
+        estimates: Whether it sets the estimates.
+        origin: How it is found: the name of an entry point, or ``FILE.py:Name``; empty for a
+            class that was registered as it is.
+        source: Text of its file, which workers run; None for an installed package.
+        code: The class.
+    """
+
+    identity: LawIdentity
+    summary: str
+    parameters: dict[str, LawParameter] = field(default_factory=dict)
+    diagnostics: tuple[Diagnostic, ...] = ()
+    memory: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    estimates: bool = False
+    origin: str = ""
+    source: str | None = None
+    code: Any = None
+
+    @property
+    def name(self) -> str:
+        """Value of ``controller.kind``."""
+        return self.identity.name
+
+    @property
+    def facts(self) -> ControlLaw:
+        """What is true of it as of every control law."""
+        return _facts(self.name, self.summary)
+
+
+def _facts(kind: str, summary: str) -> ControlLaw:
+    return ControlLaw(kind=kind, summary=summary, sampled=True, uses_friction=False, is_own=True)
+
+
+_OUTSIDE = OwnLaw(
+    identity=LawIdentity(OUTSIDE, "", ""),
+    summary="Torques that are set tick by tick by the program that steps the simulation.",
+    estimates=True,
+)
+
+_known: dict[str, OwnLaw] = {}
+
+
+def remember(law: OwnLaw) -> None:
+    """Makes a law known to this process, in the place of one of the same name."""
+    _known[law.name] = law
+
+
+def forget(name: str) -> None:
+    """Makes a law unknown again."""
+    _known.pop(name, None)
+
+
+def own_law(kind: str) -> OwnLaw | None:
+    """The law of that name, if it is one's own and known here."""
+    return _OUTSIDE if kind == OUTSIDE else _known.get(kind)
+
+
+def own_laws() -> tuple[OwnLaw, ...]:
+    """The laws of one's own that are known here."""
+    return tuple(_known.values())
+
+
+def law_names() -> tuple[str, ...]:
+    """The laws that a scenario can ask for here, the built-in ones first."""
+    return (*CONTROL_LAWS, *_known)
+
+
+def law_of(kind: str) -> ControlLaw:
+    """The facts of a law, whether it is built in, one's own or not known here."""
+    if kind in CONTROL_LAWS:
+        return CONTROL_LAWS[kind]
+    own = own_law(kind)
+    return _facts(kind, "A law that is not known here.") if own is None else own.facts
+
+
+def law_number(kind: str) -> int:
+    """The place of a law among the built-in ones, from 0; one's own comes after the last."""
+    return list(CONTROL_LAWS).index(kind) if kind in CONTROL_LAWS else len(CONTROL_LAWS)
+
+
+def kinds_in(scenario: Scenario) -> Iterator[str]:
+    """Every law that a scenario asks for at some time, in that order, each once."""
+    later = (str(change.value) for change in scenario.changes if change.parameter == LAW)
+    yield from dict.fromkeys((scenario.controller.kind, *later))
+
+
+def own_kind_in(scenario: Scenario) -> str | None:
+    """The law of one's own that a scenario asks for at some time; validated ones have one."""
+    return next((kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS), None)
+
+
+def is_of_unknown_law(scenario: Scenario, key: str) -> bool:
+    """Whether a key may be a parameter of a law that is not known here."""
+    unknown = any(kind not in law_names() for kind in kinds_in(scenario))
+    return unknown and key.startswith(f"{LAW_PARAMETERS}.")
+
+
+def own_law_in(scenario: Scenario) -> OwnLaw | None:
+    """The law of one's own that a scenario asks for at some time, if it is known here."""
+    kind = own_kind_in(scenario)
+    return None if kind is None else own_law(kind)
+
+
+def law_parameters(kind: str) -> dict[str, LawParameter]:
+    """The parameters of a law of one's own by name; none of others."""
+    law = own_law(kind)
+    return {} if law is None else law.parameters
+
+
+def diagnostics_of(scenario: Scenario) -> tuple[Diagnostic, ...]:
+    """What the law of one's own in a scenario tells of itself."""
+    law = own_law_in(scenario)
+    return () if law is None else law.diagnostics

@@ -1,0 +1,62 @@
+"""What the control law answered at every tick of sampled control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipgrasp.core.trace.trace import Floats, TraceShape
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ticks:
+    """The answers of the control law, tick by tick; with them a run can be made again without it.
+
+    Attributes:
+        times: When it was asked, shape ``(ticks,)`` [s].
+        commands: Torque it asked for, before limits and latency, shape ``(ticks, 2 n)`` [N m].
+        estimates: Its estimates, shape ``(ticks, p)`` [SI].
+        diagnostics: What it told of itself, shape ``(ticks, d)``.
+    """
+
+    times: Floats
+    commands: Floats
+    estimates: Floats
+    diagnostics: Floats
+
+    @staticmethod
+    def num_columns(shape: TraceShape) -> int:
+        """Numbers of one tick."""
+        return sum(Ticks.widths(shape))
+
+    @staticmethod
+    def widths(shape: TraceShape) -> tuple[int, int, int, int]:
+        """Columns of each attribute."""
+        return 1, 2 * shape.num_contacts, len(shape.unknowns), len(shape.diagnostics)
+
+    @classmethod
+    def from_rows(cls, shape: TraceShape, rows: Floats) -> Ticks:
+        """The inverse of `to_rows`; its arrays are views."""
+        ends = np.cumsum(cls.widths(shape))
+        times, commands, estimates, diagnostics = np.split(rows, ends[:-1], axis=1)
+        return cls(
+            times=times[:, 0], commands=commands, estimates=estimates, diagnostics=diagnostics
+        )
+
+    def to_rows(self) -> Floats:
+        """One row per tick: time, command, estimates, diagnostics."""
+        parts = (self.times[:, None], self.commands, self.estimates, self.diagnostics)
+        return np.concatenate(parts, axis=1)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __getitem__(self, ticks: slice) -> Ticks:
+        """Some of the ticks, as views."""
+        return Ticks(
+            times=self.times[ticks],
+            commands=self.commands[ticks],
+            estimates=self.estimates[ticks],
+            diagnostics=self.diagnostics[ticks],
+        )

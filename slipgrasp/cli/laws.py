@@ -1,0 +1,111 @@
+"""``slipgrasp laws``: the control laws there are, and a new one to start from."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from slipgrasp.cli.status import CommandError, ExitStatus
+
+_FILE = re.compile(r"[A-Za-z_]\w*\.py")
+
+
+def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "laws",
+        help="list the control laws, or write a new one",
+        description="Lists the control laws: those built in, and those of installed packages "
+        "(entry points of the group slipgrasp.laws).",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(execute=_list)
+    parts = parser.add_subparsers(metavar="COMMAND")
+    new = parts.add_parser(
+        "new",
+        help="write a law that works, and its test",
+        description="Writes a law that works, to be changed, and beside it its test.",
+    )
+    new.add_argument("file", metavar="FILE.py", type=Path, help="where to write the law")
+    new.set_defaults(execute=_write)
+
+
+def _list(arguments: argparse.Namespace) -> ExitStatus:
+    laws = [*_built_in(), *_installed()]
+    if arguments.json:
+        print(json.dumps({"laws": laws}, allow_nan=False))
+        return ExitStatus.COMPLETED
+    for law in laws:
+        version = f" {law['version']}" if law["version"] else ""
+        print(f"{law['name']}{version}\t{law['summary']}")
+    return ExitStatus.COMPLETED
+
+
+def _built_in() -> list[dict[str, Any]]:
+    from slipgrasp.core.scenario.laws import CONTROL_LAWS
+
+    return [_document(law.kind, law.summary) for law in CONTROL_LAWS.values()]
+
+
+def _installed() -> list[dict[str, Any]]:
+    from slipgrasp.core.scenario.law_loading import LawError, installed_law_names, load_law
+
+    found = []
+    for name in installed_law_names():
+        try:
+            law = load_law(name)
+        except LawError as error:
+            found.append(_document(name, f"cannot be used: {error}"))
+            continue
+        parameters = {key: asdict(each) for key, each in law.parameters.items()}
+        identity = law.identity
+        document = _document(name, law.summary, identity.version, identity.digest, parameters)
+        found.append(document)
+    return found
+
+
+def _document(
+    name: str,
+    summary: str,
+    version: str = "",
+    digest: str = "",
+    parameters: dict[str, Any] | None = None,
+) -> dict[str, Any]:
+    return {
+        "name": name,
+        "version": version,
+        "digest": digest,
+        "summary": summary,
+        "parameters": parameters or {},
+    }
+
+
+def _write(arguments: argparse.Namespace) -> ExitStatus:
+    from slipgrasp.cli.law_template import LAW, TEST
+
+    law: Path = arguments.file
+    if not _FILE.fullmatch(law.name):
+        raise CommandError(f"'{law.name}' is no name of a Python file, such as my_law.py")
+    words = [word for word in law.stem.lower().split("_") if word] or ["law"]
+    test = law.with_name(f"test_{law.name}")
+    names = {
+        "name": "".join(word.capitalize() for word in words),
+        "kind": "-".join(words),
+        "file": law.name,
+        "test": test.name,
+    }
+    for path in (law, test):
+        if path.exists():
+            raise CommandError(f"'{path}' exists; choose another name")
+    try:
+        law.write_text(LAW.substitute(names), encoding="utf-8")
+        test.write_text(TEST.substitute(names), encoding="utf-8")
+    except OSError as error:
+        raise CommandError(f"'{law}' cannot be written: {error.strerror}") from error
+    print(f"{law}: the law; slipgrasp run composite-case-2 --law {law}:{names['name']}")
+    print(f"{test}: its test; python -m pytest {test}")
+    return ExitStatus.COMPLETED

@@ -1,0 +1,317 @@
+"""A law of one's own: three front ends, its memory, what it tells, and how it fails."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar
+
+import numba
+import numpy as np
+import pytest
+
+from slipgrasp import (
+    LawError,
+    LawParameter,
+    ScenarioError,
+    Simulation,
+    load_law,
+    load_scenario,
+    register_law,
+    simulate,
+    with_law,
+    with_values,
+)
+from slipgrasp.core.run.simulator import run_to_end
+from slipgrasp.core.scenario import CONTROL_LAWS, Change
+from slipgrasp.core.scenario.own_laws import forget, own_laws
+
+LAWS = Path(__file__).parents[2] / "examples" / "laws" / "pd_gravity.py"
+BASE = with_law(load_scenario("composite-case-2"), "pd-gravity")
+SHORT = with_values(BASE, {"simulation.duration": 0.2})
+
+
+@pytest.fixture(autouse=True)
+def _known_laws():
+    before = own_laws()
+    yield
+    for law in own_laws():
+        if law not in before:
+            forget(law.name)
+
+
+def rows(result):
+    return result.trace.to_rows().tobytes()
+
+
+def of_law(kind, scenario=BASE, **values):
+    return with_values(scenario, {"controller.kind": kind, **values})
+
+
+def count(seen, memory, out):
+    """Forces that carry the object, damped joints, and how often it was asked."""
+    memory.count[0] += 1
+    memory.times[1, 2] += seen.time
+    lift = seen.model.object_mass * seen.model.gravity / len(seen.slip)
+    for i in range(len(seen.slip)):
+        along = 30.0 * seen.contact_normal[i, 0]
+        across = 30.0 * seen.contact_normal[i, 1] + lift
+        for joint in range(2):
+            carried = seen.jacobian[i, 0, joint] * along + seen.jacobian[i, 1, joint] * across
+            damped = seen.parameters.damping * seen.joint_velocity[i, joint]
+            out.torque[i, joint] = carried - damped
+    out.asked[0] = memory.count[0]
+    out.sum[0] = memory.times[1, 2]
+
+
+DAMPING = LawParameter(value=0.1, unit="N m s", minimum=0.0, maximum=1.0, text="Of the joints.")
+
+
+class Counting:
+    """Carries the object, counts its ticks, and tells how often it was asked."""
+
+    name = "counting"
+    parameters: ClassVar = {"damping": DAMPING}
+    diagnostics: ClassVar = {"asked": ("1", "How often."), "sum": ("s", "Of the times.")}
+    memory: ClassVar = {"count": 1, "times": (2, 3)}
+
+    def command(self, seen, memory, out):
+        count(seen, memory, out)
+
+
+class CompiledCounting(Counting):
+    """The same, compiled."""
+
+    name = "compiled-counting"
+    command = staticmethod(numba.njit(count))
+
+
+def carrying_torque(seen):
+    """Forces that hold the weight: J^T f, f half of it and a grip at every contact."""
+    lift = np.array([0.0, seen.model.object_mass * seen.model.gravity / len(seen.slip)])
+    forces = 20.0 * seen.contact_normal + lift
+    return np.einsum("nij,ni->nj", seen.jacobian, forces)
+
+
+class Late:
+    """Works until it raises."""
+
+    def command(self, seen, memory, out):
+        out.torque[:] = carrying_torque(seen)
+        if seen.tick == 5:
+            raise ValueError("no torque left")  # the line that is told
+
+
+class Unbounded:
+    """Answers with a number that is not finite."""
+
+    def command(self, seen, memory, out):
+        out.torque[:] = carrying_torque(seen)
+        if seen.tick == 3:
+            out.torque[1, 0] = np.inf
+
+
+def test_the_built_in_law_written_again_in_python_does_the_same_to_rounding():
+    load_law(f"{LAWS}:PdGravity")
+    built_in, own = simulate(BASE), simulate(of_law("my-pd"))
+    assert own.outcome is built_in.outcome
+    assert np.array_equal(own.trace.times, built_in.trace.times)
+    assert np.abs(own.ticks.commands - built_in.ticks.commands).max() < 1e-12
+    assert np.abs(own.trace.object_pose - built_in.trace.object_pose).max() < 1e-12
+
+
+def test_the_same_arithmetic_gives_the_same_bits_compiled_in_python_and_from_outside():
+    law = load_law(f"{LAWS}:PdGravity")
+    command = law.code.command.__globals__["command"]
+    load_law(f"{LAWS}:CompiledPdGravity")
+    python = simulate(of_law("my-pd", SHORT))
+    compiled = simulate(of_law("my-compiled-pd", SHORT))
+    simulation = Simulation(SHORT)
+    for tick in simulation.ticks():
+        command(tick.seen, None, tick)
+    outside = simulation.result()
+    assert rows(outside) == rows(python)
+    assert outside.ticks.to_rows().tobytes() == python.ticks.to_rows().tobytes()
+    assert rows(compiled) == rows(python)
+
+
+def test_the_compiled_law_in_the_kernels_own_arithmetic_is_the_built_in_one_to_rounding():
+    load_law(f"{LAWS}:CompiledPdGravity")
+    own, built_in = simulate(of_law("my-compiled-pd")), simulate(BASE)
+    assert np.abs(own.ticks.commands - built_in.ticks.commands).max() < 1e-12
+
+
+@pytest.mark.parametrize("law", [Counting, CompiledCounting])
+def test_memory_starts_at_zero_in_every_run_and_lasts_through_it(law):
+    register_law(law)
+    for _ in range(2):
+        result = simulate(of_law(law.name, SHORT))
+        assert result.outcome == "completed"
+        assert result.ticks.diagnostics[:, 0].tolist() == [*range(1, len(result.ticks) + 1)]
+        assert result.ticks.diagnostics[-1, 1] == np.cumsum(result.ticks.times)[-1]
+
+
+def test_a_compiled_law_and_the_same_in_python_give_equal_bits():
+    register_law(Counting)
+    register_law(CompiledCounting)
+    one, other = (simulate(of_law(law.name, SHORT)) for law in (Counting, CompiledCounting))
+    assert rows(one) == rows(other)
+
+
+def test_parameters_are_keys_with_bounds_and_change_in_mid_run():
+    register_law(Counting)
+    scenario = of_law("counting", SHORT, **{"controller.parameters.damping": 0.5})
+    assert scenario.controller.parameters == {"damping": 0.5}
+    with pytest.raises(
+        ScenarioError, match=r"controller\.parameters\.damping is 2; allowed: 0 … 1"
+    ):
+        with_values(scenario, {"controller.parameters.damping": 2.0})
+    with pytest.raises(ScenarioError, match=r"unknown parameter 'controller\.parameters\.dampng'"):
+        with_values(scenario, {"controller.parameters.dampng": 0.2})
+    change = Change(time=0.1, parameter="controller.parameters.damping", value=0.0)
+    later = simulate(replace(scenario, changes=(change,)))
+    before = later.ticks.times < 0.1
+    same = simulate(scenario).ticks.commands
+    assert np.array_equal(later.ticks.commands[before], same[before])
+    assert not np.array_equal(later.ticks.commands[~before][:3], same[~before][:3])
+
+
+def test_a_law_that_comes_in_mid_run_finds_its_memory_empty_and_the_run_as_it_was():
+    register_law(Counting)
+    change = Change(time=0.1, parameter="controller.kind", value="counting")
+    result, alone = simulate(replace(SHORT, changes=(change,))), simulate(SHORT)
+    before = result.trace.times < 0.1
+    assert np.array_equal(result.trace.object_pose[before], alone.trace.object_pose[: before.sum()])
+    asked = result.ticks.diagnostics[:, 0]
+    assert asked[result.ticks.times < 0.1 - 1e-9].max() == 0.0
+    assert asked[-1] == (result.ticks.times > 0.1 - 1e-9).sum()
+
+
+def test_a_law_that_follows_one_that_learns_finds_its_estimates_and_leaves_them():
+    register_law(Counting)
+    scenario = with_values(load_scenario("composite-case-2"), {"simulation.duration": 0.2})
+    change = Change(time=0.1, parameter="controller.kind", value="counting")
+    result = simulate(replace(scenario, changes=(change,)))
+    own = result.ticks.estimates[result.ticks.times > 0.1 + 1e-9]
+    assert len(own) > 50
+    assert np.ptp(own, axis=0).max() == 0.0
+    assert np.ptp(result.ticks.estimates, axis=0).max() > 0.0
+
+
+def test_an_exception_ends_the_run_as_failed_with_its_line_and_keeps_the_rest():
+    register_law(Late)
+    result = simulate(of_law("late", SHORT))
+    assert (result.outcome, result.reason.code) == ("failed", "law_failed")
+    lines = Path(__file__).read_text(encoding="utf-8").splitlines()
+    line = 1 + next(i for i, text in enumerate(lines) if "the line that is told" in text)
+    assert "ValueError: no torque left" in result.reason.message
+    assert f"test_own_law.py, line {line}" in result.reason.message
+    assert len(result.ticks) == 5
+    assert result.end_time == result.reason.time > 0.0
+
+
+def test_an_answer_that_is_not_finite_ends_the_run_and_names_itself():
+    register_law(Unbounded)
+    result = simulate(of_law("unbounded", SHORT))
+    assert (result.outcome, result.reason.code) == ("failed", "law_failed")
+    assert "out.torque is not finite" in result.reason.message
+    assert len(result.ticks) == 3
+
+
+def test_the_exception_of_a_compiled_law_tells_its_line_as_well():
+    class Broken:
+        """Raises."""
+
+        @staticmethod
+        @numba.njit
+        def command(seen, memory, out):
+            if seen.tick == 0:
+                raise ValueError("compiled and broken")
+
+    register_law(Broken)
+    result = simulate(of_law("broken", SHORT))
+    assert result.reason.code == "law_failed"
+    assert "ValueError: compiled and broken" in result.reason.message
+    assert "test_own_law.py, line" in result.reason.message
+
+
+def test_what_interrupts_a_law_is_raised_where_it_was_called_from():
+    class Interrupted:
+        """Ctrl-C in the midst of it."""
+
+        def command(self, seen, memory, out):
+            raise KeyboardInterrupt
+
+    register_law(Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(of_law("interrupted", SHORT))
+
+
+def test_what_a_law_sees_is_the_hand_as_it_is_recorded():
+    seen = []
+    simulation = Simulation(SHORT)
+    for tick in simulation.ticks():
+        seen.append([*tick.seen.pose, *tick.seen.joint_position.ravel(), *tick.seen.slip])
+        tick.torque = carrying_torque(tick.seen)
+    trace, ticks = simulation.result().trace, simulation.result().ticks
+    recorded = np.column_stack([trace.object_pose, trace.joint_position, trace.slip])
+    common = [(k, np.flatnonzero(trace.times == t)) for k, t in enumerate(ticks.times)]
+    pairs = [(k, rows[-1]) for k, rows in common if len(rows)]
+    assert len(pairs) > 10
+    for k, row in pairs:
+        assert np.abs(np.array(seen[k]) - recorded[row]).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", CONTROL_LAWS)
+def test_the_recorded_commands_alone_give_the_plant_of_any_law_bit_for_bit(kind):
+    scenario = with_values(
+        with_law(load_scenario("shake-test"), kind), {"simulation.duration": 1.0}
+    )
+    if scenario.controller.control_period == 0.0:
+        scenario = with_values(scenario, {"controller.control_period": 0.001})
+    result = simulate(scenario)
+    again = Simulation.replaying(result, every_law=True)
+    run_to_end(again, lambda _: None)
+    assert len(result.ticks) > 0
+    for name in ("object_pose", "slip", "joint_torque", "commanded_torque", "estimates", "phase"):
+        mine, other = (getattr(r.trace, name) for r in (result, again.result()))
+        assert mine.tobytes() == other.tobytes()
+    assert again.result().phase_changes == result.phase_changes
+
+
+@pytest.mark.parametrize(
+    ("attributes", "told"),
+    [
+        ({"name": "composite"}, "a law cannot be called 'composite'"),
+        ({"command": None}, "has no method command"),
+        ({"diagnostics": {"torque": ("N", "x")}}, "no diagnostic can be called 'torque'"),
+        ({"diagnostics": {f"d{k}": ("1", "x") for k in range(9)}}, "at most 8"),
+        ({"memory": {"x": 0}}, "a shape that is none"),
+        ({"parameters": {"x": 1.0}}, "is no LawParameter"),
+    ],
+)
+def test_a_class_that_declares_itself_wrongly_is_refused(attributes, told):
+    code = type("Wrong", (), {"command": lambda *_: None, **attributes})
+    with pytest.raises(LawError, match=told):
+        register_law(code)
+
+
+def test_a_law_that_is_not_known_is_refused_with_those_that_are():
+    with pytest.raises(ScenarioError, match=r"'no-such-law' is no control law here.*composite"):
+        of_law("no-such-law")
+    with pytest.raises(ScenarioError, match="'outside' is no control law here"):
+        of_law("outside")
+
+
+def test_a_law_needs_sampled_control():
+    register_law(Counting)
+    with pytest.raises(ScenarioError, match="needs sampled control"):
+        of_law("counting", **{"controller.control_period": 0.0})
+    with pytest.raises(ScenarioError, match="needs sampled control"):
+        next(Simulation(with_values(BASE, {"controller.control_period": 0.0})).ticks())
+
+
+def test_a_run_has_one_law_of_ones_own_at_most():
+    register_law(Counting)
+    register_law(Late)
+    change = Change(time=0.1, parameter="controller.kind", value="late")
+    with pytest.raises(ScenarioError, match="one law that is not built in"):
+        simulate(replace(of_law("counting", SHORT), changes=(change,)))

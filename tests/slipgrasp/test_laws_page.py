@@ -1,0 +1,71 @@
+"""The page on laws of one's own: its examples run, its tables name what there is."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import slipgrasp
+from slipgrasp.core.run.law_code import answer_views, seer
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.scenario.own_laws import INTERFACE_VERSION, OUTSIDE, forget, own_law, own_laws
+
+pytestmark = pytest.mark.slow
+
+PAGE = Path(__file__).parents[2] / "docs" / "laws.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```python(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(autouse=True)
+def _page_folder(tmp_path, monkeypatch):
+    """The files of the page, in the present folder; its laws are forgotten afterwards."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in BLOCK.findall(TEXT):
+        if name:
+            Path(name).write_text(text, encoding="utf-8")
+    yield
+    for law in own_laws():
+        forget(law.name)
+
+
+def test_the_examples_of_the_page_run_in_their_order():
+    names = {"__name__": "example"}
+    for name, code in BLOCK.findall(TEXT):
+        if not name:
+            exec(compile(code, str(PAGE), "exec"), names)
+    assert names["result"].outcome == "completed"
+
+
+@pytest.mark.parametrize("specification", ["declared.py:Squeeze", "compiled.py:Fast"])
+def test_the_other_laws_of_the_page_hold_the_object(specification):
+    law = slipgrasp.load_law(specification)
+    scenario = slipgrasp.with_law(slipgrasp.load_scenario("composite-case-2"), law.name)
+    assert slipgrasp.simulate(scenario).outcome == "completed"
+
+
+def test_the_first_law_takes_ten_lines():
+    (first,) = (text for name, text in BLOCK.findall(TEXT) if name == "my_law.py")
+    assert len([line for line in first.splitlines() if line.strip()]) <= 10
+
+
+def test_the_page_tells_everything_that_a_law_sees_and_its_shape():
+    scenario = slipgrasp.load_scenario("composite-case-2")
+    own = Simulation(scenario)._run.own
+    seen = seer(own_law(OUTSIDE), own, (2, 4))()
+    table = TEXT.partition("<!-- seen -->")[2].partition("<!-- end seen -->")[0]
+    told = set(re.findall(r"`(\w+)`", table))
+    assert {*seen._fields, *seen.model._fields} <= told
+    for line in table.splitlines():
+        for name in re.findall(r"`(\w+)`", line.partition("|")[2].partition("|")[0]):
+            shape = re.search(r"\| (\([^|]*?\)) \|", line)
+            actual = getattr(seen, name, None)
+            if shape and hasattr(actual, "shape") and "," not in shape[1].strip("()").strip(","):
+                wanted = shape[1].replace("n", "2").replace("p", "4")
+                assert actual.shape == eval(wanted), name
+
+
+def test_the_page_is_about_the_present_interface():
+    assert f"**interface {INTERFACE_VERSION}**" in TEXT
+    own = Simulation(slipgrasp.load_scenario("composite-case-2"))._run.own
+    assert answer_views((), own, (2, 4))._fields == ("torque", "estimates")
