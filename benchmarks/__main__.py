@@ -30,6 +30,7 @@ PARTS = {
     "elementary": "error of the kernel's elementary functions against mpmath, beside numpy",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
+    "sampled": "accuracy against cost of sampled control",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "soak": "a service under mixed load for an hour; only if named",
     "recording": "writing and reading a recording, a slider's change",

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
+from benchmarks.sampled import CHOSEN, FIFTH, SampledPoint
 from benchmarks.scaling import Scaling
 from benchmarks.timing import MILLISECONDS
 from benchmarks.work_precision import DRAKE, MUJOCO, OURS, Point
@@ -52,6 +53,24 @@ def draw_work_precision(points: Sequence[Point]) -> Figure:
             axes.xaxis.set_major_formatter(_plain)
             _draw_curves(axes, points, error)
             _draw_legend(axes)
+        return figure
+
+
+def draw_sampled(points: Sequence[SampledPoint]) -> Figure:
+    """Error of the pose in the end over CPU time, one curve per case and way."""
+    with paper_style():
+        figure = new_figure(90.0)
+        cases = sorted({point.case for point in points})
+        for column, case in enumerate(cases):
+            axes = add_axes(figure, 14.0 + 42.0 * column, 7.0, 33.0, 70.0)
+            axes.set(yscale="log", ylim=(1e-16, 1e-8))
+            axes.set_xlabel("CPU time [ms]")
+            axes.set_title(case, loc="left", fontsize=8.5)
+            for way, style in ((CHOSEN, "o-"), (FIFTH, "s--")):
+                curve = [point for point in points if (point.case, point.way) == (case, way)]
+                times = [MILLISECONDS * point.seconds for point in curve]
+                axes.plot(times, [point.pose for point in curve], style, label=way, markersize=3)
+            axes.legend()
         return figure
 
 

@@ -42,8 +42,8 @@ from slipgrasp.core.kernel.run import (
     keep_old,
 )
 from slipgrasp.core.kernel.state import supplied_at
-from slipgrasp.core.kernel.stepper import take_step
-from slipgrasp.core.kernel.steps import cut_at_event, emit_inside, take_accepted_step
+from slipgrasp.core.kernel.stepper import method_of, take_step
+from slipgrasp.core.kernel.steps import cut_at_event, emit_due, emit_inside, take_accepted_step
 from slipgrasp.core.kernel.tick import (
     apply_command,
     control_tick,
@@ -215,6 +215,7 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
         same_ticks: 1 where sampled control keeps its ticks (its period did not change).
     """
     run.begun = 1
+    run.rank = run.quiet_steps = 0
     forget_mechanics(run.work)
     if first == 0:
         _book_energy(model, run)
@@ -250,6 +251,7 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
     now, step = run.now, run.step
     until = _next_break(model, run, t_stop)
     if until > now:
+        emit_due(model, run, outlet)
         taken = take_accepted_step(model, run, until)
         if taken == 0.0:
             emit(model, run, outlet, now, step.start)
@@ -263,9 +265,10 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
         if h == 0.0 and run.fired == 0:
             emit(model, run, outlet, now, step.start)
             return STEP_UNDERFLOW
+        last = method_of(model, step).last
         for k in range(model.num_states):
             step.start.x[k] = step.end.x[k]
-            step.slopes[0].x[k] = step.slopes[model.method.last].x[k]
+            step.slopes[0].x[k] = step.slopes[last].x[k]
         reaches = h == until - now and run.fired == 0
         run.now = until if reaches else now + h
         if run.fired == 1:

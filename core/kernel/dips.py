@@ -28,7 +28,7 @@ from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import PROGRESS
 from slipgrasp.core.kernel.state import estimate_at, slip_velocity_at
-from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant
+from slipgrasp.core.kernel.stepper import interpolate, method_of, prepare_interpolant
 
 # A guard is looked at where its least value may come this near to its level, as a share of the
 # range of its values in the step: by the values alone, and by the lines through them.
@@ -61,7 +61,7 @@ def _value_inside(model: Record, run: Record, h: float, j: int, share: float) ->
         return guard_value(model, run.discrete, j, step.stage.x[coordinate])
     t = run.now + share * h
     flow(model, run.discrete, t, step.stage, room.derivative, run.work)
-    row = model.method.last + 1  # of a slope that only the interpolant uses
+    row = method_of(model, step).last + 1  # of a slope that only the interpolant uses
     sample_guards(model, run.discrete, run.work, step.samples, row)
     return step.samples[row, j]
 
@@ -102,9 +102,10 @@ def _search(
 @compiled
 def _slope(model: Record, run: Record, j: int, k: int) -> float:
     """Slope of guard ``j`` per step between node ``k``, counted from the start, and the next."""
-    a, b = model.method.ordered[k], model.method.ordered[k + 1]
+    method = method_of(model, run.step)
+    a, b = method.ordered[k], method.ordered[k + 1]
     rise = run.step.samples[b, j] - run.step.samples[a, j]
-    return rise / (model.method.nodes[b] - model.method.nodes[a])
+    return rise / (method.nodes[b] - method.nodes[a])
 
 
 @compiled
@@ -114,7 +115,7 @@ def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -
     It falls before the first and rises after the second, and the lines of both cross below; where
     it does only one of that, its line alone decides.
     """
-    method, samples = model.method, run.step.samples
+    method, samples = method_of(model, run.step), run.step.samples
     a, b = method.ordered[k], method.ordered[k + 1]
     width, start, end = method.nodes[b] - method.nodes[a], samples[a, j], samples[b, j]
     falls = _slope(model, run, j, k - 1) if k > 0 else 0.0
@@ -130,7 +131,7 @@ def _may_fall_between(model: Record, run: Record, j: int, k: int, near: float) -
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
 def _find_least(model: Record, run: Record, h: float, j: int) -> float:
     """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
-    method, samples = model.method, run.step.samples
+    method, samples = method_of(model, run.step), run.step.samples
     least, largest = samples[0, j], samples[0, j]
     for k in range(1, method.num_ordered):
         value = samples[method.ordered[k], j]
@@ -153,15 +154,15 @@ def _find_least(model: Record, run: Record, h: float, j: int) -> float:
 @compiled
 def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
     """The share of the step at which guard ``j``, whose samples are kept, is past its level."""
-    guards, step = run.guards, run.step
+    guards, step, last = run.guards, run.step, method_of(model, run.step).last
     start, end = guards.starts[j], guards.ends[j]
     least, largest = min(start, end), max(start, end)
-    for row in range(1, model.method.last):
+    for row in range(1, last):
         least = min(least, step.samples[row, j])
         largest = max(largest, step.samples[row, j])
     if not least - guards.levels[j] < NEAR * (largest - least):
         return 0.0
-    step.samples[0, j], step.samples[model.method.last, j] = start, end
+    step.samples[0, j], step.samples[last, j] = start, end
     return _find_least(model, run, h, j)
 
 
@@ -171,7 +172,7 @@ def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
 
     The slopes of a coordinate are known: they give its values at the nodes of the step.
     """
-    guards, step, method = run.guards, run.step, model.method
+    guards, step, method = run.guards, run.step, method_of(model, run.step)
     coordinate = _coordinate(model, run.discrete, j)
     least = min(guards.starts[j], guards.ends[j]) - guards.levels[j]
     steepest = 0.0
@@ -195,13 +196,13 @@ def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
 @compiled
 def _jump_inside(model: Record, run: Record) -> float:
     """The share of the step at which the law is on the other side of a jump; 0 if nowhere."""
-    last = run.guards.count - 1
+    last, method = run.guards.count - 1, method_of(model, run.step)
     if run.guards.fired[last] == 0:
-        for k in range(1, model.method.num_ordered - 1):
-            row = model.method.ordered[k]
+        for k in range(1, method.num_ordered - 1):
+            row = method.ordered[k]
             infeasible = 1 if run.step.samples[row, last] > VIOLATION_BAND else 0
             if infeasible != run.guards.infeasible:
-                return model.method.nodes[row]
+                return method.nodes[row]
     return 0.0
 
 

@@ -40,7 +40,7 @@ def update_mechanics(model: Record, state: Record, work: Record) -> None:
         return
     for k in range(moving):
         current.state.x[k] = state.x[k]
-    current.mechanics, current.factors = 1, 0
+    current.mechanics, current.factors, current.law = 1, 0, 0
     update_kinematics(model.hand, state, work.kin)
     update_unit_dynamics(model.hand, work.kin, work.unit)
     combine_links(model.truth, work.unit, work.dynamics)
@@ -49,7 +49,7 @@ def update_mechanics(model: Record, state: Record, work: Record) -> None:
 @compiled
 def forget_mechanics(work: Record) -> None:
     """The constants of the run, or what ``work`` holds of the mechanics, have been changed."""
-    work.current.mechanics = work.current.factors = 0
+    work.current.mechanics = work.current.factors = work.current.law = 0
 
 
 @compiled
@@ -80,7 +80,36 @@ def update_command(model: Record, discrete: Record, t: float, state: Record, wor
         work.kin, work.believed_dynamics, work.believed, discrete.beliefs, work.estimated_inertia
     )
     factor(work.estimated_inertia, discrete.beliefs, n, work.estimated_factors)
+    if model.law.period > 0.0:
+        _remember_law(model, discrete, t, state, work.current)
     return command(model, discrete, work)
+
+
+@compiled
+def _remember_law(
+    model: Record, discrete: Record, t: float, state: Record, current: Record
+) -> None:
+    current.law, current.time, current.piece = 1, t, discrete.piece
+    current.added_grip = discrete.added_grip
+    for i in range(model.num_fingers):
+        current.beliefs[i] = discrete.beliefs[i]
+    for k in range(model.num_unknowns):
+        at = estimate_at(model.num_fingers, k)
+        current.state.x[at] = state.x[at]
+
+
+@compiled
+def holds_law(model: Record, discrete: Record, t: float, state: Record, work: Record) -> bool:
+    """Whether errors, belief and grasp in ``work`` are those of this state, whose mechanics are."""
+    current = work.current
+    if current.law == 0 or current.time != t or current.piece != discrete.piece:
+        return False
+    if current.added_grip != discrete.added_grip:
+        return False
+    end = estimate_at(model.num_fingers, model.num_unknowns)
+    return _agree(current.state.x, state.x, end) and _agree(
+        current.beliefs, discrete.beliefs, model.num_fingers
+    )
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, WORKSPACE)

@@ -94,7 +94,9 @@ def settle(model: Record, run: Record, instant: int, exhaustive: int) -> int:
     n = model.num_fingers
     for i in range(n):
         # Slip velocities that counted as zero become exactly zero.
-        if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED:
+        speed = abs(state.x[slip_velocity_at(n, i)])
+        if 0.0 < speed < REST_SPEED:
+            run.selection.selected = 0
             state.x[slip_velocity_at(n, i)] = 0.0
     return RUNNING
 
@@ -106,6 +108,18 @@ def _nearly_singular(model: Record, run: Record) -> int:
         if run.work.kin.extension[i] < LOST_FORCES:
             return i
     return -1
+
+
+@compiled
+def set_first_slope(model: Record, run: Record) -> None:
+    """First slope under the torque that acts; ``work`` is left at the present state."""
+    step, selection = run.step, run.selection
+    if selection.selected == 0:
+        flow(model, run.discrete, run.now, step.start, step.slopes[0], run.work)
+        return
+    selection.selected = 0
+    for k in range(model.num_states):
+        step.slopes[0].x[k] = selection.derivative.x[k]
 
 
 @compiled_apart(types.void, MODEL, PROGRESS)

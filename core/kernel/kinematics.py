@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
+
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
@@ -11,6 +13,13 @@ from slipgrasp.core.kernel.state import ANGLE, X, Y, slip_at, slip_velocity_at, 
 
 LEAST_SINE = 1e-3
 
+# One finger whose tip is at a contact: directions of its links, bend, J^-1, joint velocities, the
+# acceleration of its tip with the joints' accelerations at 0, and sin^2 q2 less its least value.
+Finger = namedtuple(
+    "Finger",
+    "cosine1 sine1 cosine12 sine12 cosine2 sine2 "
+    "inverse00 inverse01 inverse10 inverse11 rate1 rate2 bias_x bias_y extension",
+)
 
 # Positions and velocities of fingers and contacts in one state, in the inertial frame.
 KINEMATICS = np.dtype(
@@ -37,57 +46,112 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
     The fingers follow from inverse kinematics on a fixed elbow branch, so the position
     constraint holds to rounding at all times.
     """
-    n = hand.num_fingers
     sine, cosine = sincos(state.x[ANGLE])
     omega = state.x[velocity_at(ANGLE)]
-    for i in range(n):
-        slip, slip_velocity = state.x[slip_at(i)], state.x[slip_velocity_at(n, i)]
-        tx = cosine * hand.tangents[i, 0] - sine * hand.tangents[i, 1]
-        ty = sine * hand.tangents[i, 0] + cosine * hand.tangents[i, 1]
-        px = hand.anchors[i, 0] + slip * hand.tangents[i, 0]
-        py = hand.anchors[i, 1] + slip * hand.tangents[i, 1]
-        rx, ry = cosine * px - sine * py, sine * px + cosine * py
+    for i in range(hand.num_fingers):
+        slip, slip_velocity = state.x[slip_at(i)], state.x[slip_velocity_at(hand.num_fingers, i)]
+        tx, ty, rx, ry = place_contact(hand, i, slip, cosine, sine)
         kin.tangents[i, 0], kin.tangents[i, 1] = tx, ty
         kin.arms[i, 0], kin.arms[i, 1] = rx, ry
-        kin.tip_velocities[i, 0] = state.x[velocity_at(X)] - omega * ry + slip_velocity * tx
-        kin.tip_velocities[i, 1] = state.x[velocity_at(Y)] + omega * rx + slip_velocity * ty
-        kin.bias[i, 0] = -omega * (omega * rx + 2.0 * slip_velocity * ty)
-        kin.bias[i, 1] = -omega * (omega * ry - 2.0 * slip_velocity * tx)
-        _solve_finger(hand, i, state.x[X] + rx, state.x[Y] + ry, kin)
+        vx = state.x[velocity_at(X)] - omega * ry + slip_velocity * tx
+        vy = state.x[velocity_at(Y)] + omega * rx + slip_velocity * ty
+        kin.tip_velocities[i, 0], kin.tip_velocities[i, 1] = vx, vy
+        dx, dy = state.x[X] + rx - hand.bases[i, 0], state.x[Y] + ry - hand.bases[i, 1]
+        finger = solve_finger(hand, i, dx, dy, vx, vy)
+        _store_finger(hand, i, dx, dy, finger, kin)
+        kin.bias[i, 0] = finger.bias_x - omega * (omega * rx + 2.0 * slip_velocity * ty)
+        kin.bias[i, 1] = finger.bias_y - omega * (omega * ry - 2.0 * slip_velocity * tx)
 
 
 @compiled
-def _solve_finger(hand: Record, i: int, tip_x: float, tip_y: float, kin: Record) -> None:
-    """Inverse kinematics of finger ``i``; completes ``bias`` with the finger's own part."""
+def place_contact(
+    hand: Record, i: int, slip: float, cosine: float, sine: float
+) -> tuple[float, float, float, float]:
+    """Tangent and arm (t_x, t_y, r_x, r_y) of contact ``i`` on the turned object."""
+    px = hand.anchors[i, 0] + slip * hand.tangents[i, 0]
+    py = hand.anchors[i, 1] + slip * hand.tangents[i, 1]
+    return (
+        cosine * hand.tangents[i, 0] - sine * hand.tangents[i, 1],
+        sine * hand.tangents[i, 0] + cosine * hand.tangents[i, 1],
+        cosine * px - sine * py,
+        sine * px + cosine * py,
+    )
+
+
+@compiled
+def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: float) -> Finger:
+    """Inverse kinematics of finger ``i``, whose tip is at (dx, dy) from its base and moves."""
     first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
-    dx, dy = tip_x - hand.bases[i, 0], tip_y - hand.bases[i, 1]
     squared = dx * dx + dy * dy
     c2 = (squared - first * first - second * second) / (2.0 * first * second)
     extension = 1.0 - c2 * c2
-    kin.extension[i] = extension - square(LEAST_SINE)
     s2 = hand.elbows[i] * np.sqrt(max(extension, 1e-300))
     # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
     along, across = first + second * c2, second * s2
     inverse = 1.0 / squared
     c1, s1 = (along * dx + across * dy) * inverse, (along * dy - across * dx) * inverse
     c12, s12 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
-    kin.bends[i, 0], kin.bends[i, 1] = c2, s2
-    kin.links[i, 0, 0], kin.links[i, 0, 1] = c1, s1
-    kin.links[i, 1, 0], kin.links[i, 1, 1] = c12, s12
     # The tip relative to the second joint is l2 (c12, s12), relative to the base (dx, dy).
-    kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * s12
-    kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * c12
     scale = 1.0 / (first * second * s2)
     i00, i01 = scale * second * c12, scale * second * s12
     i10, i11 = -scale * dx, -scale * dy
-    kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = i00, i01
-    kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = i10, i11
-    vx, vy = kin.tip_velocities[i, 0], kin.tip_velocities[i, 1]
     rate1, rate2 = i00 * vx + i01 * vy, i10 * vx + i11 * vy
-    kin.joint_velocities[i, 0], kin.joint_velocities[i, 1] = rate1, rate2
     own, total = first * square(rate1), second * square(rate1 + rate2)
-    kin.bias[i, 0] += own * c1 + total * c12
-    kin.bias[i, 1] += own * s1 + total * s12
+    bias_x, bias_y = own * c1 + total * c12, own * s1 + total * s12
+    return Finger(
+        c1,
+        s1,
+        c12,
+        s12,
+        c2,
+        s2,
+        i00,
+        i01,
+        i10,
+        i11,
+        rate1,
+        rate2,
+        bias_x,
+        bias_y,
+        extension - square(LEAST_SINE),
+    )
+
+
+@compiled
+def _store_finger(hand: Record, i: int, dx: float, dy: float, finger: Finger, kin: Record) -> None:
+    """Writes a finger, but for its bias, and its Jacobian to ``kin``."""
+    second = hand.link_lengths[i, 1]
+    kin.links[i, 0, 0], kin.links[i, 0, 1] = finger.cosine1, finger.sine1
+    kin.links[i, 1, 0], kin.links[i, 1, 1] = finger.cosine12, finger.sine12
+    kin.bends[i, 0], kin.bends[i, 1] = finger.cosine2, finger.sine2
+    kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * finger.sine12
+    kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * finger.cosine12
+    kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = finger.inverse00, finger.inverse01
+    kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = finger.inverse10, finger.inverse11
+    kin.joint_velocities[i, 0], kin.joint_velocities[i, 1] = finger.rate1, finger.rate2
+    kin.extension[i] = finger.extension
+
+
+@compiled
+def stored_finger(kin: Record, i: int) -> Finger:
+    """Finger ``i`` of kinematics that are up to date, the bias with the part of the object."""
+    return Finger(
+        kin.links[i, 0, 0],
+        kin.links[i, 0, 1],
+        kin.links[i, 1, 0],
+        kin.links[i, 1, 1],
+        kin.bends[i, 0],
+        kin.bends[i, 1],
+        kin.inverses[i, 0, 0],
+        kin.inverses[i, 0, 1],
+        kin.inverses[i, 1, 0],
+        kin.inverses[i, 1, 1],
+        kin.joint_velocities[i, 0],
+        kin.joint_velocities[i, 1],
+        kin.bias[i, 0],
+        kin.bias[i, 1],
+        kin.extension[i],
+    )
 
 
 @compiled

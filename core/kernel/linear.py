@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.records import MAX_COORDINATES, Floats, Integers, Record
+
+Triple: TypeAlias = tuple[float, float, float]
+Symmetric: TypeAlias = tuple[float, float, float, float, float, float]  # 00, 01, 02, 11, 12, 22
 
 # Factors of the reduced inertia M~ in its moving coordinates: those of the object and of the
 # slipping contacts. Sticking contacts have s'' = 0, their rows and columns drop out. Where all
@@ -44,21 +49,40 @@ def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
 
 @compiled
 def _invert(matrix: Floats, factors: Record) -> None:
-    """Inverse of the symmetric leading 3 x 3 block from its cofactors."""
-    m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
-    m11, m12, m22 = matrix[1, 1], matrix[1, 2], matrix[2, 2]
+    """Inverse of the symmetric leading 3 x 3 block."""
+    block = (matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 2])
+    factors.determinant, inverse = invert_symmetric(block)
+    for k in range(6):
+        factors.inverse[k] = inverse[k]
+
+
+@compiled
+def invert_symmetric(matrix: Symmetric) -> tuple[float, Symmetric]:
+    """Determinant and inverse of a symmetric 3 x 3 matrix."""
+    m00, m01, m02, m11, m12, m22 = matrix
     c00, c01, c02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
     determinant = m00 * c00 + m01 * c01 + m02 * c02
     scale = 1.0 / determinant
-    factors.determinant = determinant
-    factors.inverse[0], factors.inverse[1], factors.inverse[2] = (
+    return determinant, (
         scale * c00,
         scale * c01,
         scale * c02,
+        scale * (m00 * m22 - m02 * m02),
+        scale * (m01 * m02 - m00 * m12),
+        scale * (m00 * m11 - m01 * m01),
     )
-    factors.inverse[3] = scale * (m00 * m22 - m02 * m02)
-    factors.inverse[4] = scale * (m01 * m02 - m00 * m12)
-    factors.inverse[5] = scale * (m00 * m11 - m01 * m01)
+
+
+@compiled
+def multiply_symmetric(matrix: Symmetric, vector: Triple) -> Triple:
+    """A symmetric 3 x 3 matrix times a vector."""
+    m00, m01, m02, m11, m12, m22 = matrix
+    x, y, z = vector
+    return (
+        m00 * x + m01 * y + m02 * z,
+        m01 * x + m11 * y + m12 * z,
+        m02 * x + m12 * y + m22 * z,
+    )
 
 
 @compiled

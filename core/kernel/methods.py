@@ -1,6 +1,6 @@
-"""What an explicit Runge-Kutta method is to the stepper, and the cheaper of the two it has.
+"""What an explicit Runge-Kutta method is to the stepper, and those for short steps.
 
-Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5 and II.6.
+Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4 to II.6.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+MAX_METHODS = 3
 MAX_SLOPES = 16
 DENSE_ROWS = 4
 
@@ -59,7 +60,8 @@ def pack_method(
     method["last"], method["num_slopes"], method["num_dense"] = last, len(nodes), len(dense)
     method["roots"] = roots
     method["nodes"][: len(nodes)] = nodes
-    ordered = [*sorted((k for k in range(last) if nodes[k] < 1.0), key=nodes.__getitem__), last]
+    inside = {node: k for k, node in enumerate(nodes[:last]) if node < 1.0}
+    ordered = [*(inside[node] for node in sorted(inside)), last]
     method["num_ordered"] = len(ordered)
     method["ordered"][: len(ordered)] = ordered
     method["error"][: len(error)] = error
@@ -71,7 +73,42 @@ def pack_method(
     return method
 
 
-# Dormand-Prince 5(4): six evaluations a step, cheapest for the short steps of sampled control.
+# Bogacki and Shampine, A 3(2) pair of Runge-Kutta formulas, Applied Mathematics Letters 2 (1989):
+# three evaluations a step.
+BS32 = pack_method(
+    roots=2,
+    last=3,
+    nodes=(0.0, 1 / 2, 3 / 4, 1.0),
+    matrix=(
+        (),
+        ((0, 1 / 2),),
+        ((1, 3 / 4),),
+        ((0, 2 / 9), (1, 1 / 3), (2, 4 / 9)),
+    ),
+    error=(-5 / 72, 1 / 12, 1 / 9, -1 / 8),
+    correction=(),
+    dense=(),
+)
+
+# The classical method of order 4, four evaluations a step. The slope at the end of the step takes
+# over a part of the last weight: whatever the part, this keeps order 3.
+RK43 = pack_method(
+    roots=2,
+    last=4,
+    nodes=(0.0, 1 / 2, 1 / 2, 1.0, 1.0),
+    matrix=(
+        (),
+        ((0, 1 / 2),),
+        ((1, 1 / 2),),
+        ((2, 1.0),),
+        ((0, 1 / 6), (1, 1 / 3), (2, 1 / 3), (3, 1 / 6)),
+    ),
+    error=(0.0, 0.0, 0.0, 1 / 10, -1 / 10),
+    correction=(),
+    dense=(),
+)
+
+# Dormand and Prince, order 5(4): six evaluations a step.
 DOPRI5 = pack_method(
     roots=2,
     last=6,

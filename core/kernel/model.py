@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipgrasp.core.kernel.methods import METHOD
+from slipgrasp.core.kernel.methods import MAX_METHODS, METHOD
 from slipgrasp.core.kernel.motion import MOTION
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS
 from slipgrasp.core.scenario import LAW_FACTS, MAX_UNKNOWNS
@@ -156,7 +156,8 @@ MODEL = np.dtype(
         ("sensors", SENSORS),
         ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
-        ("method", METHOD),
+        ("num_methods", np.int64),
+        ("methods", METHOD, (MAX_METHODS,)),  # in rising order
     ],
     align=True,
 )

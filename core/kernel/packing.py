@@ -12,7 +12,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.dop853 import DOP853
 from slipgrasp.core.kernel.elementary import exp, log
-from slipgrasp.core.kernel.methods import DOPRI5, METHOD
+from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
     FACTS,
     FRICTION,
@@ -63,7 +63,9 @@ _SIDES = tuple(TANGENTS).index("bottom")  # left and right come before
 _LAWS = (*CONTROL_LAWS.values(), law_of(OUTSIDE))
 _FACTS = np.array([tuple(getattr(law, fact) for fact in LAW_FACTS) for law in _LAWS], FACTS)
 _BRAKES = np.array([law.kind in kinds_using(ControllerParameters, "slip_stop") for law in _LAWS])
-_METHODS = np.array([DOP853, DOPRI5], METHOD)
+# Of sampled control in rising order, and that of continuous control.
+_SHORT_STEPS = np.array([BS32, RK43, DOPRI5], METHOD)
+_LONG_STEPS = np.array([DOP853], METHOD)
 
 
 def _list_unknowns() -> np.ndarray:
@@ -134,7 +136,13 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
     _pack_world(table, model)
     _pack_numerics(table.simulation, model.numerics)
     pack_motion(table.trajectory, model.motion)
-    model.method = _METHODS[1 if table.controller.control_period > 0.0 else 0]
+    if table.controller.control_period > 0.0:
+        model.num_methods = len(_SHORT_STEPS)
+        for rank in range(len(_SHORT_STEPS)):
+            model.methods[rank] = _SHORT_STEPS[rank]
+    else:
+        model.num_methods = 1
+        model.methods[0] = _LONG_STEPS[0]
 
 
 @compiled
@@ -152,7 +160,7 @@ def _pack_finger(finger: Record, i: int, model: Record) -> None:
         hand.link_lengths[i, link] = length
         hand.link_centres[i, link] = centre * length
         hand.link_moments[i, link] = inertia * (length * length)
-        hand.bases[i, link] = finger.base[link]
+        hand.bases[i, link] = finger["base"][link]  # not the base of a NumPy array
         truth.link_masses[i, link] = finger.link_masses[link]
     hand.elbows[i] = -1.0 if finger.elbow == _ELBOW_UP else 1.0
 

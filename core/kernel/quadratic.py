@@ -6,6 +6,9 @@ where a_k x = b_k for the first rows and a_k x >= b_k for the others. From the f
 x = 0 the most violated row is made to hold, again and again; rows whose multiplier falls to 0
 on the way are let go. The norm grows with every row, so the end comes after finitely many,
 and it is exact: the same problem has the same answer to the last bit.
+
+From tick to tick of sampled control the active rows hardly ever change. There those of the tick
+before are tried first, and kept where they are the solution's: the multipliers say so.
 """
 
 from __future__ import annotations
@@ -41,6 +44,11 @@ QUADRATIC = np.dtype(
         ("parts", np.float64, (MAX_SIZE,)),  # of a normal in the basis
         ("step", np.float64, (MAX_SIZE,)),  # what the basis leaves of it
         ("slopes", np.float64, (MAX_SIZE,)),  # how fast the multipliers fall along the step
+        # 1 at a tick, and only there, so that no row of the trace has a part in the motion: the
+        # rows that were active at the tick before are tried, and those found are remembered.
+        ("warm", np.int64),
+        ("last_count", np.int64),
+        ("last", np.int64, (MAX_SIZE,)),
     ],
     align=True,
 )
@@ -53,6 +61,64 @@ def solve_quadratic(problem: Record) -> int:
     Returns:
         1, or 0 where the rows contradict each other or equalities depend on each other.
     """
+    if problem.warm == 0:
+        return _solve_cold(problem)
+    if not _solve_as_last(problem) and _solve_cold(problem) == 0:
+        problem.last_count = 0
+        return 0
+    problem.last_count = problem.count
+    for k in range(problem.count):
+        problem.last[k] = problem.active[k]
+    return 1
+
+
+@compiled
+def _solve_as_last(problem: Record) -> bool:
+    """Whether the rows that were active last are those of this solution, which is then found."""
+    if not problem.equalities <= problem.last_count <= problem.columns:
+        return False
+    problem.count = 0
+    for k in range(problem.last_count):
+        row = problem.last[k]
+        if row >= problem.rows or (k < problem.equalities and row != k):
+            return False
+        rest = _split_normal(problem, row)
+        if rest == 0.0:
+            return False
+        _append(problem, row, 0.0, np.sqrt(rest))
+    _solve_active(problem)
+    for k in range(problem.equalities, problem.count):
+        if not problem.multipliers[k] > 0.0:
+            return False
+    return _most_violated(problem) < 0
+
+
+@compiled
+def _solve_active(problem: Record) -> None:
+    """The least-norm point where all active rows hold with equality, and their multipliers.
+
+    With the normals A^T = Q R it is x = Q y, R^T y = b, and A^T multipliers = x.
+    """
+    count, triangle, y = problem.count, problem.triangle, problem.parts
+    for i in range(problem.columns):
+        problem.solution[i] = 0.0
+    for k in range(count):
+        total = problem.bounds[problem.active[k]]
+        for j in range(k):
+            total -= triangle[j, k] * y[j]
+        y[k] = total / triangle[k, k]
+        for i in range(problem.columns):
+            problem.solution[i] += y[k] * problem.basis[i, k]
+    for k in range(count - 1, -1, -1):
+        total = y[k]
+        for j in range(k + 1, count):
+            total -= triangle[k, j] * problem.multipliers[j]
+        problem.multipliers[k] = total / triangle[k, k]
+
+
+@compiled
+def _solve_cold(problem: Record) -> int:
+    """The solution from the free minimum on; 0 where there is none."""
     problem.count = 0
     for i in range(problem.columns):
         problem.solution[i] = 0.0
@@ -110,6 +176,7 @@ def _enforce(problem: Record, row: int) -> bool:
     multiplier = 0.0
     for _ in range(MAX_SIZE + 1):
         rest = _split_normal(problem, row)
+        _find_slopes(problem)
         blocking, reach = _first_to_let_go(problem)
         full = -_excess(problem, row) / rest if rest > 0.0 else np.inf
         length = min(full, reach)
@@ -132,7 +199,7 @@ def _enforce(problem: Record, row: int) -> bool:
 def _split_normal(problem: Record, row: int) -> float:
     """Splits a row's normal into its parts in the basis, ``parts``, and the rest, ``step``.
 
-    Projecting twice keeps the basis orthogonal to rounding. ``slopes`` solve R slopes = parts.
+    Projecting twice keeps the basis orthogonal to rounding.
 
     Returns:
         The squared length of the rest, 0 where the normal depends on the active ones.
@@ -154,12 +221,17 @@ def _split_normal(problem: Record, row: int) -> float:
                 problem.step[i] -= part * problem.basis[i, k]
     for i in range(size):
         rest += square(problem.step[i])
-    for k in range(count - 1, -1, -1):
+    return rest if rest > square(DEPENDENT) * whole else 0.0
+
+
+@compiled
+def _find_slopes(problem: Record) -> None:
+    """Solves R slopes = parts."""
+    for k in range(problem.count - 1, -1, -1):
         total = problem.parts[k]
-        for j in range(k + 1, count):
+        for j in range(k + 1, problem.count):
             total -= problem.triangle[k, j] * problem.slopes[j]
         problem.slopes[k] = total / problem.triangle[k, k]
-    return rest if rest > square(DEPENDENT) * whole else 0.0
 
 
 @compiled

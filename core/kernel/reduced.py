@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.kinematics import to_contact_frame
+from slipgrasp.core.kernel.linear import Symmetric
 from slipgrasp.core.kernel.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.records import Floats, Integers, Record
 
@@ -48,17 +49,16 @@ def assemble_inertia(
 ) -> None:
     """M~ of Eq. 18, ``(N, N)``: symmetric for the object, not where a contact slips."""
     n = truth.num_fingers
-    m00, m11, m22 = truth.object_inertia[0], truth.object_inertia[1], truth.object_inertia[2]
-    m01, m02, m12 = 0.0, 0.0, 0.0
+    body = truth.object_inertia
+    total = (body[0], 0.0, 0.0, body[1], 0.0, body[2])
     for i in range(n):
         xx, xy, yy = dynamics.inertia[i, 0], dynamics.inertia[i, 1], dynamics.inertia[i, 2]
         rx, ry = kin.arms[i, 0], kin.arms[i, 1]
         tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+        total = add_finger(total, xx, xy, yy, rx, ry)
         # Forces on the fingertip per unit of angular acceleration and of slip acceleration.
         px, py = xy * rx - xx * ry, yy * rx - xy * ry
         gx, gy = xx * tx + xy * ty, xy * tx + yy * ty
-        m00, m01, m11 = m00 + xx, m01 + xy, m11 + yy
-        m02, m12, m22 = m02 + px, m12 + py, m22 + rx * py - ry * px
         row = 3 + i
         matrix[0, row], matrix[1, row], matrix[2, row] = gx, gy, rx * gy - ry * gx
         for column in range(3, 3 + n):
@@ -67,9 +67,19 @@ def assemble_inertia(
         matrix[row, 0], matrix[row, 1] = -xx * dx - xy * dy, -xy * dx - yy * dy
         matrix[row, 2] = -px * dx - py * dy
         matrix[row, row] = 1.0 if phases[i] == 0 else -gx * dx - gy * dy
-    matrix[0, 0], matrix[0, 1], matrix[0, 2] = m00, m01, m02
-    matrix[1, 0], matrix[1, 1], matrix[1, 2] = m01, m11, m12
-    matrix[2, 0], matrix[2, 1], matrix[2, 2] = m02, m12, m22
+    matrix[0, 0], matrix[0, 1], matrix[0, 2] = total[0], total[1], total[2]
+    matrix[1, 0], matrix[1, 1], matrix[1, 2] = total[1], total[3], total[4]
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = total[2], total[4], total[5]
+
+
+@compiled
+def add_finger(
+    total: Symmetric, xx: float, xy: float, yy: float, rx: float, ry: float
+) -> Symmetric:
+    """Inertia of the object with that of a sticking finger, Lambda at the arm r, on top."""
+    px, py = xy * rx - xx * ry, yy * rx - xy * ry
+    m00, m01, m02, m11, m12, m22 = total
+    return m00 + xx, m01 + xy, m02 + px, m11 + yy, m12 + py, m22 + rx * py - ry * px
 
 
 @compiled

@@ -12,7 +12,7 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllability import find_controllable
 from slipgrasp.core.kernel.controllers.interface import adapt
 from slipgrasp.core.kernel.dynamics import stored_energy
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
+from slipgrasp.core.kernel.flow import holds_law, solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import friction_margin, present_friction
 from slipgrasp.core.kernel.kinematics import joint_angle
 from slipgrasp.core.kernel.law import lyapunov_value, true_value
@@ -81,14 +81,15 @@ def evaluate_row(model: Record, row: Record, work: Record) -> int:
     """
     n, discrete = model.num_fingers, row.discrete
     update_mechanics(model, row.state, work)
-    regular = update_command(model, discrete, row.time, row.state, work)
     if model.law.period > 0.0:
+        if not holds_law(model, discrete, row.time, row.state, work):
+            update_command(model, discrete, row.time, row.state, work)
         for i in range(n):
             for joint in range(2):
                 row.torques[i, joint] = discrete.torques[i, joint]
         torques_to_forces(work.kin, n, row.torques, work.tip_forces)
     else:
-        if regular == 0:
+        if update_command(model, discrete, row.time, row.state, work) == 0:
             return 0
         forces_to_torques(work.kin, n, work.tip_forces, row.torques)
     solve_plant(model, discrete, work)

@@ -59,6 +59,8 @@ PROGRESS = np.dtype(
         ("tally", TALLY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
+        ("rank", np.int64),  # of the method for the next step
+        ("quiet_steps", np.int64),  # in a row, far within tolerance
         ("hold_until", np.float64),  # end of a recognition hold, inf if none [s]
         ("tick_origin", np.float64),  # time of tick 0 of sampled control [s]
         ("last_tick", np.float64),  # [s]
@@ -223,23 +225,31 @@ def store_row(model: Record, run: Record, outlet: Record) -> None:
     add_to_tally(model, row, run.work, run.tally)
 
 
-@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64, STATE)
-def emit(model: Record, run: Record, outlet: Record, t: float, state: Record) -> None:
-    """Appends a row for ``state``; one that is not finite is dropped, and ends the run."""
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64, STATE, types.float64)
+def emit_as_of(
+    model: Record, run: Record, outlet: Record, t: float, state: Record, written: float
+) -> None:
+    """Appends a row for ``state`` at time ``t``, which it says is ``written``, a rounding beside.
+
+    One that is not finite is dropped, and ends the run.
+    """
     if evaluate_at(model, run, t, state) == 1:
+        run.row.time = written
         store_row(model, run, outlet)
     else:
         run.lost = 1
+
+
+@compiled
+def emit(model: Record, run: Record, outlet: Record, t: float, state: Record) -> None:
+    """Appends a row for ``state``; one that is not finite is dropped, and ends the run."""
+    emit_as_of(model, run, outlet, t, state, t)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET)
 def emit_before_jump(model: Record, run: Record, outlet: Record) -> None:
     """Appends a row for the last state before a jump of the law, as of the instant of the jump."""
-    if evaluate_at(model, run, run.before_time, run.before) == 1:
-        run.row.time = run.now
-        store_row(model, run, outlet)
-    else:
-        run.lost = 1
+    emit_as_of(model, run, outlet, run.before_time, run.before, run.now)
 
 
 @compiled

@@ -34,7 +34,9 @@ SELECTION_ROOM = np.dtype(
         ("open", np.int64, (MAX_FINGERS,)),  # 1 where a contact of the candidate opens
         ("gaps", np.float64, (MAX_FINGERS,)),  # how it accelerates apart [m/s^2]
         ("derivative", STATE),
+        ("selected", np.int64),  # 1 where it and the workspace are those of the selected phases
         ("probe", STATE),
+        ("probed", np.int64),  # 1 where the derivative is that of the probe
         ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 where the value alone does not decide
         ("values", np.float64, (MAX_FINGERS,)),  # margin or slip acceleration of those
     ],
@@ -63,6 +65,7 @@ def _moves_inward(
 
     Sticking may stay on its cone but not leave it; slip must gain speed.
     """
+    room.probed = 1
     for j in range(model.num_states):
         room.probe.x[j] = state.x[j] + PROBE_TIME * room.derivative.x[j]
     flow(model, discrete, t + PROBE_TIME, room.probe, room.derivative, work)
@@ -91,7 +94,7 @@ def _judge(
     for i in range(n):
         if not work.forces[i, 1] > 0.0:
             return _PULLS
-    doubts = False
+    doubts, room.probed = False, 0
     for i in range(n):
         room.doubtful[i] = 0
         if room.free[i] == 0:
@@ -206,7 +209,7 @@ def select_phases(
         SELECTED or AMBIGUOUS, else why there is none: then phases and belief are unchanged.
     """
     n = model.num_fingers
-    combinations, excess = 1, False
+    combinations, excess, room.selected = 1, False, 0
     for i in range(n):
         room.previous[i] = discrete.phases[i]
         room.beliefs[i] = discrete.beliefs[i]
@@ -227,6 +230,7 @@ def select_phases(
                 for i in range(n):
                     room.best[i] = discrete.phases[i]
             if code == 0 and exhaustive == 0:
+                room.selected = 1 - room.probed
                 break
         elif verdict == _IRREGULAR:
             verdict_found = NONE_REGULAR

@@ -10,17 +10,31 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
-from slipgrasp.core.kernel.flow import flow
+from slipgrasp.core.kernel.flow import flow, forget_mechanics
 from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Floats, Record
-from slipgrasp.core.kernel.state import MAX_STATE, STATE
+from slipgrasp.core.kernel.state import (
+    ANGLE,
+    MAX_STATE,
+    STATE,
+    X,
+    Y,
+    slip_at,
+    supplied_at,
+    velocity_at,
+)
+from slipgrasp.core.kernel.sticking import all_stick, sticking_acceleration
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+
+# Share of the allowed error from which a higher order is worth its cost.
+QUIET = 0.03
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
+        ("rank", np.int64),  # of the method by which it is taken
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
@@ -34,13 +48,19 @@ STEP = np.dtype(
 
 
 @compiled
+def method_of(model: Record, step: Record) -> Record:
+    """The method by which a step is taken."""
+    return model.methods[step.rank]
+
+
+@compiled
 def _combine(model: Record, row: int, h: float, step: Record, target: Record) -> None:
     """The state at which slope ``row`` is taken."""
-    size = model.num_states
+    size, matrix = model.num_states, method_of(model, step).matrix
     for j in range(size):
         target.x[j] = step.start.x[j]
     for k in range(row):
-        weight = h * model.method.matrix[row, k]
+        weight = h * matrix[row, k]
         if weight != 0.0:
             for j in range(size):
                 target.x[j] += weight * step.slopes[k].x[j]
@@ -58,22 +78,63 @@ def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: F
                 total[j] += weight * step.slopes[k].x[j]
 
 
-@compiled_apart(types.float64, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+@compiled
+def _take_sticking_stage(
+    model: Record, discrete: Record, row: int, h: float, step: Record, work: Record
+) -> None:
+    """Slope ``row`` while all contacts stick: only the object moves."""
+    start, matrix = step.start.x, method_of(model, step).matrix
+    x, y, angle = start[X], start[Y], start[ANGLE]
+    vx, vy, omega = start[velocity_at(X)], start[velocity_at(Y)], start[velocity_at(ANGLE)]
+    for k in range(row):
+        weight, slope = h * matrix[row, k], step.slopes[k].x
+        x, y, angle = x + weight * slope[X], y + weight * slope[Y], angle + weight * slope[ANGLE]
+        vx = vx + weight * slope[velocity_at(X)]
+        vy = vy + weight * slope[velocity_at(Y)]
+        omega = omega + weight * slope[velocity_at(ANGLE)]
+    acceleration, power = sticking_acceleration(
+        model, discrete, step.start, (x, y, angle), (vx, vy, omega), work
+    )
+    slope = step.slopes[row].x
+    slope[X], slope[Y], slope[ANGLE] = vx, vy, omega
+    for j in range(slip_at(0), model.num_states):
+        slope[j] = 0.0
+    for k in range(3):
+        slope[velocity_at(k)] = acceleration[k]
+    slope[supplied_at(model)] = power
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def take_step(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
-) -> float:
-    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step.
-
-    Returns:
-        The error over what is allowed, root mean square; not a number if anything is not.
-    """
-    method = model.method
-    for row in range(1, method.last + 1):
-        _combine(model, row, h, step, step.end)
-        flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
-        sample_guards(model, discrete, work, step.samples, row)
+) -> None:
+    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
+    method = method_of(model, step)
+    if model.law.period > 0.0 and all_stick(model, discrete):
+        forget_mechanics(work)
+        for row in range(1, method.last):
+            _take_sticking_stage(model, discrete, row, h, step, work)
+            sample_guards(model, discrete, work, step.samples, row)
+    else:
+        for row in range(1, method.last):
+            _combine(model, row, h, step, step.end)
+            flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
+            sample_guards(model, discrete, work, step.samples, row)
+    _combine(model, method.last, h, step, step.end)
+    flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
     step.prepared = 0
-    size = model.num_states
+
+
+@compiled_apart(types.float64, MODEL, types.float64, STEP)
+def step_error(model: Record, h: float, step: Record) -> float:
+    """The error of a step over what is allowed, root mean square; not a number if anything is not.
+
+    Args:
+        model: Constants of the run.
+        h: Size of the step [s].
+        step: The step; the first terms of its interpolant are overwritten.
+    """
+    size, method = model.num_states, method_of(model, step)
     _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
     _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
     relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
@@ -88,6 +149,24 @@ def take_step(
     return h * total / np.sqrt((total + 0.01 * correction) * size)
 
 
+@compiled
+def is_quiet(model: Record, h: float, step: Record) -> bool:
+    """Whether no error of the step is more than the share QUIET of what is allowed.
+
+    The error as `step_error` has it is then not more either, and nobody divides to see it.
+    """
+    method = method_of(model, step)
+    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
+    for j in range(model.num_states):
+        error = 0.0
+        for k in range(method.last + 1):
+            error += method.error[k] * step.slopes[k].x[j]
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        if not abs(h * error) <= QUIET * (absolute + relative * largest):
+            return False
+    return True
+
+
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
 def prepare_interpolant(
     model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
@@ -96,7 +175,7 @@ def prepare_interpolant(
     if step.prepared == 1:
         return
     step.prepared = 1
-    method = model.method
+    method = method_of(model, step)
     for row in range(method.last + 1, method.num_slopes):
         _combine(model, row, h, step, step.stage)
         flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
@@ -116,7 +195,7 @@ def prepare_interpolant(
 @compiled
 def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
     """State inside the step, by the continuous extension of the method."""
-    size, last = model.num_states, model.method.num_dense + 2
+    size, last = model.num_states, method_of(model, step).num_dense + 2
     for j in range(size):
         state.x[j] = 0.0
     for term in range(last, -1, -1):

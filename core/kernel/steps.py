@@ -25,15 +25,25 @@ from slipgrasp.core.kernel.run import (
     OUTPUT_ROUNDING,
     PROGRESS,
     ROWS_PER_STEP,
-    emit,
+    emit_as_of,
     evaluate_at,
     store_row,
 )
 from slipgrasp.core.kernel.state import ANGLE, dissipated_at, supplied_at, velocity_at
-from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant, take_step
+from slipgrasp.core.kernel.stepper import (
+    QUIET,
+    interpolate,
+    is_quiet,
+    method_of,
+    prepare_interpolant,
+    step_error,
+    take_step,
+)
+from slipgrasp.core.kernel.sticking import all_stick
 
 LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
+QUIET_STEPS = 100
 LOCATION_WIDTH = 2e-14
 LOCATION_SHARE = 1e-13
 MAX_CUTS = 50
@@ -48,25 +58,53 @@ GIVEN_BACK = 1e-10  # [J]
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def take_accepted_step(model: Record, run: Record, until: float) -> float:
     """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
-    numerics, now = model.numerics, run.now
-    rest = until - now
+    numerics, now, step = model.numerics, run.now, run.step
+    rest, sticks = until - now, all_stick(model, run.discrete)
     h = min(run.step_size, numerics.max_step, ROWS_PER_STEP / numerics.output_rate)
-    roots = model.method.roots
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
-        error = take_step(model, run.discrete, now, size, run.step, run.work)
-        if error <= 1.0 and size > LEAST_LEDGER_STEP and _turns_fast(model, run):
-            error = max(error, _ledger_error(model, run, size))
+        step.rank = run.rank if sticks else model.num_methods - 1
+        take_step(model, run.discrete, now, size, step, run.work)
         run.steps += 1
+        fast = size > LEAST_LEDGER_STEP and _turns_fast(model, run)
+        if size == rest and not fast and is_quiet(model, size, step):
+            run.step_size = max(run.step_size, 2.0 * size)
+            _count_quiet_step(run)
+            return size
+        error, roots = step_error(model, size, step), method_of(model, step).roots
+        if error <= 1.0 and fast:
+            error = max(error, _ledger_error(model, run, size))
+        is_raised = sticks and not error <= QUIET and _raise_order(model, run)
         if error <= 1.0:
             growth = min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), roots))
-            if size < rest or growth < 1.0 or size * growth > h:
+            if not is_raised and (size < rest or growth < 1.0 or size * growth > h):
                 run.step_size = size * growth
             return size
+        if is_raised:
+            continue
         shrink = max(0.2, 0.9 / root(error, roots)) if error < np.inf else 0.1
         h = size * shrink
         if h < LEAST_STEP * max(1.0, now) and h < rest:
             return 0.0
+
+
+@compiled
+def _raise_order(model: Record, run: Record) -> bool:
+    """The next step is taken by the method of the next higher order; False if there is none."""
+    run.quiet_steps = 0
+    if run.rank + 1 == model.num_methods:
+        return False
+    run.rank += 1
+    return True
+
+
+@compiled
+def _count_quiet_step(run: Record) -> None:
+    """After many quiet steps in a row the next lower order is tried."""
+    run.quiet_steps += 1
+    if run.quiet_steps >= QUIET_STEPS and run.rank > 0:
+        run.quiet_steps = 0
+        run.rank -= 1
 
 
 @compiled
@@ -146,13 +184,15 @@ def locate(model: Record, run: Record, h: float) -> float:
         high = 0.0
     if guards.fired[guards.count - 1] == 1:
         # There the law jumps: the row before shows this side of it.
-        run.location_error = take_step(model, discrete, now, low, step, work)
+        take_step(model, discrete, now, low, step, work)
+        run.location_error = step_error(model, low, step)
         run.before_time = now + low
         for k in range(model.num_states):
             run.before.x[k] = step.end.x[k]
         take_step(model, discrete, now, high, step, work)
     else:
-        run.location_error = take_step(model, discrete, now, high, step, work)
+        take_step(model, discrete, now, high, step, work)
+        run.location_error = step_error(model, high, step)
     keep_first_fired(guards, least_fired(model, discrete, step.end, work, guards))
     return high
 
@@ -168,7 +208,7 @@ def _gives_back(model: Record, run: Record, h: float) -> bool:
         slips = slips or run.discrete.phases[i] != 0
     if not slips or h < LEAST_LEDGER_STEP:
         return False
-    step, last = run.step, model.method.num_dense + 2
+    step, last = run.step, method_of(model, run.step).num_dense + 2
     j = dissipated_at(model)
     before, output = 0.0, run.outputs
     while True:
@@ -184,9 +224,23 @@ def _gives_back(model: Record, run: Record, h: float) -> bool:
         output += 1
 
 
+@compiled
+def emit_due(model: Record, run: Record, outlet: Record) -> None:
+    """Rows whose time has come are those of the present state.
+
+    Before the step that leaves it: mechanics and law of the state are still at hand.
+    """
+    while True:
+        t = run.outputs / model.numerics.output_rate
+        if t > run.now + OUTPUT_ROUNDING:
+            return
+        emit_as_of(model, run, outlet, run.now, run.step.start, t)
+        run.outputs += 1
+
+
 @compiled_apart(types.float64, MODEL, PROGRESS, OUTLET, types.float64)
 def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
-    """Rows at the output times from the start of the step to before its end.
+    """Rows at the output times inside the step.
 
     Returns:
         How much of the step agrees with its phases: ``h``, or where a row shows a guard that
@@ -198,19 +252,16 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
         t = run.outputs / model.numerics.output_rate
         if t >= end - OUTPUT_ROUNDING:
             return h
-        if t <= now or h == 0.0:
-            emit(model, run, outlet, t, run.step.start)
-        else:
-            if not prepared:
-                prepare_interpolant(model, run.discrete, now, h, run.step, run.work)
-                prepared = True
-                if _gives_back(model, run, h):
-                    return 0.5 * h
-            interpolate(model, run.step, (t - now) / h, run.step.stage)
-            if evaluate_at(model, run, t, run.step.stage) == 1:
-                if is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 1:
-                    return t - now
-                store_row(model, run, outlet)
+        if not prepared:
+            prepare_interpolant(model, run.discrete, now, h, run.step, run.work)
+            prepared = True
+            if _gives_back(model, run, h):
+                return 0.5 * h
+        interpolate(model, run.step, (t - now) / h, run.step.stage)
+        if evaluate_at(model, run, t, run.step.stage) == 1:
+            if is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 1:
+                return t - now
+            store_row(model, run, outlet)
         run.outputs += 1
 
 

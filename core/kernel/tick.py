@@ -16,9 +16,16 @@ from slipgrasp.core.kernel.controllers.own_law import (
     look,
 )
 from slipgrasp.core.kernel.elementary import nearest
-from slipgrasp.core.kernel.flow import flow, update_command, update_mechanics
+from slipgrasp.core.kernel.flow import flow, forget_mechanics, update_command, update_mechanics
 from slipgrasp.core.kernel.guards import arm_guards
-from slipgrasp.core.kernel.jump import LAW_FAILED, MODEL_SINGULAR, RUNNING, finish_jump, settle
+from slipgrasp.core.kernel.jump import (
+    LAW_FAILED,
+    MODEL_SINGULAR,
+    RUNNING,
+    finish_jump,
+    set_first_slope,
+    settle,
+)
 from slipgrasp.core.kernel.law import believe
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.prediction import predict
@@ -105,7 +112,7 @@ def _learn(model: Record, run: Record) -> None:
     """
     n, discrete, senses, work = model.num_fingers, run.discrete, run.senses, run.work
     state = run.step.start
-    flow(model, discrete, run.now, state, run.step.slopes[0], work)
+    set_first_slope(model, run)
     if model.law.facts.is_own:
         for k in range(model.num_unknowns):
             run.pending_rates[k] = 0.0  # of the law before it
@@ -193,7 +200,7 @@ def apply_command(model: Record, run: Record, outlet: Record) -> int:
     if status != RUNNING:
         _emit_before(model, run, outlet)
         return status
-    flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
+    set_first_slope(model, run)
     return _finish_tick(model, run, outlet, 0)
 
 
@@ -247,9 +254,11 @@ def _command_torques(model: Record, run: Record, outlet: Record) -> int:
 @compiled
 def _evaluate_law(model: Record, run: Record) -> int:
     n, work = model.num_fingers, run.work
+    work.quadratic.warm = 1
     regular = update_command(model, run.discrete, run.now, run.senses.measured, work)
     if model.law.predicts and run.acting == 1:
         regular = min(regular, _command_ahead(model, run))
+    work.quadratic.warm = 0
     if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
         return MODEL_SINGULAR
     forces_to_torques(work.kin, n, work.tip_forces, run.commanded)
@@ -304,6 +313,7 @@ def _command_ahead(model: Record, run: Record) -> int:
     predict(model, discrete, run.senses.measured, work, run.prediction)
     while then > model.motion.breaks[discrete.piece]:
         discrete.piece += 1
+    forget_mechanics(work)  # the prediction has its own bias
     update_mechanics(model, ahead, work)
     regular = update_command(model, discrete, then, ahead, work)
     discrete.piece = now

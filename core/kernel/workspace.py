@@ -59,6 +59,11 @@ CURRENT = np.dtype(
         ("state", STATE),
         ("factors", np.int64),  # 1: M~ and h~ are those of these mechanics in ``phases``
         ("phases", np.int64, (MAX_FINGERS,)),
+        ("law", np.int64),  # 1: so is what the controller makes of them, for the values below
+        ("time", np.float64),  # [s]
+        ("piece", np.int64),
+        ("beliefs", np.int64, (MAX_FINGERS,)),
+        ("added_grip", np.float64),  # [N]
     ],
     align=True,
 )

@@ -89,6 +89,7 @@ def test_runs_of_both_sides_are_those_of_the_scenario_at_their_values():
         assert (result.trace.to_rows() == alone.trace.to_rows()).all()
     assert margin.held.metrics.held
     assert margin.outcome is margin.lost.outcome is Outcome.DIVERGED
+    assert margin.lost.reason is not None
     assert margin.reason == margin.lost.reason.message
 
 
@@ -118,17 +119,20 @@ def test_whole_numbers_end_up_next_to_each_other():
 
 
 def test_further_borders_are_told_and_the_one_next_to_the_held_end_is_found():
-    """Case II once a millisecond has no border: what holds lies next to what does not."""
+    """Case II once a millisecond has no border: what holds lies next to what does not.
+
+    Which of the lonely ones hold is chaotic: it turns with the last digits of the tolerance.
+    """
     scenario = case(2, {"controller.control_period": 0.001})
     key = "fingers.1.friction"
     frictions = [0.25 + 0.25 * k / 16 for k in range(17)]
     held = [is_held(scenario, key, friction) for friction in frictions]
     borders = [frictions[k : k + 2] for k in range(16) if held[k] != held[k + 1]]
-    assert len(borders) == 3
+    assert len(borders) >= 3
 
     margin = find_margin(scenario, key, 0.25, 0.5)
 
-    assert margin.to_mapping()["crossings"] == 3
+    assert margin.to_mapping()["crossings"] == len(borders)
     assert borders[0][0] <= margin.held_at < margin.lost_at <= borders[0][1]
     assert margin.others == tuple(map(tuple, borders[1:]))
 

@@ -1,0 +1,128 @@
+"""Sampled control: accuracy against cost of whole runs, with the order chosen and with order 5.
+
+The truth of each case is its run at the tightest tolerance with several steps per tick.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.report import Table
+from benchmarks.timing import MILLISECONDS, median_seconds
+from slipgrasp.core.kernel.methods import BS32, DOPRI5, RK43
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+
+ROUNDS = 9
+PERIOD = 0.001  # [s]
+CASES = ("paper-case-1", "paper-case-2", "composite-case-2", "three-fingers")
+TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
+CHOSEN, FIFTH = "order chosen", "order 5"
+
+_TRUE = {
+    "simulation.relative_tolerance": 1e-12,
+    "simulation.absolute_tolerance": 1e-14,
+    "simulation.max_step": 3.1e-4,
+}
+
+
+class SampledPoint(NamedTuple):
+    """One way to integrate at one tolerance.
+
+    Attributes:
+        way: Its name.
+        case: The preset.
+        tolerance: Relative tolerance.
+        seconds: CPU time of the run [s].
+        pose: Largest error of the object's pose in the end [m, rad].
+        event: Largest error of the time of a phase change [s].
+    """
+
+    way: str
+    case: str
+    tolerance: float
+    seconds: float
+    pose: float
+    event: float
+
+
+def run(docs: Path | None = None) -> list[Table]:
+    """The table ``sampled`` and its diagram."""
+    points = [point for case in CASES for point in measure(case)]
+    if docs is not None:
+        from benchmarks.charts import draw_sampled, save
+
+        save(draw_sampled(points), docs / "images" / "sampled-precision.svg")
+    return [_tabulate(points)]
+
+
+def measure(case: str, rounds: int = ROUNDS, duration: float = 7.0) -> list[SampledPoint]:
+    """All tolerances of one case, both ways in turns.
+
+    Args:
+        case: The preset.
+        rounds: How often each is timed.
+        duration: Simulated time [s].
+    """
+    truth = simulate(_scenario(case, duration, _TRUE))
+    works, errors = {}, {}
+    for way, methods in ((CHOSEN, (BS32, RK43, DOPRI5)), (FIFTH, (DOPRI5,))):
+        for tolerance in TOLERANCES:
+            values = {
+                "simulation.relative_tolerance": tolerance,
+                "simulation.absolute_tolerance": max(0.01 * tolerance, 1e-14),
+            }
+            scenario = _scenario(case, duration, values)
+            name = f"{way} {tolerance:g}"
+            works[name] = lambda s=scenario, m=methods: _simulate_with(m, s)
+            errors[name] = way, tolerance, *_judge(works[name](), truth)
+    seconds = median_seconds(works, rounds)
+    return [
+        SampledPoint(way, case, tolerance, seconds[name], pose, event)
+        for name, (way, tolerance, pose, event) in errors.items()
+    ]
+
+
+def _scenario(case: str, duration: float, values: dict[str, float]) -> Scenario:
+    common = {"controller.control_period": PERIOD, "simulation.duration": duration}
+    return with_values(load_scenario(case), {**common, **values})
+
+
+def _simulate_with(methods: tuple[np.void, ...], scenario: Scenario) -> RunResult:
+    """A run whose short steps are taken by these methods only."""
+    simulation = Simulation(scenario)
+    model = simulation._model
+    model.num_methods = len(methods)
+    for rank, method in enumerate(methods):
+        model.methods[rank] = method
+    while not simulation.finished:
+        simulation.advance()
+    return simulation.result()
+
+
+def _judge(result: RunResult, truth: RunResult) -> tuple[float, float]:
+    pose = float(np.abs(result.trace.object_pose[-1] - truth.trace.object_pose[-1]).max())
+    if len(result.phase_changes) != len(truth.phase_changes):
+        return pose, float("nan")
+    pairs = zip(result.phase_changes, truth.phase_changes, strict=True)
+    return pose, max(abs(one.time - other.time) for one, other in pairs)
+
+
+def _tabulate(points: list[SampledPoint]) -> Table:
+    heads = ("7 s at 1 kHz, tolerance", "CPU [ms]", "pose [m, rad]", "events [s]")
+    rows = tuple(
+        (
+            f"{point.case}, {point.way}, {point.tolerance:g}",
+            f"{MILLISECONDS * point.seconds:.2f}",
+            f"{point.pose:.0e}",
+            f"{point.event:.0e}",
+        )
+        for point in points
+    )
+    return Table("sampled", heads, rows)
