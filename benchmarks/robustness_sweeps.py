@@ -142,7 +142,7 @@ SWEEPS = (
         "velocity noise",
         "mm/s",
         1e-3,
-        (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0),
+        (0.0, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 40.0),
         {
             "two fingers": _noisy,
             "two, slip detected": _detected,

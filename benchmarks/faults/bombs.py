@@ -221,9 +221,10 @@ def _finish_run(
                 metadata={},
             )
         )
-    chunks.write(run.trace.to_rows(), run.phase_changes)
+    ticks = run.ticks.to_rows()
+    chunks.write(run.trace.to_rows(), run.phase_changes, ticks)
     for _ in range(repeats):
-        chunks.write(rows, changes)
+        chunks.write(rows, changes, ticks[:0])
     by_channel = container.message_counts
     counts = {topic.name: by_channel[lay.channel] for topic, lay in chunks.layouts.items()}
     container.add_metadata(STOP, stop_document(run, counts, documents, chunks.state))
