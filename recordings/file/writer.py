@@ -255,11 +255,20 @@ class RecordingWriter:
         self._channels[topic] = number
 
     def _write_chunk(self, rows: NDArray[np.float64]) -> None:
-        """Writes samples with the phase changes and ticks before the last of them."""
-        due = sum(change.time < rows[-1, 0] for change in self._changes)
-        changes, self._changes = self._changes[:due], self._changes[due:]
-        due = int(np.searchsorted(self._ticks[:, 0], rows[-1, 0]))
-        ticks, self._ticks = self._ticks[:due], self._ticks[due:]
+        """Writes samples with the phase changes and ticks before the last of them.
+
+        Where these are too many for one chunk, each of several has samples: what is cut off by a
+        crash is recovered up to the last whole chunk.
+        """
+        num_changes = sum(change.time < rows[-1, 0] for change in self._changes)
+        num_ticks = int(np.searchsorted(self._ticks[:, 0], rows[-1, 0]))
+        if len(rows) > 1 and max(num_changes, num_ticks) > MAX_PER_CHUNK:
+            half = len(rows) // 2
+            self._write_chunk(rows[:half])
+            self._write_chunk(rows[half:])
+            return
+        changes, self._changes = self._changes[:num_changes], self._changes[num_changes:]
+        ticks, self._ticks = self._ticks[:num_ticks], self._ticks[num_ticks:]
         while len(changes) > MAX_PER_CHUNK or len(ticks) > MAX_PER_CHUNK:
             self._chunks.write(rows[:0], changes[:MAX_PER_CHUNK], ticks[:MAX_PER_CHUNK])
             changes, ticks = changes[MAX_PER_CHUNK:], ticks[MAX_PER_CHUNK:]
