@@ -25,6 +25,8 @@ PARTS = {
     "cluster": "cost of a study on every engine, and how far a cluster goes",
     "robustness": "which control law holds 1 000 random objects, in an ideal and in a noisy world",
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
+    "portability": "whether a run has the same bits under other machine code and in WebAssembly",
+    "preset-hashes": "the hashes of the presets' runs, which a test computes again",
     "elementary": "error of the kernel's elementary functions against mpmath, beside numpy",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",

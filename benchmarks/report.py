@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+PORTABILITY = "portability.md"
 NORMAL_95 = 1.959964  # of a standard normal variable 95 % lie within this
 
 

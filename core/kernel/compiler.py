@@ -20,7 +20,8 @@ import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -49,7 +50,7 @@ _FEW_UNITS = 2
 _LOCK = threading.Lock()
 
 
-class _Unit:
+class Unit:
     """A function compiled apart; ``entry`` is its machine code once it is loaded."""
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
@@ -69,17 +70,17 @@ class _Unit:
         """Whether its machine code lies on disk."""
         return code_path(self.name).exists()
 
-    def compile(self) -> int:
-        """Compiles the unit and keeps its machine code; returns its address."""
+    def compile(self) -> Any:
+        """Compiles the unit and keeps its machine code; returns what numba makes of it."""
         unit = numba.cfunc(self.signature, **OPTIONS)(self.function)
         library = unit._library.serialize_using_object_code()
         write_code(self.name, pickle.dumps((unit.native_name, library)))
-        return int(unit.address or 0)
+        return unit
 
     def load(self) -> None:
         """Makes the unit ready to be called, from Python and by other units."""
         code = read_code(self.name)
-        address = self.compile() if code is None else _link(code)
+        address = self.compile().address if code is None else _link(code)
         add_symbol(self.symbol, address)
         kinds = [_ctype(kind) for kind in self.signature.args]
         prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
@@ -94,7 +95,7 @@ def _link(code: bytes) -> int:
         return int(linked.get_pointer_to_function(name))
 
 
-_UNITS: dict[str, _Unit] = {}
+_UNITS: dict[str, Unit] = {}
 
 
 def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -104,10 +105,10 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
     """
     if INTERPRETED:
         return lambda function: function
-    kinds = [a if isinstance(a, types.Type) else _record_type(a) for a in arguments]
+    kinds = [a if isinstance(a, types.Type) else record_type(a) for a in arguments]
 
     def declare(function: Callable[..., Any]) -> Any:
-        unit = _Unit(function, result(*kinds))
+        unit = Unit(function, result(*kinds))
         assert unit.symbol not in _UNITS, f"two units are called {unit.symbol}"
         _UNITS[unit.symbol] = unit
         return types.ExternalFunction(unit.symbol, unit.signature)
@@ -116,7 +117,7 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
 
 
 @cache
-def _record_type(dtype: np.dtype[np.void]) -> types.Type:
+def record_type(dtype: np.dtype[np.void]) -> types.Type:
     """The type of a record; kept, for numba reads hundreds of fields for each."""
     return numba.from_dtype(dtype)
 
@@ -184,9 +185,32 @@ def share_ready() -> float:
     return 1.0 - len(_missing_units()) / max(len(_UNITS), 1)
 
 
-def _missing_units() -> list[_Unit]:
+def _missing_units() -> list[Unit]:
     """Units that are still to be compiled."""
     return [unit for unit in _UNITS.values() if unit.entry is None and not unit.is_kept]
+
+
+def all_units() -> tuple[Unit, ...]:
+    """All units that are declared so far, callees first."""
+    return tuple(_UNITS.values())
+
+
+@contextmanager
+def entered_by(enter: Callable[[Unit], Callable[..., Any]]) -> Iterator[None]:
+    """Within it, what Python calls of the kernel is run by another engine.
+
+    Args:
+        enter: Gives for a unit what is called in its place, with addresses of records and numbers.
+    """
+    prepare_units()
+    before = {unit: unit.entry for unit in all_units()}
+    try:
+        for unit in before:
+            unit.entry = enter(unit)
+        yield
+    finally:
+        for unit, entry in before.items():
+            unit.entry = entry
 
 
 def kept_code() -> list[Path]:

@@ -31,12 +31,6 @@ from slipgrasp.server.viewer.pace import Pace
 MAX_VIEWERS = 64
 CLOSE_SECONDS = 1
 FULL_SECONDS = 3.0
-WARY_SECONDS = 10.0
-"""How long after a viewer was sent away others are taken on only one by one [s]."""
-
-SECONDS_BETWEEN = 3.0
-"""A session costs as much to begin as many frames of the others: who is sent away and comes
-again may not begin them without end."""
 
 CONTENT_POLICY = "; ".join(
     (
@@ -63,7 +57,6 @@ _NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>
 _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
-_TOO_BIG = 1009
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 
 _logger = logging.getLogger(__name__)
@@ -138,8 +131,6 @@ class ViewerRelay:
         self._page = _with_head(_read_page(), head)
         self._num_viewers = 0
         self._turned_away_at = -math.inf
-        self._sent_away_at = -math.inf
-        self._taken_on_at = -math.inf
 
     @property
     def is_full(self) -> bool:
@@ -157,22 +148,11 @@ class ViewerRelay:
             self._turned_away_at = time.monotonic()
             await _turn_away(viewer, f"{MAX_VIEWERS} viewers are connected already")
             return
-        if self._is_wary:
-            await _turn_away(viewer, "viewers are taken on one by one for now; try again")
-            return
         self._num_viewers += 1
-        self._taken_on_at = time.monotonic()
         try:
             await self._relay(viewer)
         finally:
             self._num_viewers -= 1
-
-    @property
-    def _is_wary(self) -> bool:
-        """Whether one was just taken on, and one sent away not long ago."""
-        now = time.monotonic()
-        is_soon = now - self._taken_on_at < SECONDS_BETWEEN
-        return is_soon and now - self._sent_away_at < WARY_SECONDS
 
     async def _relay(self, viewer: WebSocket) -> None:
         try:
@@ -191,23 +171,22 @@ class ViewerRelay:
             return
         try:
             await viewer.accept(subprotocol=upstream.subprotocol)
-            if await _exchange(viewer, upstream, self._find_faults()):
-                self._sent_away_at = time.monotonic()
+            await _exchange(viewer, upstream, self._find_faults())
         finally:
             await _hang_up(upstream)
 
 
-async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> bool:
-    """Passes messages until either side is gone; True if the viewer was sent away."""
-    up = asyncio.create_task(_pass_up(viewer, upstream, find_fault))
-    down = asyncio.create_task(_pass_down(viewer, upstream))
+async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
+    tasks = [
+        asyncio.create_task(_pass_up(viewer, upstream, find_fault)),
+        asyncio.create_task(_pass_down(viewer, upstream)),
+    ]
     try:
-        await asyncio.wait((up, down), return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
-        for task in (up, down):
+        for task in tasks:
             task.cancel()
-        ended = await asyncio.gather(up, down, return_exceptions=True)
-    return ended[0] is True
+        await asyncio.gather(*tasks, return_exceptions=True)
 
 
 async def _hang_up(upstream: ClientConnection) -> None:
@@ -219,32 +198,28 @@ async def _hang_up(upstream: ClientConnection) -> None:
         upstream.transport.abort()
 
 
-async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> bool:
-    """Passes what a viewer may send, no faster than it may; viser takes bytes only.
-
-    Returns:
-        Whether the viewer was sent away for what it sent.
-    """
+async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
+    """Passes what a viewer may send, no faster than it may; viser takes bytes only."""
     pace = Pace()
     while True:
         message = await viewer.receive()
         if message["type"] == "websocket.disconnect":
-            return message.get("code") == _TOO_BIG
+            return
         content = message.get("bytes")
         if content is None:
             await viewer.close(_UNSUPPORTED_DATA, "binary messages only")
-            return True
+            return
         if fault := find_fault(content):
             _logger.warning("closed a viewer: %s", fault)
             await viewer.close(_POLICY_VIOLATION, fault)
-            return True
+            return
         await asyncio.sleep(pace.count(len(content)))
         if viewer.state.right < Right.EVERYTHING and not _only_looks(content):
             continue
         try:
             await upstream.send(content)
         except ConnectionClosed:
-            return False
+            return
 
 
 class _Kind(msgspec.Struct):
@@ -304,4 +279,6 @@ def _with_head(page: bytes, head: str) -> bytes:
     """The page with something put before everything else in its head, in place of viser's name."""
     if page.count(_HEAD) != 1:
         raise RuntimeError("viser's page has no head that something can be put into")
+    if not head:
+        return page
     return _NAME_AND_ICON.sub(b"", page).replace(_HEAD, _HEAD + head.encode())

@@ -276,7 +276,7 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
 
 
 def test_pages_have_a_place_for_the_tables_of_every_part():
-    others = ("scaling.md", "robustness.md", "verification.md")
+    others = ("scaling.md", "robustness.md", "verification.md", "portability.md")
     pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
     names = {*PARTS, "setting", "profile", "bombs"} - {
@@ -285,7 +285,7 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "dashboard",
         "robustness",
     }
-    names |= {"scaling-duration", "scaling-fingers", "study-answers", "study-large"}
+    names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
     names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
     names |= {"robustness-ideal", "robustness-noisy", "robustness-verdicts"}

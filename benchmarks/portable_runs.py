@@ -1,0 +1,107 @@
+"""Runs whose hash is to be the same on every machine; as a script, prints the hashes as JSON."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.hands import holding_hand
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import prepare_kernel
+from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+
+LAWS, NOISE = "every control law", "noise, filters, latency"
+FINGERS, RANDOM = "two to six fingers", "random scenarios"
+NUM_RANDOM = 200
+
+_DURATION = 1.0
+_SEEDS = 5
+_DECIMALS = 9
+
+
+def run_hash(scenario: Scenario) -> str:
+    """Hash of all that a run gives: its rows, its phase changes and how it ended."""
+    simulation = Simulation(scenario)
+    while not simulation.finished:
+        simulation.advance()
+    digest = hashlib.sha256(np.ascontiguousarray(simulation.all_rows(), "<f8").tobytes())
+    changes = [
+        (change.time, change.contact, change.from_phase.value, change.to_phase.value)
+        for change in simulation.phase_changes_from(0)
+    ]
+    digest.update(np.array(changes, "<f8").tobytes())
+    digest.update(f"{simulation.outcome}".encode())
+    return digest.hexdigest()
+
+
+def preset_hashes() -> dict[str, str]:
+    """The hash of every preset's run."""
+    return {name: run_hash(load_scenario(name)) for name in preset_names()}
+
+
+def all_hashes(num_random: int = NUM_RANDOM) -> dict[str, str]:
+    """The hashes of presets, and of groups of runs one for each group."""
+    groups = {
+        LAWS: _laws(),
+        NOISE: _noisy(),
+        FINGERS: _hands(),
+        f"{num_random} {RANDOM}": _random(num_random),
+    }
+    return preset_hashes() | {name: _hash_of_all(runs) for name, runs in groups.items()}
+
+
+def _hash_of_all(scenarios: Iterable[Scenario]) -> str:
+    digest = hashlib.sha256()
+    for scenario in scenarios:
+        digest.update(run_hash(scenario).encode())
+    return digest.hexdigest()
+
+
+def _laws() -> Iterator[Scenario]:
+    """Each on the hand that slips, continuous where it can be."""
+    for kind, law in CONTROL_LAWS.items():
+        for period in (0.001,) if law.sampled else (0.0, 0.001):
+            values = {"controller.kind": kind, "controller.control_period": period}
+            values["simulation.duration"] = _DURATION
+            yield with_values(load_scenario("composite-case-2"), values)
+
+
+def _noisy() -> Iterator[Scenario]:
+    """Each law in the noisy world, with other seeds."""
+    for kind in CONTROL_LAWS:
+        for seed in range(_SEEDS):
+            values = {"controller.kind": kind, "simulation.seed": seed}
+            values["simulation.duration"] = _DURATION
+            yield with_values(load_scenario("composite-case-2-noisy"), values)
+
+
+def _hands() -> Iterator[Scenario]:
+    for n in range(2, 7):
+        for period in (0.0, 0.001):
+            yield with_values(holding_hand(n, period), {"simulation.duration": _DURATION})
+
+
+def _random(count: int) -> Iterator[Scenario]:
+    from tests.core.drawn_scenarios import KINDS, draw_scenario
+
+    for k in range(count):
+        yield _rounded(draw_scenario(KINDS[k % len(KINDS)], f"portable {k}"))
+
+
+def _rounded(scenario: Scenario) -> Scenario:
+    """The same with bases to a nanometre: they were drawn with numpy's sine and cosine."""
+    fingers = [
+        replace(finger, base=tuple(round(x, _DECIMALS) for x in finger.base))
+        for finger in scenario.fingers
+    ]
+    return replace(scenario, fingers=tuple(fingers))
+
+
+if __name__ == "__main__":
+    prepare_kernel()
+    print(json.dumps(all_hashes()))

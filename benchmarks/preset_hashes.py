@@ -1,0 +1,30 @@
+"""The hashes of the presets' runs, as docs/portability.md keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from benchmarks.portable_runs import preset_hashes
+from benchmarks.report import PORTABILITY, Table
+from slipgrasp.core.scenario.loading import preset_names
+
+NAME = "preset-hashes"
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The table ``preset-hashes``."""
+    return [tabulate_presets(preset_hashes())]
+
+
+def tabulate_presets(hashes: Mapping[str, str]) -> Table:
+    """The whole hashes of the presets, of all hashes."""
+    rows = tuple((name, hashes[name]) for name in preset_names())
+    return Table(NAME, ("preset", "SHA-256"), rows, (), PORTABILITY)
+
+
+def read_presets(page: str) -> dict[str, str]:
+    """The hashes that the text of docs/portability.md has."""
+    table = page.partition(f"<!-- {NAME} -->")[2].partition(f"<!-- end {NAME} -->")[0]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("|")]
+    return {row[0]: row[1] for row in rows[2:]}

@@ -1,0 +1,79 @@
+"""Size and speed of the kernel as WebAssembly, beside its native code."""
+
+from __future__ import annotations
+
+import gzip
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from benchmarks.engines import STEPS, Engine
+from benchmarks.report import PORTABILITY, Table
+from benchmarks.timing import MILLISECONDS
+from slipgrasp.core.kernel.advance import advance_run
+from slipgrasp.core.kernel.jump import RUNNING
+from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import make_run, rows_in
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+
+ROUNDS = 200
+NATIVE = "native"
+# Period of control and duration [s]: short enough that other processes seldom interrupt them.
+CASES = {
+    "7 s of case I, continuous control": (0.0, 7.0),
+    "1 s of case I, 1 kHz control": (0.001, 1.0),
+}
+
+
+def compare_engines(engines: Mapping[str, Engine], path: Path, rounds: int = ROUNDS) -> Table:
+    """The table ``webassembly``: least wall time of a run in every engine, in turns.
+
+    Args:
+        engines: Those that run the file.
+        path: The file.
+        rounds: How often each run is timed.
+    """
+    rows = []
+    for words, (period, duration) in CASES.items():
+        values = {"controller.control_period": period, "simulation.duration": duration}
+        scenario = with_values(load_scenario("paper-case-1"), values)
+        least = _least_seconds(engines, scenario, rounds)
+        own = least[NATIVE]
+        cells = [f"{MILLISECONDS * own:.2f}"]
+        cells += [f"{MILLISECONDS * least[name]:.2f} ({least[name] / own:.2f})" for name in engines]
+        rows.append((words, *cells))
+    content = path.read_bytes()
+    note = (
+        f"Packing, stepping and copying rows, least of {rounds} in turns [ms], and in brackets "
+        f"over native code. The file has {len(content) / 1e3:.0f} kB, "
+        f"{len(gzip.compress(content)) / 1e3:.0f} kB compressed."
+    )
+    return Table("webassembly", ("run", NATIVE, *engines), tuple(rows), (note,), PORTABILITY)
+
+
+def _least_seconds(
+    engines: Mapping[str, Engine], scenario: Scenario, rounds: int
+) -> dict[str, float]:
+    table = make_table(scenario)
+    works = {NATIVE: _seconds_natively} | {
+        name: engine.seconds_of_run for name, engine in engines.items()
+    }
+    least = dict.fromkeys(works, float("inf"))
+    for _ in range(rounds):
+        for name, work in works.items():
+            least[name] = min(least[name], work(table, scenario.simulation.duration))
+    return least
+
+
+def _seconds_natively(table: Record, end: float) -> float:
+    start = time.perf_counter()
+    model = pack_model(table, whole_faces())
+    run, outlet = make_run(table, keeps_rows=True)
+    rows, status = [], RUNNING
+    while status == RUNNING:
+        status = advance_run(model, run, outlet, end, first=True, same_ticks=False, max_steps=STEPS)
+        rows.append(rows_in(outlet, int(run.row.length)).copy())
+        outlet.num_rows = outlet.num_ticks = run.num_changes = 0
+    return time.perf_counter() - start
