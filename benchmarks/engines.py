@@ -18,7 +18,7 @@ from slipgrasp.core.kernel.jump import RUNNING
 from slipgrasp.core.kernel.packing import whole_faces
 from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.rows import ROW
-from slipgrasp.core.kernel.run import OUTLET, PROGRESS
+from slipgrasp.core.kernel.run import OUTLET, PROGRESS, TICK_COLUMNS
 from slipgrasp.core.kernel.webassembly import RECORDS
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ STEPS = 1000
 _LINE, _PAGE = 64, 65536
 _ROWS = OUTLET.fields["rows"][1]
 _NUM_ROWS = OUTLET.fields["num_rows"][1]
+_TICKS, _NUM_TICKS = OUTLET.fields["ticks"][1], OUTLET.fields["num_ticks"][1]
 _NUM_CHANGES = PROGRESS.fields["num_changes"][1]
 _ROW_LENGTH = PROGRESS.fields["row"][1] + ROW.fields["length"][1]
 
@@ -136,18 +137,20 @@ class Engine(ABC):
 
         def call(*arguments: Any) -> Any:
             at = {k: self._place(kinds[k]) for k in records}
-            spans = [(at[k], _used(kinds[k])) for k in records]
+            used = [(k, offset, size) for k in records for offset, size in _used(kinds[k])]
+            spans = [(at[k] + offset, size) for k, offset, size in used]
             writes = [
-                (start, ctypes.string_at(arguments[k], size))
-                for k, (start, size) in zip(records, spans, strict=True)
+                (at[k] + offset, ctypes.string_at(arguments[k] + offset, size))
+                for k, offset, size in used
             ]
             there = [at.get(k, value) for k, value in enumerate(arguments)]
             longs = [kind is types.int64 for kind in kinds]
             result, contents = self.perform(unit.symbol, writes, there, longs, spans)
-            for k, content in zip(records, contents, strict=True):
-                ctypes.memmove(arguments[k], content, len(content))
+            for (k, offset, size), content in zip(used, contents, strict=True):
+                ctypes.memmove(arguments[k] + offset, content, size)
+            for k in records:
                 if kinds[k].size == OUTLET.itemsize:
-                    self._copy_rows(arguments[k], at[k])
+                    self._copy_buffers(arguments[k], at[k])
             return result
 
         return call
@@ -160,19 +163,22 @@ class Engine(ABC):
             self.grow(self._end)
         return self._places[kind]
 
-    def _copy_rows(self, outlet: int, at: int) -> None:
+    def _copy_buffers(self, outlet: int, at: int) -> None:
+        """Copies the rows, and what was commanded at ticks."""
         run = next((p for kind, p in self._places.items() if kind.size == PROGRESS.itemsize))
         count, length = (self._long(place) for place in (at + _NUM_ROWS, run + _ROW_LENGTH))
         rows = self.read(at + _ROWS, 8 * count * length)
         ctypes.memmove(outlet + _ROWS, rows, len(rows))
+        ticks = self.read(at + _TICKS, 8 * TICK_COLUMNS * self._long(at + _NUM_TICKS))
+        ctypes.memmove(outlet + _TICKS, ticks, len(ticks))
 
     def _long(self, at: int) -> int:
         return int.from_bytes(self.read(at, 8), "little")
 
 
-def _used(kind: types.Record) -> int:
-    """How much of a record is copied with every call."""
-    return _ROWS if kind.size == OUTLET.itemsize else kind.size
+def _used(kind: types.Record) -> Sequence[Span]:
+    """Offsets and sizes of what is copied of a record with every call."""
+    return ((0, _ROWS), (_NUM_TICKS, 8)) if kind.size == OUTLET.itemsize else ((0, kind.size),)
 
 
 class Wasmtime(Engine):
@@ -232,6 +238,7 @@ class Wasmtime(Engine):
             count = self._long(at["outlet"] + _NUM_ROWS) * self._long(at["run"] + _ROW_LENGTH)
             rows.append(self.read(at["outlet"] + _ROWS, 8 * count))
             self._memory.write(store, bytes(8), at["outlet"] + _NUM_ROWS)
+            self._memory.write(store, bytes(8), at["outlet"] + _NUM_TICKS)
             self._memory.write(store, bytes(8), at["run"] + _NUM_CHANGES)
         return time.perf_counter() - start
 

@@ -75,5 +75,5 @@ def _seconds_natively(table: Record, end: float) -> float:
     while status == RUNNING:
         status = advance_run(model, run, outlet, end, first=True, same_ticks=False, max_steps=STEPS)
         rows.append(rows_in(outlet, int(run.row.length)).copy())
-        outlet.num_rows = run.num_changes = 0
+        outlet.num_rows = outlet.num_ticks = run.num_changes = 0
     return time.perf_counter() - start

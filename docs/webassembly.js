@@ -49,6 +49,7 @@ export function run(kernel, table) {
     status = Number(exports.slipgrasp_advance(at.model, at.run, at.outlet, end, 1n, 0n, 1000n));
     blocks.push(takeRows(kernel));
     field(kernel, "run", "num_changes")[0] = 0n; // phase changes lie in outlet.changes
+    field(kernel, "outlet", "num_ticks")[0] = 0n; // commands lie in outlet.ticks
   }
   return { completed: status === reached, status, columns: countColumns(kernel), blocks };
 }
@@ -65,6 +66,8 @@ function takeRows(kernel) {
 function countColumns(kernel) {
   const fingers = Number(field(kernel, "model", "num_fingers")[0]);
   const unknowns = Number(field(kernel, "model", "num_unknowns")[0]);
-  const width = { "": 1, coordinate: 3, contact: fingers, joint: 2 * fingers, unknown: unknowns };
+  const diagnostics = Number(field(kernel, "model", "num_diagnostics")[0]);
+  const width = { "": 1, coordinate: 3, contact: fingers, joint: 2 * fingers };
+  Object.assign(width, { unknown: unknowns, diagnostic: diagnostics });
   return kernel.layout.row.reduce((sum, [, per]) => sum + width[per], 0);
 }

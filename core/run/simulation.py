@@ -23,7 +23,7 @@ from slipgrasp.core.kernel.run import (
 from slipgrasp.core.kernel.state import StateParts, parts_of
 from slipgrasp.core.run.law_code import LawCode, Replay, set_parameters
 from slipgrasp.core.run.metrics import compute_metrics
-from slipgrasp.core.run.provenance import present_provenance
+from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.schedule import Schedule
 from slipgrasp.core.run.stepping import Tick
@@ -199,7 +199,7 @@ class Simulation:
             reason=self._reason,
             warnings=describe_warnings(self._run),
             metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
-            provenance=replace(present_provenance(), law=self._identity),
+            provenance=self.provenance,
             ticks=self.ticks_from(0),
         )
 
@@ -244,6 +244,11 @@ class Simulation:
     def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
         """The phase changes so far, from one of them on."""
         return tuple(self._changes[index:])
+
+    @property
+    def provenance(self) -> Provenance:
+        """What computes the run."""
+        return replace(present_provenance(), law=self._identity)
 
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""

@@ -28,7 +28,7 @@ import annotated_types
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario import MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS, Scenario
 from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.parameters import alternatives_of, hints_of, is_tuple, split_hint
 
@@ -137,7 +137,9 @@ def place_of(key: str) -> int | None:
 
 def choices_of(part: type, name: str) -> tuple[str, ...]:
     """The choices of a field, in the order in which the table numbers them."""
-    return _choices(split_hint(hints_of(part)[name])[2])
+    quantity, _, base = split_hint(hints_of(part)[name])
+    # Laws of one's own share the number after these.
+    return tuple(CONTROL_LAWS) if quantity and quantity.choices else _choices(base)
 
 
 def choice_fields() -> dict[str, tuple[str, ...]]:

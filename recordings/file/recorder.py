@@ -96,6 +96,7 @@ def record(
         path,
         scenario,
         simulation.shape,
+        provenance=simulation.provenance,
         overwrite=overwrite,
         display_rate=display_rate,
         keep_part=True,

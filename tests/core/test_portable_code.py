@@ -31,7 +31,7 @@ OF_THE_WRAPPER = {
     "Py_DecRef",
 }
 # They set memory to zero, and copy it.
-WITHOUT_ROUNDING = {"memset", "memcpy"}
+WITHOUT_ROUNDING = {"memset", "memcpy", "memmove"}
 
 # Haswell has fused multiply-adds; the code is not run, so that any x86-64 will do.
 COMPILE = """

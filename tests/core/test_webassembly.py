@@ -41,7 +41,7 @@ SAMPLE = {
     "noise": shortened("composite-case-2-noisy"),
     "quadratic program": shortened("three-fingers"),
     "motion of pieces": shortened("shake-test"),
-    "patch": shortened("wet-patch", 3.2),
+    "patch": load_scenario("wet-patch"),
     "timed change": load_scenario("poured-mass"),
     "polygon and pulses": draw_scenario(KINDS[8], 3),
 }

@@ -21,6 +21,7 @@ BLOCK = re.compile(r"^```python(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.
 def _page_folder(tmp_path, monkeypatch):
     """The files of the page, in the present folder; its laws are forgotten afterwards."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
     for name, text in BLOCK.findall(TEXT):
         if name:
             Path(name).write_text(text, encoding="utf-8")
