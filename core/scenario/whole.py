@@ -65,4 +65,5 @@ def _ordinal(face: str, earlier: int) -> str:
 
 
 def _without_none(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    return {key: value for key, value in items if value is not None and value != {}}
+    empty = ("parameters", {})
+    return {key: value for key, value in items if value is not None and (key, value) != empty}
