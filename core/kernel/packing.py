@@ -49,6 +49,7 @@ STRETCH = np.dtype(
 )
 
 FORGETTING_TIME = 1e-3  # [s]
+SHORT_PERIOD = 2e-3  # up to which low orders are exact enough [s]
 _INERTIA_DEVIATION, _DEVIATION = 0.1, 3.0
 
 _ELBOW_UP = choices_of(FingerParameters, "elbow").index("up")
@@ -64,8 +65,8 @@ _LAWS = (*CONTROL_LAWS.values(), law_of(OUTSIDE))
 _FACTS = np.array([tuple(getattr(law, fact) for fact in LAW_FACTS) for law in _LAWS], FACTS)
 _BRAKES = np.array([law.kind in kinds_using(ControllerParameters, "slip_stop") for law in _LAWS])
 # Of sampled control in rising order, and that of continuous control.
-_SHORT_STEPS = np.array([BS32, RK43, DOPRI5], METHOD)
-_LONG_STEPS = np.array([DOP853], METHOD)
+_SAMPLED = np.array([BS32, RK43, DOPRI5], METHOD)
+_CONTINUOUS = np.array([DOP853], METHOD)
 
 
 def _list_unknowns() -> np.ndarray:
@@ -136,13 +137,25 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
     _pack_world(table, model)
     _pack_numerics(table.simulation, model.numerics)
     pack_motion(table.trajectory, model.motion)
-    if table.controller.control_period > 0.0:
-        model.num_methods = len(_SHORT_STEPS)
-        for rank in range(len(_SHORT_STEPS)):
-            model.methods[rank] = _SHORT_STEPS[rank]
+    _pack_methods(table.controller.control_period, model)
+
+
+@compiled
+def _pack_methods(period: float, model: Record) -> None:
+    """Methods among which the order is chosen; a long period leaves nothing to choose.
+
+    There a low order would be just within tolerance, which loops that magnify errors need not
+    forgive.
+    """
+    model.num_methods = 1
+    if period == 0.0:
+        model.methods[0] = _CONTINUOUS[0]
+    elif period > SHORT_PERIOD:
+        model.methods[0] = _SAMPLED[-1]
     else:
-        model.num_methods = 1
-        model.methods[0] = _LONG_STEPS[0]
+        model.num_methods = len(_SAMPLED)
+        for rank in range(len(_SAMPLED)):
+            model.methods[rank] = _SAMPLED[rank]
 
 
 @compiled
