@@ -23,6 +23,7 @@ LOST_GRIP = (
     *("--set", "estimates.3.minimum=0.002", "--set", "estimates.3.maximum=0.2"),
 )
 KEYS = {
+    "law",
     *("outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"),
     *("warnings", "name"),
 }
@@ -274,8 +275,8 @@ def test_a_law_comes_with_its_settings_in_one_line_and_what_is_set_wins(slipgras
 
     assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[0] == (
-        "slipgrasp: composite: control every 1 ms, grip safety 1.05, estimates within physical "
-        "bounds"
+        "slipgrasp: composite: control every 1 ms, grip safety 1.05, distribution hold, estimates "
+        "within physical bounds"
     )
     (recording,) = (path for path in slipgrasp.saved() if path.suffix == ".mcap")
     scenario = read_recording(recording).scenario
