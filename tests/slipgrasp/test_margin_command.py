@@ -107,7 +107,8 @@ def test_further_borders_are_warned_of(slipgrasp):
     )
 
     assert done.returncode == 0
-    assert "others lie at 0.375 … 0.390625, 0.390625 … 0.40625" in done.stdout
+    others = done.stdout.partition("others lie at ")[2]
+    assert "0.375 … 0.390625, 0.390625 … " in others
 
 
 @pytest.mark.parametrize(
