@@ -97,10 +97,9 @@ def test_a_mass_that_is_no_sensible_number_is_refused_by_name(client, literal) -
     ],
 )
 def test_a_value_out_of_bounds_is_refused_by_name(client, key, literal) -> None:
-    error, *others = refused(client, with_value(key, literal))
+    (error,) = refused(client, with_value(key, literal))
     assert error["field"].endswith(key)
     assert error["limit"]
-    assert all(other["field"].startswith("controller") for other in others)
 
 
 def test_a_value_that_is_repeated_is_short_and_printable(client) -> None:

@@ -57,7 +57,10 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     Raises:
         ScenarioError: With one entry per wrong field.
     """
-    checks = (check_law, *_CHECKS) if with_law else _CHECKS
-    errors = [error for check in checks for error in check(scenario)]
+    errors = [*check_law(scenario)] if with_law else []
+    unknown = {error.field for error in errors}
+    others = (error for check in _CHECKS for error in check(scenario))
+    # What a law that is not known here needs cannot be said.
+    errors += (error for error in others if error.field not in unknown)
     if errors:
         raise ScenarioError(errors)
