@@ -5,14 +5,18 @@ from __future__ import annotations
 import os
 import re
 import threading
+from abc import ABC, abstractmethod
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Generic, NamedTuple, Self, TypeVar
 
 _PERIOD = 0.25
 _PROC = Path("/proc")
 _PROPORTIONAL = re.compile(r"^Pss:\s*(\d+) kB", re.MULTILINE)
+
+
+S = TypeVar("S")
 
 
 class Sample(NamedTuple):
@@ -27,25 +31,25 @@ class Sample(NamedTuple):
     memory: int
 
 
-class MemoryWatch:
-    """Samples the memory of a process and its descendants inside its ``with`` block.
+class Watch(ABC, Generic[S]):
+    """Takes samples in a thread of its own inside its ``with`` block.
+
+    Args:
+        period: Between two of them [s].
 
     Attributes:
         samples: What was found so far.
-        progress: How far the work is; whoever does the work says so.
     """
 
-    def __init__(self, process: int) -> None:
-        self.samples: list[Sample] = []
-        self.progress = 0.0
-        self._process = process
+    def __init__(self, period: float) -> None:
+        self.samples: list[S] = []
+        self._period = period
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
 
-    @property
-    def peak(self) -> int:
-        """Largest memory so far [B]."""
-        return max(sample.memory for sample in self.samples)
+    @abstractmethod
+    def look(self) -> S:
+        """A sample of now."""
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -62,11 +66,32 @@ class MemoryWatch:
 
     def _watch(self) -> None:
         while True:
-            progress = self.progress
-            memory = sum(map(memory_of, family_of(self._process)))
-            self.samples.append(Sample(progress, memory))
-            if self._ended.wait(_PERIOD):
+            self.samples.append(self.look())
+            if self._ended.wait(self._period):
                 return
+
+
+class MemoryWatch(Watch[Sample]):
+    """Samples the memory of a process and its descendants.
+
+    Attributes:
+        progress: How far the work is; whoever does the work says so.
+    """
+
+    def __init__(self, process: int) -> None:
+        super().__init__(_PERIOD)
+        self.progress = 0.0
+        self._process = process
+
+    @property
+    def peak(self) -> int:
+        """Largest memory so far [B]."""
+        return max(sample.memory for sample in self.samples)
+
+    def look(self) -> Sample:
+        """How far the work is, and the memory of all processes."""
+        progress = self.progress
+        return Sample(progress, sum(map(memory_of, family_of(self._process))))
 
 
 def family_of(process: int) -> list[int]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
-from benchmarks.processes import family_of, memory_of
+from benchmarks.processes import Watch, family_of, memory_of
 
 
 class Sample(NamedTuple):
@@ -33,39 +31,20 @@ class Sample(NamedTuple):
     worker_descriptors: int
 
 
-class Observer:
-    """Samples a process and its descendants inside its ``with`` block.
+class Observer(Watch[Sample]):
+    """Samples a service and its descendants.
 
     Args:
         process: Of the service.
         count: Gives how many answers there were so far.
         period: Between two samples [s].
-
-    Attributes:
-        samples: What was found so far.
     """
 
     def __init__(self, process: int, count: Callable[[], int], period: float) -> None:
-        self.samples: list[Sample] = []
+        super().__init__(period)
         self._process = process
         self._count = count
-        self._period = period
         self._began = time.monotonic()
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._watch, daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._ended.set()
-        self._thread.join()
 
     def look(self) -> Sample:
         """A sample of now."""
@@ -78,12 +57,6 @@ class Observer:
             descriptors_of(service),
             sum(map(descriptors_of, workers)),
         )
-
-    def _watch(self) -> None:
-        while True:
-            self.samples.append(self.look())
-            if self._ended.wait(self._period):
-                return
 
 
 def descriptors_of(process: int) -> int:
