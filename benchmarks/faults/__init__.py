@@ -32,19 +32,21 @@ UNFINISHED, UNFINISHED_DURATION = 10, 50.0
 POLITE, RUDE, ROUNDS, WATCH_SECONDS = 56, 8, 4, 8.0
 READERS, READ_DURATION, READ_SIGNALS = 40, 57.0, "t,slip,phase_0"
 
+Rows = tuple[tuple[str, str], ...]
+
 
 def run(_docs: Path | None = None) -> list[Table]:
     """The tables ``faults`` and ``bombs``."""
+    rows = (*_cut_short(), *_damaged(), *_under_load())
+    return [Table("faults", ("what happens to a recording", "what is left"), rows), defuse_all()]
+
+
+def _cut_short() -> Rows:
+    """What is left of runs and studies whose processes are killed, or whose disk is full."""
     kills, services = kill_writers(KILLS, seed=1), kill_services(SERVICE_KILLS, seed=1)
     workers = kill_workers(WORKER_KILLS, seed=1)
     burst, full = kill_in_a_burst(BURST, BURST_SECONDS), fill_the_disk(UNWRITABLE_RUNS)
-    cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
-    crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
-    readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
-    restart = restart_with_unfinished(UNFINISHED, UNFINISHED_DURATION)
-    mixed = mix_viewers(POLITE, RUDE, ROUNDS, WATCH_SECONDS, seed=1)
-    failures, power = fail_every_write(), cut_the_power(seed=1)
-    rows = (
+    return (
         (
             "SIGKILL while a run is written, at a random moment",
             f"{kills.count} of {kills.count} still writing, {kills.readable} readable up to the "
@@ -69,6 +71,14 @@ def run(_docs: Path | None = None) -> list[Table]:
             f"{full.refused} refused with 507 before, of which {full.left} files are left; "
             f"{full.failed} cut off and failed with the reason disk; 0 told as completed",
         ),
+    )
+
+
+def _damaged() -> Rows:
+    """What is left of a recording that is cut off, altered or written in part."""
+    cuts, flips = cut_everywhere(), flip_bits(FLIPS, seed=1)
+    failures, power = fail_every_write(), cut_the_power(seed=1)
+    return (
         (
             "cut off after every byte",
             f"{cuts.finished} of a whole file refused; of an unfinished one {cuts.prefixes} read "
@@ -88,6 +98,16 @@ def run(_docs: Path | None = None) -> list[Table]:
             "power cut: what was not synced is lost",
             f"{power.moments} moments, never more than {power.longest_loss:.2f} s lost",
         ),
+    )
+
+
+def _under_load() -> Rows:
+    """How a service answers while others ask too much, or misbehave."""
+    crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
+    readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
+    restart = restart_with_unfinished(UNFINISHED, UNFINISHED_DURATION)
+    mixed = mix_viewers(POLITE, RUDE, ROUNDS, WATCH_SECONDS, seed=1)
+    return (
         (
             f"{crowd.idle} idle connections and {crowd.slow} slow senders",
             f"a new client is answered within {crowd.slowest:.2f} s (target 1 s), "
@@ -110,4 +130,3 @@ def run(_docs: Path | None = None) -> list[Table]:
             f"the others keep {100.0 * mixed.share_kept:.0f} % of their updates (target 100 %)",
         ),
     )
-    return [Table("faults", ("what happens to a recording", "what is left"), rows), defuse_all()]
