@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from functools import lru_cache
 
 from slipgrasp.core.scenario import Scenario
@@ -27,6 +28,7 @@ class ParameterNames:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self.definitions = describe(scenario)
+        self._tails = Counter(key.removeprefix(_quiet_head(key)) for key in self.definitions)
 
     def words(self, key: str) -> str:
         """What a parameter is called, such as ``friction of all fingers``.
@@ -42,7 +44,9 @@ class ParameterNames:
             return belief_words(key.rpartition(".")[2], key_words(target.key, names))
         if key not in self.definitions and f"{key}.0" not in self.definitions:
             return key
-        head = next((head for head in _QUIET_HEADS if key.startswith(head)), "")
+        head = _quiet_head(key)
+        if self._tails[key.removeprefix(head)] > 1:
+            head = ""  # such as the noise of the sensors, and that which the law expects
         return key_words(key, names).removeprefix(head.replace(".", " "))
 
     def unit(self, key: str) -> str:
@@ -61,6 +65,11 @@ class ParameterNames:
         if head != "estimates" or not place.isdigit() or int(place) >= len(estimates):
             return None
         return self.definitions.get(estimates[int(place)].parameter)
+
+
+def _quiet_head(key: str) -> str:
+    """The part of a dotted key that goes without saying, empty if none does."""
+    return next((head for head in _QUIET_HEADS if key.startswith(head)), "")
 
 
 @lru_cache(maxsize=8)
