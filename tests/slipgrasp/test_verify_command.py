@@ -54,18 +54,18 @@ def test_one_altered_bit_exits_1_and_names_signal_and_time(slipgrasp, recording,
     altered = recording.with_name("altered.mcap")
     number = 20
     if tamper == "in place":
-        number = patch_in_place(recording, altered, "/slipgrasp/joints")
+        number = patch_in_place(recording, altered, "/slipgrasp/energy")
     else:
-        repack(recording, altered, "/slipgrasp/joints", number)
+        repack(recording, altered, "/slipgrasp/energy", number)
 
     found = verified(slipgrasp, altered, status=1)
 
     (mismatch,) = found["mismatches"]
-    assert mismatch["what"] == "torque_1_1"
+    assert mismatch["what"] == "dissipated_energy"
     assert not found["same"] and not found["unaltered"]
     told = slipgrasp("verify", altered)
     assert told.returncode == 1
-    assert told.stdout.startswith(f"It differs: torque_1_1 at {mismatch['time']:.9g} s: ")
+    assert told.stdout.startswith(f"It differs: dissipated_energy at {mismatch['time']:.9g} s: ")
     assert "do not fit the hash" in told.stdout
 
 

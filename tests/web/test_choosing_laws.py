@@ -38,7 +38,9 @@ pytestmark = pytest.mark.slow
 LAW, PERIOD, SAFETY = "controller.kind", "controller.control_period", "controller.grip_safety"
 FIRST = Draft.from_preset("paper-case-2")
 OTHERS = [kind for kind in CONTROL_LAWS if kind != "theorem-4"]
-COMPOSITE = "control every 1 ms, grip safety 1.05, estimates within physical bounds"
+COMPOSITE = (
+    "control every 1 ms, grip safety 1.05, distribution hold, estimates within physical bounds"
+)
 
 
 def view_at(time: float, draft: Draft = FIRST, *, playing: bool = False) -> ViewState:
@@ -165,7 +167,7 @@ def test_the_note_says_what_actually_changed_until_the_next_step() -> None:
     there = chosen(first, "composite")
     assert there.editing.law_note == LawNote("composite", COMPOSITE, 0.0)
     back = chosen(there, "theorem-4").editing.law_note
-    words = "continuous control, grip safety 1, estimates without bounds"
+    words = "continuous control, grip safety 1, distribution exact, estimates without bounds"
     assert back == LawNote("theorem-4", words, 0.0)
     assert chosen(first, "pd-gravity").editing.law_note == LawNote("pd-gravity", "", 0.0)
     assert after(there, Undo()).editing.law_note is None
@@ -200,7 +202,7 @@ def test_a_law_and_its_settings_are_one_event_of_the_run() -> None:
 
 def test_a_law_and_its_settings_are_one_line_among_the_changes() -> None:
     draft = chosen(view_at(0.08), "composite").draft
-    assert len(draft.changes) == 11
+    assert len(draft.changes) == 12
     assert law_change_words(draft, draft.changes[0]) == f"composite: {COMPOSITE}"
     html = changes_html(draft)
     assert html.count("<b>0.08 s</b>") == 1
