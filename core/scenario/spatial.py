@@ -70,7 +70,7 @@ class SpatialObject:
             typical=(0.002, 0.05),
             changeable=True,
         ),
-    ]
+    ] = (0.13 / 12.0, 0.13 / 12.0, 0.08 / 12.0)
     half_width: Annotated[
         float, Ge(1e-3), Le(10.0), Quantity("Half the width of a box along its x axis.", "m")
     ] = 0.1
@@ -82,7 +82,7 @@ class SpatialObject:
         Ge(1e-3),
         Le(10.0),
         Quantity("Height along its z axis, half of it above the centre of mass.", "m"),
-    ]
+    ] = 0.3
     corners: Annotated[
         tuple[Corner, ...],
         Len(0, MAX_CORNERS),
@@ -317,7 +317,7 @@ class SpatialScenario(Scenario):
     """
 
     # Parts with the same meaning and other numbers: whoever reads those asks `in_space` first.
-    object: SpatialObject  # pyright: ignore[reportIncompatibleVariableOverride]
+    object: SpatialObject = SpatialObject()  # pyright: ignore[reportIncompatibleVariableOverride]
     fingers: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
         tuple[SpatialFinger, ...], Len(2, MAX_FINGERS)
     ]
