@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.references.pinocchio_space import finger_terms
 from tests.references.spatial_cases import HEIGHT, prism_hand, s1, theorem_law
 from tests.references.spatial_contact import Problem, forces_in
+from tests.references.spatial_fingers import UP
 from tests.references.spatial_hands import (
     at_rest_where_stuck,
     cone_phases,
@@ -238,7 +239,7 @@ def test_columns_of_the_regressor_are_those_written_down():
         e = kin.rotation[:, i]
         moment = e * (e @ acceleration[3:6]) + np.cross(spin, e * (e @ spin))
         np.testing.assert_allclose(U[3:6, 4 + i], moment, atol=1e-13)
-    np.testing.assert_allclose(U[:3, 3], acceleration[:3] + [0.0, 0.0, 9.81], atol=1e-13)
+    np.testing.assert_allclose(U[:3, 3], acceleration[:3] + 9.81 * UP, atol=1e-13)
 
 
 def moving_attitude(t):
@@ -312,7 +313,7 @@ def test_determinant_vanishes_where_all_tips_slide_down_with_much_friction():
     rest = np.zeros((3, 2))
     state = State(world.position, np.array([1.0, 0, 0, 0]), np.zeros(6), rest, rest)
     kin = world.hand.kinematics(state)
-    down = list(cone_phases(state._replace(slip_velocity=rest + [-1.0, 0.0])))[-1]
+    down = list(cone_phases(state._replace(slip_velocity=np.tile([-1.0, 0.0], (3, 1)))))[-1]
 
     def determinant(mu, phase):
         believed = world.truth._replace(friction=np.full(3, mu))

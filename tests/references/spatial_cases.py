@@ -80,7 +80,7 @@ def masses_unknown(hand: Hand, **changes: object) -> World:
     """S1: six link masses and the object's."""
     n = len(hand.anchors)
     keys = [f"fingers.{i}.link_masses.{k}" for i in range(n) for k in range(2)]
-    first = np.array([1.0, 0.6, 0.9, 0.6, 0.8, 0.6][: 2 * n] + [0.5])
+    first = np.append([1.0, 0.6, 0.9, 0.6, 0.8, 0.6][: 2 * n], 0.5)
     truth = Parameters(np.ones((n, 2)), 1.0, np.array(PRISM_INERTIAS), np.full(n, 0.25))
     law = theorem_law(n, 2 * n + 1, **changes)
     unknowns = Unknowns((*keys, "object.mass"), truth)
@@ -132,4 +132,53 @@ def s3(**changes: object) -> World:
     """S3h unless the distribution is changed."""
     return frictions_unknown(
         prism_hand(), np.array([0.25, 0.30, 0.20]), np.array(PRISM_INERTIAS), True, **changes
+    )
+
+
+def box_hand(kind: str) -> Hand:
+    """A box held by a thumb against two fingers, from four sides, or as the planar hand does."""
+    x, y, zero = np.eye(3)[0], np.eye(3)[1], np.zeros(3)
+    if kind == "thumb":
+        bases = [-REACH * x, REACH * x + 0.06 * y, REACH * x - 0.06 * y]
+        anchors = [-0.1 * x, 0.1 * x + 0.06 * y, 0.1 * x - 0.06 * y]
+        return hand_of(np.array(bases), np.array(anchors), np.array([x, -x, -x]))
+    if kind == "sides":
+        outward = np.array([-x, x, -y, y])
+        return hand_of(REACH * outward, 0.1 * outward, -outward)
+    return hand_of(np.array([zero, 2.0 * REACH * x]), 0.1 * np.array([-x, x]), np.array([x, -x]))
+
+
+def box(kind: str, **changes: object) -> World:
+    """The box under the law of S3h, held by three or four fingers."""
+    friction = np.array([0.25, 0.30, 0.20, 0.35])[: 3 if kind == "thumb" else 4]
+    return frictions_unknown(box_hand(kind), friction, BOX_INERTIAS, True, **changes)
+
+
+def planar(case: int, **changes: object) -> World:
+    """The planar cases I and II, held by two fingers in space."""
+    hand, inertias = box_hand("planar"), np.array([0.0125, 0.01042, 0.0125])
+    if case == 1:
+        world = masses_unknown(hand, **{"distribution": "exact", **changes})
+        world = world._replace(estimates=np.array([1.0, 0.6, 0.9, 0.6, 0.5]))
+    else:
+        world = frictions_unknown(hand, np.full(2, 0.25), inertias, False, **changes)
+        keys = (*world.unknowns.keys[:3], "object.inertias.1")
+        law = world.law._replace(
+            adaptation_gain=np.full(4, 1.28),
+            minimum=np.full(4, -np.inf),
+            maximum=np.full(4, np.inf),
+        )
+        first = np.array([1.2, 1.2, 0.5, 0.02])
+        world = world._replace(
+            unknowns=world.unknowns._replace(keys=keys), law=law, estimates=first
+        )
+    truth = world.truth._replace(object_inertias=inertias)
+    middle = np.array([REACH, 0.0, HEIGHT])
+
+    def lifted(t: float) -> Desired:
+        desired = lift(t)
+        return desired._replace(position=desired.position + REACH * np.array([1.0, 0.0, 0.0]))
+
+    return world._replace(
+        truth=truth, unknowns=world.unknowns._replace(known=truth), position=middle, desired=lifted
     )

@@ -134,14 +134,15 @@ def least_forces(choice: Choice, bounds: list[Bound], hint: tuple[int, ...] = ()
         if forces is not None:
             return Grasp(forces.reshape(-1, 3), 0.0, active)
     z = _solve_by_clarabel(choice, bounds)
-    if z is None:
+    near = None if z is None else choice.base + choice.basis @ z
+    if near is None or max(b.value(near) for b in bounds) > 1e-6 * (1.0 + np.abs(near).max()):
         z, excess = _least_excess(choice, bounds)
         return Grasp((choice.base + choice.basis @ z).reshape(-1, 3), excess, ())
     for active in _binding(choice, bounds, z):
         forces = _polish(choice, bounds, active, z)
         if forces is not None:
             return Grasp(forces.reshape(-1, 3), 0.0, active)
-    return Grasp((choice.base + choice.basis @ z).reshape(-1, 3), 0.0, ())
+    return Grasp(near.reshape(-1, 3), 0.0, ())
 
 
 def optimality(choice: Choice, bounds: list[Bound], forces: Array) -> tuple[float, float, float]:
@@ -235,8 +236,7 @@ def _conic(H: Array, g: Array, choice: Choice, bounds: list[Bound], size: int) -
         )
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
     A, b = csc_matrix(np.vstack(matrix)), np.concatenate(right)
     answer = clarabel.DefaultSolver(csc_matrix(np.triu(H)), g, A, b, cones, settings).solve()
-    solved = str(answer.status) in ("Solved", "AlmostSolved")
-    return np.array(answer.x) if solved else None
+    return None if "Infeasible" in str(answer.status) else np.array(answer.x)

@@ -58,7 +58,8 @@ class World(NamedTuple):
         position: Of the object at the start [m].
         estimates: First estimates, ``(p,)``.
         period: Of the control [s].
-        half_faces: Half height and half width of the faces, ``(n, 2)`` [m].
+        tolerance: Relative, of the integration.
+        quaternion: Of the object at the start.
     """
 
     hand: Hand
@@ -71,6 +72,7 @@ class World(NamedTuple):
     estimates: Array
     period: float = 1e-3
     tolerance: float = 1e-10
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -82,6 +84,8 @@ class Run:
     changes: list[tuple[float, Phase]] = field(default_factory=list)
     slip_ends: Array = field(default_factory=lambda: np.zeros(0))  # last end per contact [s]
     slip_path: Array = field(default_factory=lambda: np.zeros(0))  # [m]
+    slip: Array = field(default_factory=lambda: np.zeros(0))  # at the end, (n, 2) [m]
+    violations: list[tuple[float, float]] = field(default_factory=list)  # time, excess [N]
     times: list[float] = field(default_factory=list)
     states: list[State] = field(default_factory=list)
     errors: list[Array] = field(default_factory=list)
@@ -92,13 +96,6 @@ class Run:
     dissipated: float = 0.0
     ledger: float = 0.0  # energy that is missing at the end [J]
     evaluations: int = 0
-
-
-class _Moving(NamedTuple):
-    """A stretch of smooth motion: phase, and contacts whose direction is kept."""
-
-    phase: Phase
-    frozen: NDArray[np.bool_]  # (n,)
 
 
 class Guards(NamedTuple):
@@ -126,10 +123,8 @@ class Simulator:
         self.keep = keep
         self.run = Run()
         rest = np.zeros((self.n, 2))
-        self.z = _pack(
-            State(world.position, np.array([1.0, 0, 0, 0]), np.zeros(6), rest, rest),
-            np.zeros(2 + self.n),
-        )
+        start = State(world.position, np.array(world.quaternion), np.zeros(6), rest, rest)
+        self.z = _pack(start, np.zeros(2 + self.n))
         self.phase = all_stick(self.n)
         self.frozen = np.zeros(self.n, bool)
         self.estimates = world.estimates.copy()
@@ -148,6 +143,8 @@ class Simulator:
             if not self._tick(t) or k == ticks or not self._advance(t, t + self.world.period):
                 break
         run.slip_path, run.slip_ends = self.z[-self.n :].copy(), self.ends
+        run.slip = _state(self.z, self.n).slip.copy()
+        run.end_time = t if run.outcome == "completed" else run.end_time
         run.dissipated = float(self.z[-self.n - 1])
         supplied = float(self.z[-self.n - 2])
         run.ledger = self._energy() - self.energy - supplied + run.dissipated
@@ -172,6 +169,8 @@ class Simulator:
         v = law.commanded_acceleration(errors, before, desired, stopping)
         command = law.command(hand, kin, believed, before, v, spin, self.hint)
         self.hint, self.torques = command.active, command.torques
+        if command.violation > 1e-9:
+            self.run.violations.append((t, command.violation))
         if not self._select(t, np.zeros((self.n, 2), bool)):
             return False
         acceleration, forces = self._plant(self.z, self.phase)
