@@ -250,6 +250,16 @@ def least_fired(
     return least
 
 
+@compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
+def is_past_band(model: Record, discrete: Record, guards: Record) -> int:
+    """1 if a guard that fired is below its level by more than its band."""
+    for j in range(guards.count - 1):
+        _, band = band_of(model, discrete, guards.values, j)
+        if guards.fired[j] == 1 and guards.levels[j] - guards.values[j] > band:
+            return 1
+    return 0
+
+
 @compiled_apart(types.void, MODEL, DISCRETE, GUARDS)
 def pass_step(model: Record, discrete: Record, guards: Record) -> None:
     """After a step without event: guards that have left their band are back at level 0."""

@@ -13,6 +13,7 @@ from slipgrasp.core.kernel.flow import flow, update_mechanics
 from slipgrasp.core.kernel.guards import (
     find_fired,
     find_overlooked,
+    is_past_band,
     is_past_event,
     keep_first_fired,
     least_fired,
@@ -154,7 +155,7 @@ def locate(model: Record, run: Record, h: float) -> float:
     and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
     """
     now, discrete, step, work, guards = run.now, run.discrete, run.step, run.work, run.guards
-    low, high, at = 0.0, h, 0.0
+    low, high, at, is_far = 0.0, h, 0.0, False
     value_high = least_fired(model, discrete, step.end, work, guards)
     take_step(model, discrete, now, low, step, work)
     value_low = least_fired(model, discrete, step.end, work, guards)
@@ -162,7 +163,7 @@ def locate(model: Record, run: Record, h: float) -> float:
     nothing = LOCATION_SHARE * max(abs(value_low), abs(value_high))
     side = 0
     for trial in range(100):
-        if value_low <= 0.0 or high - low <= width:
+        if value_low <= 0.0 or (high - low <= width and not is_far):
             break
         at = (low * value_high - high * value_low) / (value_high - value_low)
         if not low < at < high or trial % 8 == 7:
@@ -178,6 +179,8 @@ def locate(model: Record, run: Record, h: float) -> float:
             side = 1
         else:
             high, value_high = at, value
+            # Near a pole of the law a force goes through its whole band within the width.
+            is_far = is_past_band(model, discrete, guards) == 1
             value_low *= 0.5 if side == -1 else 1.0
             side = -1
     if value_low <= 0.0:

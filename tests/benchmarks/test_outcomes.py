@@ -84,20 +84,11 @@ ONCE_WRONG = {
     AT_ENDS: (1, 4, 10, 71, 80, 92, 354, 369, 1403, 1711, 2790, 3050, 3361, 4269, 4452, 5399, 5997),
     ON_BOUNDS: (7, 8, 10, 220, 349, 1126),
 }
-# Where the law has a pole and rounding decides the course, its onset of slip is located within
-# 3e-8 of the cone only: known, and not mended yet.
-OFF_ITS_CONE = {(AT_ENDS, 4269)}
 
 
 @pytest.mark.parametrize(
     ("population", "index"),
-    [
-        pytest.param(p, index, marks=[pytest.mark.xfail(strict=True)])
-        if (p, index) in OFF_ITS_CONE
-        else (p, index)
-        for p, all_ in ONCE_WRONG.items()
-        for index in all_
-    ],
+    [(population, index) for population, all_ in ONCE_WRONG.items() for index in all_],
 )
 def test_runs_that_ended_falsely_once_end_truly(population, index):
     assert not judge_run(draw(population, 14, index)).missed
