@@ -28,6 +28,7 @@ from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.schedule import Schedule
 from slipgrasp.core.run.stepping import Tick
 from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.field_errors import single_error
 from slipgrasp.core.scenario.own_laws import (
     OUTSIDE,
     Diagnostic,
@@ -43,6 +44,7 @@ from slipgrasp.core.words.endings import describe_end, describe_law_failure
 from slipgrasp.core.words.warnings import describe_warnings
 
 _STEPS_PER_PIECE = 1000
+_NO_SPACE = "runs of hands in space are not computed yet; their scenarios can be read and checked"
 
 
 class Simulation:
@@ -65,6 +67,8 @@ class Simulation:
             ScenarioError: If the scenario cannot be simulated.
         """
         check_scenario(scenario)
+        if scenario.in_space:
+            raise single_error("object.height", None, None, _NO_SPACE)
         self._keeps_trace = keep_trace
         self._prepare(scenario, diagnostics_of(scenario))
         law = own_law_in(scenario)

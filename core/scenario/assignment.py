@@ -17,12 +17,14 @@ from slipgrasp.core.scenario.field_errors import (
     unknown_key,
 )
 from slipgrasp.core.scenario.own_laws import (
+    LAW,
     LAW_PARAMETERS,
     is_of_unknown_law,
     kinds_in,
     law_parameters,
 )
 from slipgrasp.core.scenario.parameters import describe
+from slipgrasp.core.scenario.spatial import SpatialPulse, SpatialSetPoint
 
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
 
@@ -47,19 +49,20 @@ def replaced(node: Any, path: list[str], value: Any) -> Any:
 def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) -> FieldError | None:
     """Sets one dotted key in plain values; returns what is wrong with the key, if anything."""
     *parents, last = key.split(".")
+    keys = _all_keys(scenario.in_space)
     if ".".join(parents) == LAW_PARAMETERS:
-        return _assign_law_parameter(scenario, mapping["controller"], last, value)
+        return _assign_law_parameter(scenario, mapping, last, value)
     node: Any = mapping
     for i, part in enumerate(parents):
-        node = _child(node, part, ".".join(parents[: i + 1]))
+        node = _child(node, part, ".".join(parents[: i + 1]), scenario.in_space)
         if node is None:
             return unknown_key(scenario, key)
     if isinstance(node, list) and _is_index(last, len(node)):
         node[int(last)] = value
-    elif isinstance(node, list) and last == str(len(node)) and key_of_first(key) in _all_keys():
+    elif isinstance(node, list) and last == str(len(node)) and key_of_first(key) in keys:
         node.append(value)
-    elif isinstance(node, dict) and (last in node or _is_field(key)):
-        parameter = template_keys().get(template_key(key))
+    elif isinstance(node, dict) and (last in node or _is_field(key, scenario.in_space)):
+        parameter = template_keys(scenario.in_space).get(template_key(key, scenario.in_space))
         if value is None and parameter is not None and parameter.optional:
             node.pop(last, None)
         else:
@@ -70,14 +73,16 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
 
 
 def _assign_law_parameter(
-    scenario: Scenario, controller: dict[str, Any], name: str, value: Any
+    scenario: Scenario, mapping: dict[str, Any], name: str, value: Any
 ) -> FieldError | None:
     """Sets a parameter of a law of one's own; None makes it what the law declares."""
-    kinds, key = [controller["kind"], *kinds_in(scenario)], f"{LAW_PARAMETERS}.{name}"
+    later = [each["value"] for each in mapping["changes"] if each["parameter"] == LAW]
+    controller, key = mapping["controller"], f"{LAW_PARAMETERS}.{name}"
+    kinds = map(str, (controller["kind"], *later, *kinds_in(scenario)))
     is_known = any(name in law_parameters(kind) for kind in kinds)
-    if not (is_known or is_of_unknown_law(scenario, key)):
-        return unknown_key(scenario, key)
     parameters = controller.setdefault("parameters", {})
+    if not (is_known or name in parameters or is_of_unknown_law(scenario, key)):
+        return unknown_key(scenario, key)
     if value is None:
         parameters.pop(name, None)
     else:
@@ -86,32 +91,35 @@ def _assign_law_parameter(
 
 
 @cache
-def _all_keys() -> frozenset[str]:
+def _all_keys(in_space: bool) -> frozenset[str]:
     """The keys of every number that the first entries of the lists can have."""
-    return frozenset(describe(full_scenario()))
+    return frozenset(describe(full_scenario(in_space)))
 
 
-def _is_field(key: str) -> bool:
+def _is_field(key: str, in_space: bool) -> bool:
     """Whether some scenario has a value there, or a list of values."""
-    return not template_keys().keys().isdisjoint((template_key(key), template_key(f"{key}.0")))
+    keys = template_key(key, in_space), template_key(f"{key}.0", in_space)
+    return not template_keys(in_space).keys().isdisjoint(keys)
 
 
-def _child(node: Any, part: str, key: str) -> Any:
+def _child(node: Any, part: str, key: str, in_space: bool) -> Any:
     """Steps into plain values; the next entry of a list that can grow is made on the way.
 
     Args:
         node: A table or a list.
         part: Which of its entries.
         key: Dotted key of that entry.
+        in_space: Whether it belongs to a scenario in space.
     """
     if isinstance(node, list):
         place = key.rpartition(".")[0]
-        if place in _NEW_ENTRIES and part == str(len(node)):
-            node.append(_NEW_ENTRIES[place]())
+        new_entries = _NEW_IN_SPACE if in_space else _NEW_ENTRIES
+        if place in new_entries and part == str(len(node)):
+            node.append(new_entries[place]())
         return node[int(part)] if _is_index(part, len(node)) else None
     if not isinstance(node, dict):
         return None
-    if part not in node and key_of_first(f"{key}.0") in _all_keys():
+    if part not in node and key_of_first(f"{key}.0") in _all_keys(in_space):
         node[part] = []
     return node.get(part)
 
@@ -139,4 +147,9 @@ _NEW_ENTRIES: Mapping[str, Callable[[], dict[str, Any] | list[Any]]] = {
     "trajectory.set_points": partial(_defaults, SetPoint),
     "trajectory.table": list,
     "object.corners": list,
+}
+_NEW_IN_SPACE = {
+    **_NEW_ENTRIES,
+    "pulses": partial(_defaults, SpatialPulse),
+    "trajectory.set_points": partial(_defaults, SpatialSetPoint),
 }

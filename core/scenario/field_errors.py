@@ -24,6 +24,7 @@ from slipgrasp.core.scenario import (
     TrajectoryParameters,
 )
 from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.spatial import full_spatial_scenario
 
 
 def unknown_key(scenario: Scenario, key: str) -> FieldError:
@@ -39,14 +40,14 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
-def field_errors(error: pydantic.ValidationError) -> list[FieldError]:
+def field_errors(error: pydantic.ValidationError, *, in_space: bool) -> list[FieldError]:
     """Pydantic's findings as field errors, one per field, with unit and limit in words."""
     found: dict[str, FieldError] = {}
     for item in error.errors(include_url=False, include_context=False):
         path = [str(part) for part in item["loc"] if not _is_type_label(str(part))]
         key = ".".join(path)
         if key not in found:
-            found[key] = _field_error(key, item)
+            found[key] = _field_error(key, item, in_space)
     # A wrong entry makes its list look too short as well; only the entry is worth telling.
     parents = {key[:i] for key in found for i, letter in enumerate(key) if letter == "."}
     return [error for key, error in found.items() if key not in parents]
@@ -58,22 +59,22 @@ def _is_type_label(part: str) -> bool:
     )
 
 
-def _field_error(key: str, item: Any) -> FieldError:
+def _field_error(key: str, item: Any, in_space: bool) -> FieldError:
     kind, value = item["type"], item["input"]
     if kind == "unexpected_keyword_argument":
         siblings = [
             k.rpartition(".")[2]
-            for k in template_keys()
-            if k.rpartition(".")[0] == template_key(key).rpartition(".")[0]
+            for k in template_keys(in_space)
+            if k.rpartition(".")[0] == template_key(key, in_space).rpartition(".")[0]
         ]
-        near = nearest(key.rpartition(".")[2], siblings or template_keys())
+        near = nearest(key.rpartition(".")[2], siblings or template_keys(in_space))
         return FieldError(
             field=shortened(key),
             value=None,
             limit=None,
             message=f"unknown parameter '{shortened(key)}'{near}",
         )
-    parameter = template_keys().get(template_key(key))
+    parameter = template_keys(in_space).get(template_key(key, in_space))
     limit = parameter.limit if parameter else None
     shown = echo(value)
     if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
@@ -94,14 +95,14 @@ def _field_error(key: str, item: Any) -> FieldError:
 
 
 @cache
-def template_keys() -> dict[str, Parameter]:
+def template_keys(in_space: bool = False) -> dict[str, Parameter]:
     """Parameters by template key: with 0 for every index of a list.
 
     A component that may be something else than the first of its list, such as the angle of a
     pose, has a key of its own.
     """
     found: dict[str, Parameter] = {}
-    for key, parameter in describe(full_scenario()).items():
+    for key, parameter in describe(full_scenario(in_space)).items():
         first, own = _with_zeros(key), key_of_first(key)
         same = found.setdefault(first, replace(parameter, key=first))
         if (parameter.unit, parameter.limit) != (same.unit, same.limit):
@@ -109,8 +110,10 @@ def template_keys() -> dict[str, Parameter]:
     return found
 
 
-def full_scenario() -> Scenario:
+def full_scenario(in_space: bool = False) -> Scenario:
     """A scenario with an entry in every list; it could not be simulated."""
+    if in_space:
+        return full_spatial_scenario()
     return Scenario(
         object=ObjectParameters(corners=((0.0, 0.0),)),
         fingers=(FingerParameters(base=(0.0, 0.0), face="left"),) * 2,
@@ -125,10 +128,10 @@ def full_scenario() -> Scenario:
     )
 
 
-def template_key(key: str) -> str:
+def template_key(key: str, in_space: bool = False) -> str:
     """The key in `template_keys` of what a key of some scenario stands for."""
     own = key_of_first(key)
-    return own if own in template_keys() else _with_zeros(key)
+    return own if own in template_keys(in_space) else _with_zeros(key)
 
 
 def _with_zeros(key: str) -> str:

@@ -18,15 +18,28 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.assignment import assign, replaced
 from slipgrasp.core.scenario.field_errors import field_errors, full_scenario, nearest, single_error
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS
 from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.spatial import SpatialScenario, is_spatial
 from slipgrasp.core.scenario.timed_changes import check_changes
 from slipgrasp.core.scenario.validation import check_scenario
 
 _MAX_FILE_BYTES = 1_000_000
+_SPATIAL = "spatial-"
 
 
 def preset_names() -> tuple[str, ...]:
-    """Names of the scenarios that come with the program, the paper's cases first."""
+    """Names of the scenarios in the plane that come with the program, the paper's cases first."""
+    return tuple(name for name in _all_names() if not name.startswith(_SPATIAL))
+
+
+def spatial_preset_names() -> tuple[str, ...]:
+    """Names of the scenarios in space that come with the program."""
+    return tuple(name for name in _all_names() if name.startswith(_SPATIAL))
+
+
+@cache
+def _all_names() -> tuple[str, ...]:
     folder = resources.files("slipgrasp.core.scenario") / "presets"
     names = [f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")]
     return tuple(sorted(names, key=lambda name: (not name.startswith("paper-"), name)))
@@ -53,23 +66,23 @@ def load_scenario(source: str | Path) -> Scenario:
         ScenarioError: If there is no such preset or file, or it is not valid.
     """
     name = str(source)
-    if name in preset_names():
+    if name in _all_names():
         return _load_preset(name)
     path = Path(source)
     if not path.suffix and not path.exists():
-        known = ", ".join(preset_names())
+        known = ", ".join(_all_names())
         raise single_error(
             "scenario",
             name,
             known,
-            f"no preset or file '{name}'{nearest(name, preset_names())}; presets: {known}",
+            f"no preset or file '{name}'{nearest(name, _all_names())}; presets: {known}",
         )
     if not path.is_file():
         raise single_error(
             "scenario",
             name,
             None,
-            f"no scenario file '{name}'; presets: {', '.join(preset_names())}",
+            f"no scenario file '{name}'; presets: {', '.join(_all_names())}",
         )
     if path.stat().st_size > _MAX_FILE_BYTES:
         raise _too_large(name)
@@ -122,11 +135,12 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
         ScenarioError: With one entry per wrong field.
     """
     refuse_table_name(mapping)
+    in_space = isinstance(mapping, dict) and is_spatial(mapping)
     try:
         text = json.dumps(mapping, default=repr)
-        scenario = _adapter().validate_json(text)
+        scenario = _adapter(in_space).validate_json(text)
     except pydantic.ValidationError as error:
-        raise ScenarioError(field_errors(error)) from error
+        raise ScenarioError(field_errors(error, in_space=in_space)) from error
     except (ValueError, RecursionError, TypeError) as error:
         raise single_error(
             "", None, None, f"the scenario cannot be read: {type(error).__name__}"
@@ -153,7 +167,9 @@ def with_values(
     if quick is not None:
         return quick
     mapping = json.loads(json.dumps(scenario.to_mapping()))
-    errors = [e for key, value in values.items() if (e := assign(scenario, mapping, key, value))]
+    # Parameters of a law come after the law that has them.
+    ordered = sorted(values.items(), key=lambda item: item[0].startswith(f"{LAW_PARAMETERS}."))
+    errors = [e for key, value in ordered if (e := assign(scenario, mapping, key, value))]
     if errors:
         raise ScenarioError(errors)
     return scenario_from_mapping(mapping, with_law=with_law)
@@ -167,7 +183,7 @@ def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Paramet
 def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:
     """Every parameter by dotted key, and without value those that lists lack: of a first entry."""
     definitions = parameter_definitions(scenario)
-    for key, parameter in describe(full_scenario()).items():
+    for key, parameter in describe(full_scenario(scenario.in_space)).items():
         if not key.startswith("fingers."):
             definitions.setdefault(key, replace(parameter, value=None))
     return definitions
@@ -187,8 +203,9 @@ def scenario_to_toml(scenario: Scenario) -> str:
 
 
 @cache
-def _adapter() -> pydantic.TypeAdapter[Scenario]:
-    return pydantic.TypeAdapter(Scenario)
+def _adapter(in_space: bool) -> pydantic.TypeAdapter[Scenario]:
+    kind: type[Scenario] = SpatialScenario if in_space else Scenario
+    return pydantic.TypeAdapter(kind)
 
 
 def _toml(value: Any) -> str:

@@ -55,6 +55,11 @@ class Scenario:
             for i, face in enumerate(faces)
         )
 
+    @property
+    def in_space(self) -> bool:
+        """Whether the hand stands in space and not in the plane."""
+        return False
+
     def to_mapping(self) -> dict[str, Any]:
         """The scenario as nested plain values, without what was left out (None, no parameters)."""
         return asdict(self, dict_factory=_without_none)

@@ -41,7 +41,8 @@ def key_words(key: str, names: Sequence[str]) -> str:
             words.append(_COORDINATES[int(part)])
         else:
             words.append(str(int(part) + 1))
-    return " ".join(words).replace("_", " ").replace("controller kind", "control law")
+    text = " ".join(words).replace("_", " ")
+    return text.replace("controller kind", "control law").replace("controller parameters", "law")
 
 
 def belief_words(field: str, unknown: str) -> str:

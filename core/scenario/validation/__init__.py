@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from slipgrasp.core.exceptions import ScenarioError
+from collections.abc import Iterator
+
+from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.validation.control import (
     check_control,
     check_estimates,
@@ -17,6 +20,12 @@ from slipgrasp.core.scenario.validation.control import (
 )
 from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pose
 from slipgrasp.core.scenario.validation.outline import check_outline
+from slipgrasp.core.scenario.validation.space import (
+    check_body,
+    check_known_in_space,
+    check_spatial_contacts,
+    check_spatial_motion,
+)
 from slipgrasp.core.scenario.validation.trajectory import check_trajectory
 from slipgrasp.core.scenario.validation.world import (
     check_patches,
@@ -46,6 +55,21 @@ _CHECKS = (
     check_pulses,
 )
 
+_SPATIAL_CHECKS = (
+    check_outline,
+    check_body,
+    check_spatial_contacts,
+    check_spatial_motion,
+    check_estimates,
+    check_gains,
+    check_least_gain,
+    check_control,
+    check_normal_forces,
+    check_known_in_space,
+    check_times,
+    check_pulses,
+)
+
 
 def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     """Raises if the fields of a scenario do not fit together.
@@ -59,8 +83,17 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     """
     errors = [*check_law(scenario)] if with_law else []
     unknown = {error.field for error in errors}
-    others = (error for check in _CHECKS for error in check(scenario))
+    others = list(_contradictions(scenario))
     # What a law that is not known here needs cannot be said.
     errors += (error for error in others if error.field not in unknown)
     if errors:
         raise ScenarioError(errors)
+
+
+def _contradictions(scenario: Scenario) -> Iterator[FieldError]:
+    if isinstance(scenario, SpatialScenario):
+        for check in _SPATIAL_CHECKS:
+            yield from check(scenario)
+    else:
+        for check in _CHECKS:
+            yield from check(scenario)

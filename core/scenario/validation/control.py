@@ -20,7 +20,8 @@ ROUNDING = 1e-12
 
 def check_gains(scenario: Scenario) -> Iterator[FieldError]:
     """A list of gains has one number per coordinate, or per unknown."""
-    num_coordinates = 3 + len(scenario.fingers)
+    n = len(scenario.fingers)
+    num_coordinates = 6 + 2 * n if scenario.in_space else 3 + n
     sizes = {
         "velocity_gain": num_coordinates,
         "lyapunov_weight": num_coordinates,
@@ -163,6 +164,8 @@ def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]
         yield "controller.kind", controller.kind
     if controller.latency > 0.0:
         yield "controller.latency", controller.latency
+    if controller.link_length_ratio != 1.0:
+        yield "controller.link_length_ratio", controller.link_length_ratio
     for name in ("position_noise", "velocity_noise", "acceleration_noise"):
         if value := getattr(sensing, name):
             yield f"sensing.{name}", value
@@ -194,6 +197,7 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
     """Unknowns exist, each once, within their bounds, and can be told apart."""
     seen: set[str] = set()
     kinds: set[str] = set()
+    inertia = "object.inertias.K" if scenario.in_space else "object.inertia"
     for i, estimate in enumerate(scenario.estimates):
         key = f"estimates.{i}"
         unknown = parse_unknown(scenario, estimate.parameter)
@@ -201,11 +205,10 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
             yield FieldError(
                 field=f"{key}.parameter",
                 value=estimate.parameter[:80],
-                limit="object.mass, object.inertia, fingers.N.friction, fingers.N.link_masses.K",
+                limit=f"object.mass, {inertia}, fingers.N.friction, fingers.N.link_masses.K",
                 message=(
                     f"{key}.parameter '{estimate.parameter[:80]}' cannot be estimated; "
-                    "object.mass, object.inertia, fingers.N.friction and fingers.N.link_masses.K "
-                    "can"
+                    f"object.mass, {inertia}, fingers.N.friction and fingers.N.link_masses.K can"
                 ),
             )
             continue

@@ -38,8 +38,7 @@ def _count_error(edges: Vectors) -> FieldError | None:
         value=len(edges),
         limit="at least 3 corners, or none",
         message=(
-            f"object.corners are {len(edges)}; give at least 3, or none for a rectangle of "
-            "half_width and face_half_length"
+            f"object.corners are {len(edges)}; give at least 3, or none for a rectangle or a box"
         ),
     )
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import Scenario, TrajectoryParameters
+from slipgrasp.core.scenario import Scenario, SetPoint, TrajectoryParameters
 from slipgrasp.core.scenario.motion import SAME_TIME
+from slipgrasp.core.scenario.spatial import SpatialSetPoint, SpatialTrajectory
 
 MIN_RAMP = 1e-3
 MIN_TABLE_STEP = 1e-3
@@ -21,13 +22,19 @@ def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
     elif trajectory.kind == "table":
         yield from _check_table(trajectory)
     elif trajectory.kind != "coast":
-        yield from _check_cycles(trajectory)
+        yield from check_cycles(trajectory)
 
 
 def _check_set_points(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
-    points = trajectory.set_points
-    if not points:
-        yield _nothing_to_do("set_points", "set-points", "at least one move")
+    if not trajectory.set_points:
+        yield nothing_to_do("set_points", "set-points", "at least one move")
+    yield from check_moves(trajectory.set_points)
+
+
+def check_moves(
+    points: Sequence[SetPoint | SpatialSetPoint],
+) -> Iterator[FieldError]:
+    """Moves follow one another."""
     for i in range(1, len(points)):
         end = points[i - 1].time + points[i - 1].duration
         if points[i].time < end - SAME_TIME:
@@ -43,7 +50,8 @@ def _check_set_points(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
             )
 
 
-def _check_cycles(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
+def check_cycles(trajectory: TrajectoryParameters | SpatialTrajectory) -> Iterator[FieldError]:
+    """Cycles have the time to speed up and to brake."""
     ramp, room = trajectory.acceleration_time, trajectory.cycles * trajectory.period
     if ramp < MIN_RAMP:
         yield FieldError(
@@ -72,7 +80,7 @@ def _check_cycles(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
 def _check_table(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
     table = trajectory.table
     if not table:
-        yield _nothing_to_do("table", "table", "rows of t, x, y, theta")
+        yield nothing_to_do("table", "table", "rows of t, x, y, theta")
         return
     if table[0][0] != 0.0:
         yield FieldError(
@@ -110,7 +118,8 @@ def _check_table(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
             )
 
 
-def _nothing_to_do(name: str, kind: str, content: str) -> FieldError:
+def nothing_to_do(name: str, kind: str, content: str) -> FieldError:
+    """The error for a kind of motion whose list is empty."""
     key = f"trajectory.{name}"
     return FieldError(
         field=key,

@@ -1,0 +1,204 @@
+"""Faces of an object in space, and where fingers stand and touch them (docs/space.md).
+
+Only sums, products, quotients and square roots decide what a run starts from, so that it has the
+same bits on every machine; angles are for those who look.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
+
+Vector = tuple[float, float, float]
+Point = tuple[float, float]
+Floats = NDArray[np.float64]
+
+HORIZONTAL = 1e-6
+
+
+class SpatialContact(NamedTuple):
+    """Where a fingertip touches the object, and the face on which it slides, in the object's frame.
+
+    Attributes:
+        anchor: Contact point at zero slip [m].
+        tangent_x: Unit vector of the first slip: the object's z axis along the face, its x axis on
+            top and bottom.
+        tangent_y: Unit vector of the second slip, normal x tangent_x.
+        normal: Unit vector into the object.
+        outline: Corners of the face in slips (s_x, s_y), counterclockwise as seen from inside [m].
+    """
+
+    anchor: Vector
+    tangent_x: Vector
+    tangent_y: Vector
+    normal: Vector
+    outline: tuple[Point, ...]
+
+
+def base_corners(body: SpatialObject) -> tuple[Point, ...]:
+    """Corners (x, y) of the object's base, counterclockwise [m]."""
+    if body.corners:
+        return body.corners
+    x, y = body.half_width, body.half_depth
+    return ((-x, -y), (x, -y), (x, y), (-x, y))
+
+
+def spatial_face_names(body: SpatialObject) -> tuple[str, ...]:
+    """What the faces of an object are called."""
+    return (*(f"side-{k}" for k in range(len(base_corners(body)))), "top", "bottom")
+
+
+def spatial_contact(body: SpatialObject, finger: SpatialFinger) -> SpatialContact:
+    """The frame in which a fingertip slides on its face.
+
+    Args:
+        body: The object.
+        finger: The finger that touches it, on one of its `spatial_face_names`.
+    """
+    middle, corners, normal = _face(body, finger.face)
+    up = (0.0, 0.0, 1.0)
+    along = _minus(up, _scaled(normal, _dot(up, normal)))
+    length = math.sqrt(_dot(along, along))
+    tangent_x = _scaled(along, 1.0 / length) if length > HORIZONTAL else (1.0, 0.0, 0.0)
+    tangent_y = cross(normal, tangent_x)
+    x, y = finger.contact_offset
+    anchor = _plus(middle, _plus(_scaled(tangent_x, x), _scaled(tangent_y, y)))
+    outline = [
+        (_dot(_minus(corner, anchor), tangent_x), _dot(_minus(corner, anchor), tangent_y))
+        for corner in corners
+    ]
+    return SpatialContact(anchor, tangent_x, tangent_y, normal, tuple(_counterclockwise(outline)))
+
+
+def _face(body: SpatialObject, name: str) -> tuple[Vector, list[Vector], Vector]:
+    """Middle, corners and inward normal of a face."""
+    corners, half = base_corners(body), 0.5 * body.height
+    if name in ("top", "bottom"):
+        height = half if name == "top" else -half
+        normal = (0.0, 0.0, -1.0 if name == "top" else 1.0)
+        return (0.0, 0.0, height), [(x, y, height) for x, y in corners], normal
+    first = int(name.removeprefix("side-"))
+    (x0, y0), (x1, y1) = corners[first], corners[(first + 1) % len(corners)]
+    length = math.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0))
+    # From a corner to the next the object lies on the left.
+    normal = ((y0 - y1) / length, (x1 - x0) / length, 0.0)
+    outline = [(x0, y0, -half), (x1, y1, -half), (x1, y1, half), (x0, y0, half)]
+    return (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0), outline, normal
+
+
+def _counterclockwise(outline: list[Point]) -> list[Point]:
+    following = [*outline[1:], outline[0]]
+    pairs = zip(outline, following, strict=True)
+    area = sum(a[0] * b[1] - a[1] * b[0] for a, b in pairs)
+    return outline if area > 0.0 else outline[::-1]
+
+
+def distance_inside(outline: tuple[Point, ...], slip: Point) -> float:
+    """Least signed distance of a slip to the edges of its face, positive inside [m]."""
+    return min(a * slip[0] + b * slip[1] + c for a, b, c in edges_of(outline))
+
+
+def edges_of(outline: tuple[Point, ...]) -> tuple[tuple[float, float, float], ...]:
+    """Every edge as (a, b, c): a s_x + b s_y + c is the distance to it, positive inside."""
+    edges = []
+    for (x0, y0), (x1, y1) in zip(outline, (*outline[1:], outline[0]), strict=True):
+        length = math.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0))
+        a, b = (y0 - y1) / length, (x1 - x0) / length
+        edges.append((a, b, -a * x0 - b * y0))
+    return tuple(edges)
+
+
+def rotation_matrix(quaternion: tuple[float, float, float, float]) -> tuple[Vector, Vector, Vector]:
+    """Rows of R(Q), world from object, of a quaternion (w, x, y, z) of any length."""
+    w, x, y, z = quaternion
+    scale = 1.0 / (w * w + x * x + y * y + z * z)
+    return (
+        (
+            1.0 - 2.0 * scale * (y * y + z * z),
+            2.0 * scale * (x * y - w * z),
+            2.0 * scale * (x * z + w * y),
+        ),
+        (
+            2.0 * scale * (x * y + w * z),
+            1.0 - 2.0 * scale * (x * x + z * z),
+            2.0 * scale * (y * z - w * x),
+        ),
+        (
+            2.0 * scale * (x * z - w * y),
+            2.0 * scale * (y * z + w * x),
+            1.0 - 2.0 * scale * (x * x + y * y),
+        ),
+    )
+
+
+def tip_at_start(scenario: SpatialScenario, index: int) -> Vector:
+    """Where a fingertip is in the start pose, from the base of its finger [m]."""
+    finger, start = scenario.fingers[index], scenario.trajectory.start
+    anchor = spatial_contact(scenario.object, finger).anchor
+    rows = rotation_matrix((start[3], start[4], start[5], start[6]))
+    x, y, z = (_dot(row, anchor) for row in rows)
+    base = finger.base
+    return (x + start[0] - base[0], y + start[1] - base[1], z + start[2] - base[2])
+
+
+def joint_angles(finger: SpatialFinger, tips: Floats) -> Floats:
+    """Joint angles that put a fingertip somewhere: inverse kinematics on a fixed branch.
+
+    Args:
+        finger: Base, link lengths and branch.
+        tips: Where the tip is, shape ``(..., 3)`` [m].
+
+    Returns:
+        Yaw and the two pitches, shape ``(..., 3)`` [rad]; NaN where it is out of reach.
+    """
+    dx, dy, dz = np.moveaxis(np.asarray(tips) - np.asarray(finger.base), -1, 0)
+    radius, (first, second) = np.hypot(dx, dy), finger.link_lengths
+    cosine = (radius**2 + dz**2 - first**2 - second**2) / (2.0 * first * second)
+    with np.errstate(invalid="ignore"):
+        sine = (-1.0 if finger.elbow == "up" else 1.0) * np.sqrt(1.0 - cosine**2)
+    bend = np.arctan2(sine, cosine)
+    pitch = np.arctan2(dz, radius) - np.arctan2(second * sine, first + second * cosine)
+    return np.stack([np.arctan2(dy, dx), pitch, bend], axis=-1)
+
+
+def spatial_joint_points(finger: SpatialFinger, joint_positions: Floats) -> Floats:
+    """Where base, elbow and tip of a finger stand, shape ``(..., 3, 3)``: point, axis [m].
+
+    Args:
+        finger: Base and link lengths.
+        joint_positions: Yaw and the two pitches, the second relative to the first link, shape
+            ``(..., 3)`` [rad].
+    """
+    angles = np.asarray(joint_positions)
+    yaw, pitches = angles[..., :1], np.cumsum(angles[..., 1:], axis=-1)
+    across, up = np.cos(pitches), np.sin(pitches)
+    directions = np.stack([across * np.cos(yaw), across * np.sin(yaw), up], axis=-1)
+    links = np.asarray(finger.link_lengths)[:, None] * directions
+    base = np.broadcast_to(np.asarray(finger.base), (*angles.shape[:-1], 1, 3))
+    return np.concatenate([base, base + np.cumsum(links, axis=-2)], axis=-2)
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """The vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _plus(a: Vector, b: Vector) -> Vector:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def _minus(a: Vector, b: Vector) -> Vector:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _scaled(a: Vector, factor: float) -> Vector:
+    return (factor * a[0], factor * a[1], factor * a[2])

@@ -1,0 +1,162 @@
+"""Whether a scenario in space can be: body, faces, reach and motion; what is not computed yet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import fields
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import ActuationParameters, SensingParameters
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import (
+    distance_inside,
+    spatial_contact,
+    spatial_face_names,
+    tip_at_start,
+)
+from slipgrasp.core.scenario.validation.outline import check_outline
+from slipgrasp.core.scenario.validation.trajectory import (
+    check_cycles,
+    check_moves,
+    nothing_to_do,
+)
+
+UNIT_LENGTH = 1e-6
+LEAST_SINE = 1e-3
+LEAST_RADIUS = 1e-3  # share of the links' lengths, from the yaw axis
+LAWS = ("theorem-3", "theorem-4", "certainty-equivalence", "composite")
+
+
+def check_body(scenario: SpatialScenario) -> Iterator[FieldError]:
+    """The principal inertias are those of some body, and the start attitude is a rotation."""
+    inertias = scenario.object.inertias
+    k = max(range(3), key=lambda axis: inertias[axis])
+    others = sum(inertias) - inertias[k]
+    if inertias[k] > others * (1.0 + UNIT_LENGTH):
+        yield FieldError(
+            field=f"object.inertias.{k}",
+            value=inertias[k],
+            limit=f"at most {others:g} kg m²",
+            message=(
+                f"object.inertias.{k} is {inertias[k]:g} kg m², more than the other two together, "
+                f"{others:g} kg m², which no body has; lower it or raise the others"
+            ),
+        )
+    length = math.sqrt(sum(part * part for part in scenario.trajectory.start[3:]))
+    if abs(length - 1.0) > UNIT_LENGTH:
+        yield FieldError(
+            field="trajectory.start.3",
+            value=length,
+            limit="1",
+            message=(
+                f"trajectory.start.3 to .6 are a quaternion of length {length:.7g}, a rotation has "
+                "length 1; divide them by it"
+            ),
+        )
+
+
+def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
+    """Every fingertip starts on a face that there is and within the reach of its finger."""
+    if any(check_outline(scenario)) or any(check_body(scenario)):
+        return
+    names = spatial_face_names(scenario.object)
+    for i, finger in enumerate(scenario.fingers):
+        if finger.face not in names:
+            yield FieldError(
+                field=f"fingers.{i}.face",
+                value=finger.face,
+                limit=", ".join(names),
+                message=(
+                    f"fingers.{i}.face is '{finger.face}', but the object has the faces "
+                    f"{', '.join(names)}"
+                ),
+            )
+            continue
+        beyond = -distance_inside(spatial_contact(scenario.object, finger).outline, (0.0, 0.0))
+        if beyond >= 0.0:
+            x, y = finger.contact_offset
+            yield FieldError(
+                field=f"fingers.{i}.contact_offset",
+                value=f"{x:g}, {y:g}",
+                limit=f"on {finger.face}",
+                message=(
+                    f"fingers.{i}.contact_offset is {x:g}, {y:g} m, {beyond:.4g} m beyond the edge "
+                    f"of {finger.face}; move it towards 0, 0"
+                ),
+            )
+        yield from _check_reach(scenario, i)
+
+
+def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
+    x, y, z = tip_at_start(scenario, i)
+    first, second = scenario.fingers[i].link_lengths
+    distance, radius = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
+    cosine = (distance**2 - first**2 - second**2) / (2.0 * first * second)
+    near, far = abs(first - second), first + second
+    if abs(cosine) > 1.0:
+        limit = f"{near:g} … {far:g} m"
+        words = (
+            f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
+            f"finger reaches {limit}; move the base, the start pose or lengthen the links"
+        )
+    elif math.sqrt(1.0 - cosine**2) < LEAST_SINE:
+        limit = f"inside {near:g} … {far:g} m"
+        words = (
+            f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} m "
+            "from the base; move the base or the start pose"
+        )
+    elif radius < LEAST_RADIUS * far:
+        distance, limit = radius, f"at least {LEAST_RADIUS * far:g} m"
+        words = (
+            f"fingers.{i} starts with its tip {radius:.3g} m from the vertical axis through its "
+            f"base (singular), {limit} are needed; move the base aside"
+        )
+    else:
+        return
+    yield FieldError(field=f"fingers.{i}.base", value=distance, limit=limit, message=words)
+
+
+def check_spatial_motion(scenario: SpatialScenario) -> Iterator[FieldError]:
+    """The fields that this kind of motion uses make a smooth motion from the start pose."""
+    trajectory = scenario.trajectory
+    if trajectory.kind == "set-points":
+        if not trajectory.set_points:
+            yield nothing_to_do("set_points", "set-points", "at least one move")
+        yield from check_moves(trajectory.set_points)
+    elif trajectory.kind == "shake":
+        yield from check_cycles(trajectory)
+
+
+def check_known_in_space(scenario: SpatialScenario) -> Iterator[FieldError]:
+    """What only hands in the plane can do so far is not asked of one in space."""
+    for key, shown, way_out in _only_in_the_plane(scenario):
+        yield FieldError(
+            field=key,
+            value=shown,
+            limit=way_out,
+            message=f"{key} is {shown}, which is not computed for hands in space yet; {way_out}",
+        )
+
+
+def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, str]]:
+    """Key, value and way out of everything that is asked for and not computed in space."""
+    controller = scenario.controller
+    if controller.kind not in LAWS:
+        yield "controller.kind", f"'{controller.kind}'", f"choose one of {', '.join(LAWS)}"
+    if controller.control_period == 0.0:
+        way_out = "set it to the time between control updates, for example 0.001 s"
+        yield "controller.control_period", "0 s (continuous control)", way_out
+    for name in ("latency", "prediction", "probing"):
+        if value := getattr(controller, name):
+            yield f"controller.{name}", f"{value:g}", "set it to its default"
+    for name, part, perfect in (
+        ("sensing", scenario.sensing, SensingParameters()),
+        ("actuation", scenario.actuation, ActuationParameters()),
+    ):
+        for field in fields(part):
+            value = getattr(part, field.name)
+            if value != getattr(perfect, field.name):
+                yield f"{name}.{field.name}", f"{value}", "set it to its default"
+    if scenario.patches:
+        yield "patches", f"a list of {len(scenario.patches)}", "leave it out"

@@ -1,0 +1,157 @@
+"""A scenario in space: read, written, changed and refused like one in the plane."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    parameter_definitions,
+    preset_names,
+    scenario_from_mapping,
+    scenario_to_toml,
+    spatial_preset_names,
+    with_values,
+)
+from slipgrasp.core.scenario.spatial_geometry import (
+    cross,
+    distance_inside,
+    joint_angles,
+    rotation_matrix,
+    spatial_contact,
+    spatial_face_names,
+    spatial_joint_points,
+    tip_at_start,
+)
+from slipgrasp.core.scenario.unknowns import name_unknown
+
+PRISM = load_scenario("spatial-prism")
+TILTED = with_values(
+    PRISM,
+    {
+        "trajectory.start": [0.01, -0.02, 0.4, 0.8, 0.2, -0.4, 0.4],
+        "object.mass": 1.3,
+        "fingers.1.contact_offset": [0.02, -0.03],
+    },
+)
+
+
+@pytest.mark.parametrize("name", spatial_preset_names())
+def test_a_preset_in_space_survives_the_way_to_toml_and_back(name):
+    scenario = load_scenario(name)
+    assert scenario.in_space
+    assert scenario_from_mapping(tomllib.loads(scenario_to_toml(scenario))) == scenario
+
+
+def test_presets_in_the_plane_are_listed_apart():
+    assert not set(preset_names()) & set(spatial_preset_names())
+    assert not any(load_scenario(name).in_space for name in preset_names())
+
+
+@pytest.mark.parametrize("face", spatial_face_names(PRISM.object))
+def test_tangents_and_normal_of_every_face_turn_right_and_point_inwards(face):
+    finger = with_values(
+        PRISM, {"fingers.0.face": "side-1", "fingers.0.base": [0.7, -1.2, 0.0]}
+    ).fingers[0]
+    contact = spatial_contact(PRISM.object, _on(finger, face))
+    assert_allclose(cross(contact.tangent_x, contact.tangent_y), contact.normal, atol=1e-15)
+    for vector in (contact.tangent_x, contact.tangent_y, contact.normal):
+        assert math.isclose(math.hypot(*vector), 1.0, abs_tol=1e-15)
+    assert np.dot(contact.anchor, contact.normal) < 0.0
+    assert distance_inside(contact.outline, (0.0, 0.0)) > 0.0
+
+
+def _on(finger, face):
+    from dataclasses import replace
+
+    return replace(finger, face=face)
+
+
+def test_the_middle_of_a_side_is_half_its_height_and_width_from_its_edges():
+    outline = spatial_contact(PRISM.object, PRISM.fingers[0]).outline
+    assert_allclose(np.ptp(outline, axis=0), [0.3, 0.2 * math.sqrt(3.0)], atol=1e-15)
+    assert math.isclose(distance_inside(outline, (0.14, 0.0)), 0.01)
+    assert math.isclose(distance_inside(outline, (0.0, 0.18)), 0.1 * math.sqrt(3.0) - 0.18)
+
+
+@pytest.mark.parametrize("scenario", [PRISM, TILTED])
+@pytest.mark.parametrize("elbow", ["up", "down"])
+def test_inverse_kinematics_put_the_tip_on_the_contact(scenario, elbow):
+    for i in range(3):
+        finger = with_values(scenario, {f"fingers.{i}.elbow": elbow}).fingers[i]
+        tip = np.add(tip_at_start(scenario, i), finger.base)
+        angles = joint_angles(finger, tip)
+        points = spatial_joint_points(finger, angles)
+        assert_allclose(points[0], finger.base)
+        assert_allclose(points[-1], tip, atol=1e-14)
+        assert_allclose(np.linalg.norm(np.diff(points, axis=0), axis=1), 1.0)
+        assert (angles[2] < 0.0) == (elbow == "up")
+
+
+def test_every_finger_of_the_prism_starts_in_the_pose_of_the_paper():
+    for i, finger in enumerate(PRISM.fingers):
+        angles = joint_angles(finger, np.add(tip_at_start(PRISM, i), finger.base))
+        assert_allclose(np.degrees(angles[1:]), [60.0, -90.0], atol=5e-3)
+
+
+def test_the_start_attitude_turns_the_contacts():
+    rows = np.array(rotation_matrix(TILTED.trajectory.start[3:]))
+    assert_allclose(rows @ rows.T, np.eye(3), atol=1e-15)
+    assert math.isclose(np.linalg.det(rows), 1.0)
+    contact = spatial_contact(TILTED.object, TILTED.fingers[1])
+    tip = np.add(tip_at_start(TILTED, 1), TILTED.fingers[1].base)
+    assert_allclose(tip, np.array(TILTED.trajectory.start[:3]) + rows @ contact.anchor)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "field", "words"),
+    [
+        ("fingers.0.base.2", 5.0, "fingers.0.base", "the finger reaches 0 … 2 m"),
+        ("fingers.0.base.0", -0.1, "fingers.0.base", "from the vertical axis"),
+        ("object.inertias.0", 3.0, "object.inertias.0", "which no body has"),
+        ("object.inertias.1", -1.0, "object.inertias.1", "allowed: 1e-06 … 1000 kg m²"),
+        ("trajectory.start.3", 0.5, "trajectory.start.3", "a rotation has length 1"),
+        ("fingers.2.face", "side-5", "fingers.2.face", "side-0, side-1, side-2, top, bottom"),
+        ("fingers.1.contact_offset.0", 0.16, "fingers.1.contact_offset", "0.01 m beyond the edge"),
+        ("controller.latency", 0.01, "controller.latency", "not computed for hands in space yet"),
+        ("controller.control_period", 0.0, "controller.control_period", "continuous control"),
+        ("controller.kind", "grip-reflex", "controller.kind", "choose one of theorem-3"),
+        ("sensing.true_phases", False, "sensing.true_phases", "not computed for hands in space"),
+        ("actuation.torque_limit", 9.0, "actuation.torque_limit", "not computed for hands in"),
+        ("controller.velocity_gain", [1.0, 2.0], "controller.velocity_gain", "one number, or 12"),
+        ("object.inertia", 0.1, "object.inertia", "did you mean 'object.inertias."),
+    ],
+)
+def test_what_cannot_be_is_refused_with_field_limit_and_way_out(key, value, field, words):
+    with pytest.raises(ScenarioError) as caught:
+        with_values(PRISM, {key: value})
+    (error,) = caught.value.errors
+    assert error.field == field
+    assert words in error.message
+
+
+def test_unknowns_in_space_have_keys_and_names():
+    estimates = [{"parameter": f"object.inertias.{k}", "initial": 0.02} for k in range(3)]
+    mapping = PRISM.to_mapping() | {"estimates": estimates}
+    scenario = scenario_from_mapping(mapping)
+    assert name_unknown(scenario, "object.inertias.2").endswith("about its z axis")
+    with pytest.raises(ScenarioError, match=r"object\.inertias\.K"):
+        scenario_from_mapping(
+            mapping | {"estimates": [{"parameter": "object.inertia", "initial": 1.0}]}
+        )
+
+
+def test_every_parameter_in_space_has_a_unit_and_a_sentence():
+    for key, parameter in parameter_definitions(PRISM).items():
+        assert parameter.text.endswith("."), key
+        assert (
+            parameter.kind in ("choice", "text", "boolean")
+            or parameter.unit
+            or key.startswith(
+                ("estimates", "controller.initial_deviation", "simulation.absolute_tolerance")
+            )
+        ), key
