@@ -29,6 +29,7 @@ from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 COUNT = 300
+LATE_COUNT = 100  # of runs of 3 s
 PAGE = "claims.md"
 EXPECTED = 0.3  # error of a force that the law expects beside that from noise [N]
 SIGMAS = 6.0  # beyond which an error counts as news and what was known is forgotten
@@ -61,6 +62,7 @@ AWARE: dict[str, dict[str, Any]] = {
 }
 _LATE = {
     "sensing.true_phases": False,
+    "sensing.slip_detector": "threshold",
     "sensing.slip_delay": 0.02,
     "controller.latency": 0.017,
 }
@@ -76,9 +78,10 @@ RIVALS = ("composite", "reactive force")
 
 
 class Point(NamedTuple):
-    """How many objects were held, and the median and the worst slip path of all runs [m]."""
+    """How many of the objects were held; median and worst slip path of all runs [m]."""
 
     held: int
+    count: int
     median: float
     worst: float
 
@@ -137,7 +140,7 @@ def measure_noise(count: int = COUNT) -> list[Series]:
     return [_sweep(name, values, worlds, count) for name, values in AWARE.items()]
 
 
-def measure_late(count: int = COUNT) -> list[Series]:
+def measure_late(count: int = LATE_COUNT) -> list[Series]:
     """The delays of the field, from a first grip of 30 N, in the worlds of the table."""
     load_law(f"{FIELD_FILE}:{FIELD_LAWS['reactive force'][0]}")
     found = []
@@ -185,7 +188,7 @@ def _sweep(
 
 
 def _point(held: Sequence[bool], paths: Sequence[float]) -> Point:
-    return Point(sum(held), float(np.median(paths)), max(paths))
+    return Point(sum(held), len(held), float(np.median(paths)), max(paths))
 
 
 def _tabulate(
@@ -202,10 +205,11 @@ def _tabulate(
         )
         for k, label in enumerate(labels)
     )
-    legend = f"{COUNT} objects: held, with the 95 % interval; slip path, median/worst [mm]."
+    count = series[0].points[0].count
+    legend = f"{count} objects: held, with the 95 % interval; slip path, median/worst [mm]."
     return Table(name, (head, *(each.name for each in series)), rows, (legend, *notes), PAGE)
 
 
 def _describe(point: Point) -> str:
-    share = format_share(point.held, COUNT)
+    share = format_share(point.held, point.count)
     return f"{share}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}"

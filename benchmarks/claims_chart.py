@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.claims import COUNT, LATE_WORLDS, LATENCIES, NOISES, SIGMAS, Series
+from benchmarks.claims import LATE_WORLDS, LATENCIES, NOISES, SIGMAS, Series
 from benchmarks.report import share_interval
 from benchmarks.robustness_charts import new_figure, save
 
@@ -52,27 +52,30 @@ def draw_claims(
         third.vlines(at, median, worst, color=colour)
         third.plot(at, worst, "o", color=colour, label=f"{each.name}: median to worst")
         for x, y, point in zip(at, worst, each.points, strict=True):
-            text = f"{100.0 * point.held / COUNT:.0f} %"
+            text = f"{100.0 * point.held / point.count:.0f} %"
             third.annotate(
                 text, (x, y), (0, 4), textcoords="offset points", ha="center", fontsize=8
             )
     third.set_yscale("log")
-    third.set_xticks(places, [name.replace(", ", ",\n") for name in LATE_WORLDS], fontsize=7)
+    third.set_xticks(
+        places, [name.replace(", ", ",\n").replace(" by ", "\nby ") for name in LATE_WORLDS]
+    )
     third.set_ylabel("slip path [mm]; above it: held")
-    third.legend(fontsize=8)
+    third.tick_params(axis="x", labelsize=7)
+    third.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.1), ncols=2)
     save(figure, path)
 
 
 def _draw_held(axis: Axes, at: np.ndarray, series: Sequence[Series], label: str) -> None:
     for each, (colour, style) in zip(series, _STYLES, strict=False):
-        shares = np.array([point.held for point in each.points]) / COUNT
-        bounds = np.array([share_interval(point.held, COUNT) for point in each.points])
+        shares = np.array([point.held / point.count for point in each.points])
+        bounds = np.array([share_interval(point.held, point.count) for point in each.points])
         errors = 100.0 * np.abs(bounds.T - shares)
         axis.errorbar(
             at, 100.0 * shares, errors, fmt=style, color=colour, label=each.name, capsize=2.0
         )
     axis.set_xlabel(label)
-    axis.set_ylabel(f"held of {COUNT} objects [%]")
+    axis.set_ylabel(f"held of {series[0].points[0].count} objects [%]")
     axis.set_ylim(-3.0, 103.0)
     axis.grid(alpha=0.3)
     axis.legend(fontsize=8)
