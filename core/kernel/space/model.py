@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import types
 
+from slipgrasp.core.kernel.compiler import call, compiled_apart
 from slipgrasp.core.kernel.elementary import exp, log
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
@@ -119,6 +121,12 @@ MODEL = np.dtype(
 )
 
 
+@compiled_apart(types.float64, types.float64, types.float64)
+def spatial_power(base: float, exponent: float) -> float:
+    """A positive number to any power."""
+    return exp(exponent * log(base))
+
+
 def pack_model(scenario: SpatialScenario, load: list[float]) -> Record:
     """The constants of a stretch.
 
@@ -218,7 +226,7 @@ def _pack_learning(controller: SpatialController, model: Record) -> None:
     has_memory = bool(law.facts.has_memory)
     law.slip_stop = controller.slip_stop if has_memory else 0.0
     spans = controller.control_period / FORGETTING_TIME
-    law.forgetting = exp(spans * log(controller.forgetting))
+    law.forgetting = call(spatial_power, controller.forgetting, spans)
     law.force_variance = controller.force_noise * controller.force_noise
     gains = np.broadcast_to(np.asarray(controller.adaptation_gain), (unknowns.count,))
     law.adaptation_gains[: unknowns.count] = gains
