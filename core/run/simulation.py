@@ -242,7 +242,7 @@ class Simulation:
     @property
     def provenance(self) -> Provenance:
         """What computes the run."""
-        return replace(present_provenance(), law=self._identity)
+        return replace(present_provenance(in_space=self.scenario.in_space), law=self._identity)
 
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""

@@ -65,6 +65,7 @@ def start_document(
         "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),
+        **({"space": "1"} if shape.in_space else {}),
     }
 
 
@@ -93,7 +94,7 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     diagnostics = _read(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
     if len(diagnostics) > MAX_DIAGNOSTICS:
         raise ValueError("more diagnostics than a law can have")
-    return TraceShape(num_contacts, unknowns, diagnostics)
+    return TraceShape(num_contacts, unknowns, diagnostics, "space" in start)
 
 
 def scenario_document(scenario: Scenario) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-FORMAT_VERSION = 5
+FORMAT_VERSION = 6
 """Raised when a reader of the previous version could no longer read a file correctly."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
@@ -17,6 +17,7 @@ FIRST_FORMAT_WITH = {
     "controllability": 4,
     "commanded_torque": 5,
     "diagnostics": 5,
+    "slip_path": 6,
 }
 """Signals and metrics that not every format holds, and since when.
 

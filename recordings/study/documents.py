@@ -48,7 +48,7 @@ class StudyEnd:
 
 def start_document(study: Study) -> dict[str, str]:
     """Versions of format and program, the kernel, and what lists tell of a study."""
-    provenance = present_provenance()
+    provenance = present_provenance(in_space=study.base.in_space)
     return {
         "format": str(STUDY_FORMAT),
         "program": provenance.program,

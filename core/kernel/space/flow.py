@@ -53,22 +53,20 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
-def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
-    update_kinematics(model.hand, state, work.kin)
-    update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
-    torques_to_forces(model.hand, work.kin, discrete.torques, work.tip_forces)
+def spatial_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Accelerations and contact forces at a state whose kinematics and tip forces are at hand."""
     set_directions(model, discrete, state, work.gamma)
     assemble(work.kin, work.dynamics, model.truth, discrete.slips, work.gamma, work.system)
     solve_plant(model, state, work)
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
-def spatial_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """The same at a state whose kinematics are up to date, after the phases have changed."""
-    set_directions(model, discrete, state, work.gamma)
-    assemble(work.kin, work.dynamics, model.truth, discrete.slips, work.gamma, work.system)
-    solve_plant(model, state, work)
+def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
+    update_kinematics(model.hand, state, work.kin)
+    update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
+    torques_to_forces(model.hand, work.kin, discrete.torques, work.tip_forces)
+    spatial_phases(model, discrete, state, work)
 
 
 @compiled

@@ -22,49 +22,13 @@ RANK_SHARE = 1e-9
 FEASIBLE = 1e-10  # [N], and share of the forces
 NEWTON_STEPS, NEWTON_ERROR = 30, 1e-13
 MAX_CHANGES = 40
+WITH_ROOM = 1e-6  # that all limits are met by to begin the way to the least forces [N]
 CONE, LEAST, MOST = range(3)
 _GAP, _FASTER, _BARRIER_STEPS = 1e-13, 0.1, 60
 
 
-@compiled_apart(types.float64, GRASP, types.int64, types.int64, types.int64)
-def spatial_grasp(grasp: Record, n: int, num_rows: int, least_force: int) -> float:
-    """Solves the program; the forces are left in ``force``.
-
-    Args:
-        grasp: With G and d in ``rows`` and the limits.
-        n: Fingers.
-        num_rows: Rows of G.
-        least_force: 0 where only the least-norm solution of G F = d is wanted.
-
-    Returns:
-        By how much the limits are violated at the most [N]; 0 if all are met.
-    """
-    _find_origin(grasp, n, num_rows)
-    for j in range(grasp.free):
-        grasp.trial[j] = grasp.point[j] = 0.0
-        for k in range(3 * n):
-            grasp.trial[j] += grasp.basis[j, k] * grasp.force[k]
-    _set_force(grasp, n)
-    if least_force == 0 or grasp.free == 0 or _worst_limit(grasp, n) < 0:
-        grasp.warm = 0
-        return max(_largest_violation(grasp, n), 0.0) if least_force == 1 else 0.0
-    if grasp.warm == 1 and _follow_active(grasp, n) == 1:
-        return 0.0
-    if _search_active(grasp, n) == 1:
-        grasp.warm = 1
-        return 0.0
-    grasp.warm = 0
-    violation = _minimise_violation(grasp, n)
-    if violation > FEASIBLE:
-        return violation
-    _descend(grasp, n)
-    if _polish(grasp, n) == 1:
-        grasp.warm = 1
-    return 0.0
-
-
-@compiled
-def _find_origin(grasp: Record, n: int, num_rows: int) -> None:
+@compiled_apart(types.void, GRASP, types.int64, types.int64)
+def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
     """Least-norm least-squares solution of G F = d, and a basis of what G does not see."""
     size, rows = 3 * n, grasp.rows
     make_rows_orthogonal(rows, num_rows, size)
@@ -204,8 +168,8 @@ def _count_active(grasp: Record, n: int) -> int:
     return count
 
 
-@compiled
-def _newton(grasp: Record, n: int) -> int:
+@compiled_apart(types.int64, GRASP, types.int64)
+def spatial_follow(grasp: Record, n: int) -> int:
     """Newton's method on the conditions of the active limits; 1 if it has converged."""
     free, count = grasp.free, _count_active(grasp, n)
     if count > free:
@@ -285,7 +249,7 @@ def _follow_active(grasp: Record, n: int) -> int:
     """Newton from the last tick's forces and active limits; 1 if that is the solution."""
     for j in range(grasp.free):
         grasp.point[j] = grasp.trial[j]
-    return 1 if _newton(grasp, n) == 1 and _is_solution(grasp, n) else 0
+    return 1 if spatial_follow(grasp, n) == 1 and _is_solution(grasp, n) else 0
 
 
 @compiled
@@ -302,7 +266,7 @@ def _search_active(grasp: Record, n: int) -> int:
         if worst < 0:
             return 1
         grasp.active[worst], grasp.multipliers[worst] = 1, 0.0
-        if _newton(grasp, n) == 0:
+        if spatial_follow(grasp, n) == 0:
             return 0
         while True:
             least, pulls = 0.0, -1
@@ -312,7 +276,7 @@ def _search_active(grasp: Record, n: int) -> int:
             if pulls < 0:
                 break
             grasp.active[pulls], grasp.multipliers[pulls] = 0, 0.0
-            if _newton(grasp, n) == 0:
+            if spatial_follow(grasp, n) == 0:
                 return 0
     return 0
 
@@ -331,8 +295,8 @@ def _widened(grasp: Record, c: int, extra: float) -> float:
     return reach * reach - square(grasp.force[3 * i]) - square(grasp.force[3 * i + 1])
 
 
-@compiled
-def _barrier_step(grasp: Record, n: int, weight: float, phase: int) -> float:
+@compiled_apart(types.float64, GRASP, types.int64, types.float64, types.int64)
+def spatial_barrier(grasp: Record, n: int, weight: float, phase: int) -> float:
     """One damped Newton step on objective / weight - sum log(limit); its decrement.
 
     Phase 1 makes the common widening small, phase 2 the forces.
@@ -437,10 +401,11 @@ def _minimise_violation(grasp: Record, n: int) -> float:
     weight = 1.0
     while weight > _GAP:
         for _ in range(_BARRIER_STEPS):
-            if _barrier_step(grasp, n, weight, 1) < 1e-9:
+            decrement = spatial_barrier(grasp, n, weight, 1)
+            if grasp.point[grasp.free] < -WITH_ROOM:
+                return grasp.point[grasp.free]
+            if decrement < 1e-9:
                 break
-        if grasp.point[grasp.free] < -1e-6:
-            break
         weight *= _FASTER
     return grasp.point[grasp.free]
 
@@ -448,12 +413,12 @@ def _minimise_violation(grasp: Record, n: int) -> float:
 @compiled
 def _descend(grasp: Record, n: int) -> None:
     """From forces inside all limits to the least ones."""
-    weight = 1.0
+    weight = 1.0 / _FASTER
     while weight > _GAP:
-        for _ in range(_BARRIER_STEPS):
-            if _barrier_step(grasp, n, weight, 2) < 1e-9:
-                break
         weight *= _FASTER
+        for _ in range(_BARRIER_STEPS):
+            if spatial_barrier(grasp, n, weight, 2) < 1e-9:
+                break
     for c in range(3 * n):
         value = _limit(grasp, c)
         room = value if c % 3 != CONE else _widened(grasp, c, 0.0)
@@ -470,9 +435,46 @@ def _polish(grasp: Record, n: int) -> int:
     """Newton from what the barrier has found; what that does not better is kept."""
     for j in range(grasp.free):
         grasp.trial[j] = grasp.point[j]
-    if _newton(grasp, n) == 1 and _is_solution(grasp, n):
+    if spatial_follow(grasp, n) == 1 and _is_solution(grasp, n):
         return 1
     for j in range(grasp.free):
         grasp.point[j] = grasp.trial[j]
     _set_force(grasp, n)
     return 0
+
+
+@compiled_apart(types.float64, GRASP, types.int64, types.int64, types.int64)
+def spatial_grasp(grasp: Record, n: int, num_rows: int, least_force: int) -> float:
+    """Solves the program; the forces are left in ``force``.
+
+    Args:
+        grasp: With G and d in ``rows`` and the limits.
+        n: Fingers.
+        num_rows: Rows of G.
+        least_force: 0 where only the least-norm solution of G F = d is wanted.
+
+    Returns:
+        By how much the limits are violated at the most [N]; 0 if all are met.
+    """
+    spatial_origin(grasp, n, num_rows)
+    for j in range(grasp.free):
+        grasp.trial[j] = grasp.point[j] = 0.0
+        for k in range(3 * n):
+            grasp.trial[j] += grasp.basis[j, k] * grasp.force[k]
+    _set_force(grasp, n)
+    if least_force == 0 or grasp.free == 0 or _worst_limit(grasp, n) < 0:
+        grasp.warm = 0
+        return max(_largest_violation(grasp, n), 0.0) if least_force == 1 else 0.0
+    if grasp.warm == 1 and _follow_active(grasp, n) == 1:
+        return 0.0
+    if _search_active(grasp, n) == 1:
+        grasp.warm = 1
+        return 0.0
+    grasp.warm = 0
+    violation = _minimise_violation(grasp, n)
+    if violation > FEASIBLE:
+        return violation
+    _descend(grasp, n)
+    if _polish(grasp, n) == 1:
+        grasp.warm = 1
+    return 0.0

@@ -82,43 +82,6 @@ def set_phase(discrete: Record, i: int, phase: int) -> None:
         discrete.frozen[i] = 0
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
-def spatial_select(
-    model: Record, discrete: Record, state: Record, work: Record, room: Record
-) -> int:
-    """Selects the phases for the torque that is held; ``work`` is left evaluated in them.
-
-    Args:
-        model: Constants of the run.
-        discrete: Its phases and directions are set.
-        state: Slip velocities that count as zero become exactly zero.
-        work: For the evaluation.
-        room: Of contacts whose force has just reached its cone ``leaving`` is 1.
-    """
-    n = model.num_fingers
-    _free_contacts(model, discrete, state, room)
-    spatial_plant(model, discrete, state, work)
-    room.concerned = -1
-    if not work.system.determinant > 0.0:
-        return NONE_REGULAR
-    if _all_consistent(model, work, room):
-        if not _find_leaving(model, discrete, state, work, room):
-            return _opens(n, work, room)
-        _let_leave(n, discrete, work, room)
-        spatial_phases(model, discrete, state, work)
-        return _opens(n, work, room)
-    assemble_contacts(model, discrete, state, work, room)
-    if _solve_contacts(model, discrete, work, room) == 0:
-        return NONE_CONSISTENT
-    status = _take_solution(model, discrete, room)
-    spatial_phases(model, discrete, state, work)
-    if status != SELECTED:
-        return status
-    if not work.system.determinant > 0.0:
-        return NONE_REGULAR
-    return SELECTED if _agrees(n, work, room) else NONE_CONSISTENT
-
-
 @compiled
 def _free_contacts(model: Record, discrete: Record, state: Record, room: Record) -> None:
     """Contacts at rest are free and stick for a start; the others keep their direction."""
@@ -221,10 +184,8 @@ def _begin_slip(discrete: Record, i: int, first: float, second: float) -> None:
     discrete.directions[i, 0], discrete.directions[i, 1] = first, second
 
 
-@compiled
-def assemble_contacts(
-    model: Record, discrete: Record, state: Record, work: Record, room: Record
-) -> None:
+@compiled_apart(types.void, MODEL, STATE, WORKSPACE, SELECTION_ROOM)
+def spatial_contacts(model: Record, state: Record, work: Record, room: Record) -> None:
     """G and c of the contact problem, from what does not depend on phases."""
     n, kin, body = model.num_fingers, work.kin, room.body
     entries = work.system.body
@@ -314,56 +275,6 @@ def _times(
 
 
 @compiled
-def _solve_contacts(model: Record, discrete: Record, work: Record, room: Record) -> int:
-    """Newton's method from the forces of stick, then from random ones; 1 if it has converged."""
-    n, seed = model.num_fingers, 12345
-    for i in range(n):
-        for k in range(3):
-            room.force[3 * i + k] = work.forces[i, k]
-    if _newton(model, discrete, room) == 1:
-        return 1
-    for _ in range(RANDOM_STARTS):
-        room.restarts += 1
-        for i in range(n):
-            for k in range(3):
-                # A linear congruence, as in Numerical Recipes: the same on every machine.
-                seed = (1664525 * seed + 1013904223) % 4294967296
-                share = seed / 4294967296.0
-                size = 1.0 + abs(float(work.forces[i, 2]))
-                room.force[3 * i + k] = size * (2.0 * share if k == 2 else share - 0.5)
-        if _newton(model, discrete, room) == 1:
-            return 1
-    return 0
-
-
-@compiled
-def _newton(model: Record, discrete: Record, room: Record) -> int:
-    n = model.num_fingers
-    size = 3 * n
-    for trial in range(NEWTON_STEPS):
-        worst, scale = 0.0, 0.0
-        for a in range(size):
-            total = room.offset[a]
-            for b in range(size):
-                total += room.mobility[a, b] * room.force[b]
-            room.opening[a] = total
-            scale += square(room.force[a])
-        for i in range(n):
-            _set_rows(model, discrete, room, i)
-            for k in range(3):
-                worst = max(worst, abs(room.right[3 * i + k]))
-        if worst <= NEWTON_ERROR * (1.0 + np.sqrt(scale)):
-            return 1
-        if not worst < np.inf or not abs(factor_dense(room.matrix, size, room.order)) > 0.0:
-            return 0
-        solve_dense(room.matrix, size, room.order, room.right, room.step)
-        share = 1.0 if trial < FULL_STEPS else 0.5
-        for a in range(size):
-            room.force[a] += share * room.step[a]
-    return 0
-
-
-@compiled
 def _set_rows(model: Record, discrete: Record, room: Record, i: int) -> None:
     """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
     n, matrix, right, mobility = model.num_fingers, room.matrix, room.right, room.mobility
@@ -410,6 +321,57 @@ def _set_rows(model: Record, discrete: Record, room: Record, i: int) -> None:
     right[first + 1] = -(force[first + 1] - radius * e1)
 
 
+@compiled_apart(types.int64, MODEL, DISCRETE, SELECTION_ROOM)
+def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
+    """Newton's method from the forces in ``room``; 1 if it has converged."""
+    n = model.num_fingers
+    size = 3 * n
+    for trial in range(NEWTON_STEPS):
+        worst, scale = 0.0, 0.0
+        for a in range(size):
+            total = room.offset[a]
+            for b in range(size):
+                total += room.mobility[a, b] * room.force[b]
+            room.opening[a] = total
+            scale += square(room.force[a])
+        for i in range(n):
+            _set_rows(model, discrete, room, i)
+            for k in range(3):
+                worst = max(worst, abs(room.right[3 * i + k]))
+        if worst <= NEWTON_ERROR * (1.0 + np.sqrt(scale)):
+            return 1
+        if not worst < np.inf or not abs(factor_dense(room.matrix, size, room.order)) > 0.0:
+            return 0
+        solve_dense(room.matrix, size, room.order, room.right, room.step)
+        share = 1.0 if trial < FULL_STEPS else 0.5
+        for a in range(size):
+            room.force[a] += share * room.step[a]
+    return 0
+
+
+@compiled
+def _solve_contacts(model: Record, discrete: Record, work: Record, room: Record) -> int:
+    """Newton's method from the forces of stick, then from random ones; 1 if it has converged."""
+    n, seed = model.num_fingers, 12345
+    for i in range(n):
+        for k in range(3):
+            room.force[3 * i + k] = work.forces[i, k]
+    if spatial_newton(model, discrete, room) == 1:
+        return 1
+    for _ in range(RANDOM_STARTS):
+        room.restarts += 1
+        for i in range(n):
+            for k in range(3):
+                # A linear congruence, as in Numerical Recipes: the same on every machine.
+                seed = (1664525 * seed + 1013904223) % 4294967296
+                share = seed / 4294967296.0
+                size = 1.0 + abs(float(work.forces[i, 2]))
+                room.force[3 * i + k] = size * (2.0 * share if k == 2 else share - 0.5)
+        if spatial_newton(model, discrete, room) == 1:
+            return 1
+    return 0
+
+
 @compiled
 def _take_solution(model: Record, discrete: Record, room: Record) -> int:
     """Phases and directions from the solved forces and accelerations."""
@@ -443,3 +405,40 @@ def _agrees(n: int, work: Record, room: Record) -> bool:
             if not abs(force - work.forces[i, k]) <= AGREEMENT * (1.0 + abs(force)):
                 return False
     return True
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
+def spatial_select(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> int:
+    """Selects the phases for the torque that is held; ``work`` is left evaluated in them.
+
+    Args:
+        model: Constants of the run.
+        discrete: Its phases and directions are set.
+        state: Slip velocities that count as zero become exactly zero.
+        work: For the evaluation.
+        room: Of contacts whose force has just reached its cone ``leaving`` is 1.
+    """
+    n = model.num_fingers
+    _free_contacts(model, discrete, state, room)
+    spatial_plant(model, discrete, state, work)
+    room.concerned = -1
+    if not work.system.determinant > 0.0:
+        return NONE_REGULAR
+    if _all_consistent(model, work, room):
+        if not _find_leaving(model, discrete, state, work, room):
+            return _opens(n, work, room)
+        _let_leave(n, discrete, work, room)
+        spatial_phases(model, discrete, state, work)
+        return _opens(n, work, room)
+    spatial_contacts(model, state, work, room)
+    if _solve_contacts(model, discrete, work, room) == 0:
+        return NONE_CONSISTENT
+    status = _take_solution(model, discrete, room)
+    spatial_phases(model, discrete, state, work)
+    if status != SELECTED:
+        return status
+    if not work.system.determinant > 0.0:
+        return NONE_REGULAR
+    return SELECTED if _agrees(n, work, room) else NONE_CONSISTENT
