@@ -336,8 +336,24 @@ class Trace:
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:
-        """Desired object pose, shape ``(rows, 3)`` [m, m, rad]."""
-        return self.object_pose + self.tracking_error
+        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; of a hand in space its position [m]."""
+        return self.object_pose[:, :3] + self.tracking_error[:, :3]
+
+    @property
+    def tangential_size(self) -> NDArray[np.float64]:
+        """Size of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
+        if not self.shape.in_space:
+            return np.abs(self.tangential_force)
+        parts = self.tangential_force.reshape(len(self), -1, 2)
+        return np.hypot(parts[:, :, 0], parts[:, :, 1])
+
+    @property
+    def slid_way(self) -> NDArray[np.float64]:
+        """Way that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
+        if self.shape.in_space:
+            return self.slip_path
+        ways = np.abs(np.diff(self.slip, axis=0, prepend=self.slip[:1]))
+        return np.cumsum(ways, axis=0)
 
     @property
     def energy_residual(self) -> NDArray[np.float64]:

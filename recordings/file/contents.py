@@ -238,7 +238,8 @@ class Contents:
                 raise self._damaged(f"the samples of {topic.name} lie at other times")
             arrays |= columns
         phases = (values for values in arrays.values() if values.dtype == np.int8)
-        if any((np.abs(values) > 1).any() for values in phases):
+        known = (0, 2) if self.shape.in_space else (-1, 0, 1)
+        if not all(np.isin(values, known).all() for values in phases):
             raise self._damaged("it holds a phase that does not exist")
         if not all(np.isfinite(values).all() for values in arrays.values()):
             raise self._damaged("it holds a number that is not finite")
