@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
 from slipgrasp.figures.schematic import draw_schematic
 from slipgrasp.figures.sheet import draw_sheet
@@ -33,7 +34,11 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
         anything is estimated) and ``forces``; in a scenario equal to one of the paper's
         presets ``fig-4-schematic`` and so on, where the paper has such a figure.
+
+    Raises:
+        SlipgraspError: If the hand stands in space.
     """
+    refuse_in_space(scenario, "figures")
     kinds = (SCHEMATIC, *_PANELS)
     names = {kind: kind for kind in kinds}
     for preset, numbers in _PAPER_NUMBERS.items():

@@ -26,6 +26,7 @@ from slipgrasp.core.kernel.space.state import (
 from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
 
 LEAST_SPEED = 3e-9  # a slip that is slower ends [m/s]
+TOLD_SPEED = 1e-9  # below it a slip has no direction any more, in steps that are taken back [m/s]
 SURE_SPEED = 3e-8  # from here on its own velocity tells its direction [m/s]
 
 
@@ -47,7 +48,7 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
         elif discrete.frozen[i] == 1:
             gamma[i, 0], gamma[i, 1] = discrete.directions[i, 0], discrete.directions[i, 1]
         else:
-            scale = 1.0 / max(slip_speed(n, state, i), LEAST_SPEED)
+            scale = 1.0 / max(slip_speed(n, state, i), TOLD_SPEED)
             gamma[i, 0] = scale * state.x[slip_velocity_at(n, i, 0)]
             gamma[i, 1] = scale * state.x[slip_velocity_at(n, i, 1)]
 
