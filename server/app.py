@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import socket
-import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import (
     AbstractAsyncContextManager,
@@ -142,7 +141,6 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         )
         app.state.study_service = study_service
         app.state.event_slots = EventSlots(settings.max_event_streams)
-        app.state.drawing = threading.Lock()
         study_service.start()
         retention_service = RetentionService(
             store, studies_kept, settings.retention, service.is_recovered.wait

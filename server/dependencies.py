@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
@@ -166,12 +165,6 @@ def get_file_cache(request: Request) -> FileCache:
     return cache
 
 
-def get_drawing(request: Request) -> threading.Lock:
-    """What is held while matplotlib draws: its settings are those of the whole process."""
-    drawing: threading.Lock = request.app.state.drawing
-    return drawing
-
-
 def get_event_slots(request: Request) -> EventSlots:
     """How many streams of events of the application that answers are open."""
     slots: EventSlots = request.app.state.event_slots
@@ -248,7 +241,6 @@ StudyBodyDep = Annotated[Any, Depends(read_study_body)]
 FileCacheDep = Annotated[FileCache, Depends(get_file_cache)]
 WaitPreferenceDep = Annotated[WaitPreference, Depends(read_wait_preference)]
 DownloadRequestDep = Annotated[DownloadRequest, Depends(read_download_request)]
-DrawingDep = Annotated[threading.Lock, Depends(get_drawing)]
 EventSlotsDep = Annotated[EventSlots, Depends(get_event_slots)]
 UploadSlotsDep = Annotated[asyncio.Semaphore, Depends(get_upload_slots)]
 StoppingDep = Annotated[asyncio.Event, Depends(get_stopping)]

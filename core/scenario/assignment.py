@@ -17,6 +17,7 @@ from slipgrasp.core.scenario.field_errors import (
     unknown_key,
 )
 from slipgrasp.core.scenario.own_laws import (
+    LAW,
     LAW_PARAMETERS,
     is_of_unknown_law,
     kinds_in,
@@ -50,7 +51,7 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
     *parents, last = key.split(".")
     keys = _all_keys(scenario.in_space)
     if ".".join(parents) == LAW_PARAMETERS:
-        return _assign_law_parameter(scenario, mapping["controller"], last, value)
+        return _assign_law_parameter(scenario, mapping, last, value)
     node: Any = mapping
     for i, part in enumerate(parents):
         node = _child(node, part, ".".join(parents[: i + 1]), scenario.in_space)
@@ -72,14 +73,16 @@ def assign(scenario: Scenario, mapping: dict[str, Any], key: str, value: Any) ->
 
 
 def _assign_law_parameter(
-    scenario: Scenario, controller: dict[str, Any], name: str, value: Any
+    scenario: Scenario, mapping: dict[str, Any], name: str, value: Any
 ) -> FieldError | None:
     """Sets a parameter of a law of one's own; None makes it what the law declares."""
-    kinds, key = [controller["kind"], *kinds_in(scenario)], f"{LAW_PARAMETERS}.{name}"
+    later = [each["value"] for each in mapping["changes"] if each["parameter"] == LAW]
+    controller, key = mapping["controller"], f"{LAW_PARAMETERS}.{name}"
+    kinds = map(str, (controller["kind"], *later, *kinds_in(scenario)))
     is_known = any(name in law_parameters(kind) for kind in kinds)
-    if not (is_known or is_of_unknown_law(scenario, key)):
-        return unknown_key(scenario, key)
     parameters = controller.setdefault("parameters", {})
+    if not (is_known or name in parameters or is_of_unknown_law(scenario, key)):
+        return unknown_key(scenario, key)
     if value is None:
         parameters.pop(name, None)
     else:

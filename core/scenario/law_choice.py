@@ -22,7 +22,13 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.field_errors import nearest, shortened, single_error
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
-from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of
+from slipgrasp.core.scenario.own_laws import (
+    LAW,
+    LAW_PARAMETERS,
+    law_names,
+    law_of,
+    law_parameters,
+)
 from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
 
 _GRIP_FORCE = "controller.grip_force"
@@ -85,7 +91,8 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
     settings = law_settings(constant, kind)
     before = parameter_definitions(constant)
     changes = tuple(SettingChange(key, before[key].value, new) for key, new in settings.items())
-    return LawChoice(with_values(constant, {LAW: kind, **settings}), changes)
+    values = {LAW: kind, **settings, **foreign_parameters(constant, kind)}
+    return LawChoice(with_values(constant, values), changes)
 
 
 def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]:
@@ -105,6 +112,13 @@ def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]
     }
     bounds = dict(_missing_bounds(scenario)) if law.bounded else {}
     return {**unsuitable, **dict(_grip(law, scenario)), **bounds}
+
+
+def foreign_parameters(scenario: Scenario, kind: str) -> dict[str, None]:
+    """Keys of the parameters of another law of one's own that a law has no use for."""
+    known = law_parameters(kind)
+    names = (name for name in scenario.controller.parameters if name not in known)
+    return {f"{LAW_PARAMETERS}.{name}": None for name in names}
 
 
 def law_keys(scenario: Scenario) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.assignment import assign, replaced
 from slipgrasp.core.scenario.field_errors import field_errors, full_scenario, nearest, single_error
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.spatial import SpatialScenario, is_spatial
 from slipgrasp.core.scenario.timed_changes import check_changes
@@ -171,7 +172,9 @@ def with_values(
     if quick is not None:
         return quick
     mapping = json.loads(json.dumps(scenario.to_mapping()))
-    errors = [e for key, value in values.items() if (e := assign(scenario, mapping, key, value))]
+    # Parameters of a law come after the law that has them.
+    ordered = sorted(values.items(), key=lambda item: item[0].startswith(f"{LAW_PARAMETERS}."))
+    errors = [e for key, value in ordered if (e := assign(scenario, mapping, key, value))]
     if errors:
         raise ScenarioError(errors)
     return scenario_from_mapping(mapping, with_law=with_law)

@@ -44,7 +44,8 @@ def key_words(key: str, names: Sequence[str], *, in_space: bool = False) -> str:
             words.append(_coordinate(parts[i - 1], int(part), in_space))
         else:
             words.append(str(int(part) + 1))
-    return " ".join(words).replace("_", " ").replace("controller kind", "control law")
+    text = " ".join(words).replace("_", " ")
+    return text.replace("controller kind", "control law").replace("controller parameters", "law")
 
 
 def _coordinate(name: str, index: int, in_space: bool) -> str:

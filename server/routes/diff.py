@@ -52,14 +52,17 @@ def draw_diff(
     """Two runs over each other, their difference below."""
     # matplotlib takes a second to load, and most servers never draw.
     from slipgrasp.figures.comparison import draw_comparison
+    from slipgrasp.figures.drawing_thread import in_drawing_thread
     from slipgrasp.figures.files import save_figure
 
     stored = [service.get(run_id) for run_id in (query.a, query.b)]
     picture = io.BytesIO()
     with reads.room_in_thread(_cost(stored)):
         a, b = (read_recording(run.path) for run in stored)
-        figure = draw_comparison(compare(a, b, query.tolerance), a, b, (query.a, query.b))
-        save_figure(figure, picture, query.format)
+        found, names = compare(a, b, query.tolerance), (query.a, query.b)
+        in_drawing_thread(
+            lambda: save_figure(draw_comparison(found, a, b, names), picture, query.format)
+        )
     return Response(picture.getvalue(), media_type=MEDIA_TYPES[query.format])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from functools import partial
 from typing import Annotated, BinaryIO, Literal, TextIO
@@ -17,7 +16,6 @@ from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_export import MOST_ROWS_AT_ONCE
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
-    DrawingDep,
     FileCacheDep,
     RecordingReadsDep,
     StudyResultsDep,
@@ -186,13 +184,12 @@ def draw_study_map_as_svg(
     study_id: str,
     results: StudyResultsDep,
     query: Annotated[MapQuery, Query()],
-    drawing: DrawingDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
     reads: RecordingReadsDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two of the varied parameters."""
-    return _map(study_id, results, query, drawing, cache, reads, "svg").answer(asked)
+    return _map(study_id, results, query, cache, reads, "svg").answer(asked)
 
 
 @router.head("/map.png", include_in_schema=False)
@@ -203,13 +200,12 @@ def draw_study_map_as_png(
     study_id: str,
     results: StudyResultsDep,
     query: Annotated[MapQuery, Query()],
-    drawing: DrawingDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
     reads: RecordingReadsDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two varied parameters, in pixels."""
-    return _map(study_id, results, query, drawing, cache, reads, "png").answer(asked)
+    return _map(study_id, results, query, cache, reads, "png").answer(asked)
 
 
 @router.head("/recording", include_in_schema=False)
@@ -269,7 +265,6 @@ def _map(
     study_id: str,
     results: StudyResults,
     query: MapQuery,
-    drawing: threading.Lock,
     cache: FileCache,
     reads: RecordingReads,
     ending: Literal["svg", "png"],
@@ -280,12 +275,12 @@ def _map(
 
     def draw(stream: BinaryIO) -> None:
         # matplotlib takes a second to load.
+        from slipgrasp.figures.drawing_thread import in_drawing_thread
         from slipgrasp.figures.files import save_figure
         from slipgrasp.figures.success_map import draw_success_map
 
-        # Who waits for the pen needs no memory yet.
-        with drawing, reads.room_in_thread(ROW_COST * shown.num_rows):
-            save_figure(draw_success_map(shown, x, y), stream, ending)
+        with reads.room_in_thread(ROW_COST * shown.num_rows):
+            in_drawing_thread(lambda: save_figure(draw_success_map(shown, x, y), stream, ending))
 
     return Download(
         tag=tag,

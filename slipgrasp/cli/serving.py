@@ -147,8 +147,10 @@ def serve_dashboard(
     """
     from slipgrasp.core.executors import make_executor
     from slipgrasp.server.log_format import LogFormat
+    from slipgrasp.server.memory import give_back_freed_memory
     from slipgrasp.server.service_lock import check_not_served
 
+    give_back_freed_memory()
     # What it is told about an executor, it is told before anything has started.
     make_executor(others.get("study_executor", DEFAULT_EXECUTOR)).close()
     store_in(folder).prepare()

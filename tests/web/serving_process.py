@@ -13,9 +13,11 @@ class ServerProcess:
 
     Args:
         data_directory: Where it keeps runs.
+        options: Of the command line, beside port and folder.
     """
 
-    def __init__(self, data_directory: Path) -> None:
+    def __init__(self, data_directory: Path, *options: str) -> None:
+        self._options = options
         self._data_directory = data_directory
         self._port = _free_port()
         self._process: subprocess.Popen[str] | None = None
@@ -28,7 +30,7 @@ class ServerProcess:
         """Starts it, and waits until it tells its address."""
         command = [sys.executable, "-m", "slipgrasp", "serve", "--port", str(self._port)]
         self._process = subprocess.Popen(
-            [*command, "--data-dir", str(self._data_directory)],
+            [*command, "--data-dir", str(self._data_directory), *self._options],
             stdout=subprocess.PIPE,
             text=True,
         )

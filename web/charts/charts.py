@@ -175,6 +175,26 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
     return tuple(chart(unit) for unit in dict.fromkeys(units))
 
 
+def belief_charts(result: RunResult) -> tuple[Chart, ...]:
+    """The estimates, and what a law of one's own tells of itself."""
+    return (*estimate_charts(result), *diagnostic_charts(result))
+
+
+def diagnostic_charts(result: RunResult) -> tuple[Chart, ...]:
+    """One chart per diagnostic of a law of one's own."""
+    diagnostics = result.trace.shape.diagnostics
+    return tuple(
+        Chart(
+            f"law-{each.name.replace('_', '-')}",
+            f"{key_words(each.name, ()).capitalize()}, as the law tells",
+            each.unit,
+            each.text,
+            (Line("value", each.name, FINGERS[k % len(FINGERS)], result.trace.diagnostics[:, k]),),
+        )
+        for k, each in enumerate(diagnostics)
+    )
+
+
 def energy_charts(result: RunResult) -> tuple[Chart, ...]:
     """The Lyapunov value with its rate, and where the energy went."""
     trace = result.trace
@@ -218,7 +238,7 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
 CHART_TABS: dict[str, Callable[[RunResult], tuple[Chart, ...]]] = {
     "Contact": contact_charts,
     "Motion": tracking_charts,
-    "Beliefs": estimate_charts,
+    "Beliefs": belief_charts,
     "Energy": energy_charts,
 }
 """The charts of a run by the tab that they stand under."""

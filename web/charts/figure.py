@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from slipgrasp.figures.drawing_thread import in_drawing_thread
 from slipgrasp.figures.files import save_figure
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
 from slipgrasp.recordings.palette import MARK, SHADE, Rgb
@@ -57,9 +58,9 @@ class ChartsHeading:
 
 
 def charts_svg(charts: Sequence[DrawnChart], heading: ChartsHeading) -> bytes:
-    """The charts as an SVG file."""
+    """The charts as an SVG file; drawn by the one thread that draws."""
     stream = io.BytesIO()
-    save_figure(draw_charts_figure(charts, heading), stream, "svg")
+    in_drawing_thread(lambda: save_figure(draw_charts_figure(charts, heading), stream, "svg"))
     return stream.getvalue()
 
 

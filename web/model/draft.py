@@ -16,6 +16,7 @@ from slipgrasp.core.scenario.loading import (
     preset_names,
     with_values,
 )
+from slipgrasp.core.scenario.own_laws import LAW, LAW_PARAMETERS, law_names, law_parameters
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.web.model.disturbances import (
     Disturbance,
@@ -171,6 +172,8 @@ class Draft:
         """Whether a parameter may change during the run; those of disturbances do as a whole."""
         if is_of_disturbance(key):
             return False
+        if is_of_law(key):
+            return True
         parameter = _definitions(self.base).get(key)
         return parameter is not None and parameter.changeable
 
@@ -183,9 +186,20 @@ class Draft:
             return dict(disturbance_values(self.disturbances)).get(key)
         if key in self.edits:
             return self.edits[key]
+        if is_of_law(key):
+            return self._law_parameter(time, key)
         if key in row_parameters():
             return rows_of(self.base, key)
         return _plain(_definitions(self.base)[key].value)
+
+    def _law_parameter(self, time: float, key: str) -> Value:
+        """What a parameter of a law of one's own is unless it is set: as the law declares it."""
+        name, given = key.removeprefix(f"{LAW_PARAMETERS}."), self.base.controller.parameters
+        if name in given:
+            return given[name]
+        kinds = (str(self.value_at(time, LAW)), *law_names())
+        declared = (law_parameters(kind).get(name) for kind in kinds)
+        return next((parameter.value for parameter in declared if parameter is not None), None)
 
     def num_changes_until(self, time: float) -> int:
         """How many of its changes have happened at some time [s]."""
@@ -223,6 +237,11 @@ class Draft:
             yield f"changes.{i}.time", change.time
             yield f"changes.{i}.parameter", change.key
             yield f"changes.{i}.value", change.value
+
+
+def is_of_law(key: str) -> bool:
+    """Whether a key is that of a parameter of a law of one's own."""
+    return key.startswith(f"{LAW_PARAMETERS}.")
 
 
 def error_words(error: FieldError) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from slipgrasp.core.exceptions import ScenarioError
@@ -11,12 +11,13 @@ from slipgrasp.core.scenario.law_choice import (
     LAW,
     SettingChange,
     describe_settings,
+    foreign_parameters,
     law_keys,
     law_settings,
 )
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import law_names, law_of
-from slipgrasp.web.model.draft import Draft, TimedEdit, Value
+from slipgrasp.core.scenario.own_laws import law_names, law_of, law_parameters
+from slipgrasp.web.model.draft import Draft, TimedEdit, Value, is_of_law
 
 
 def with_law(draft: Draft, kind: str, time: float | None) -> Draft:
@@ -31,18 +32,18 @@ def with_law(draft: Draft, kind: str, time: float | None) -> Draft:
         time: From when on, until the next law [s]; None is from start to end.
     """
     if time is None:
-        return _begun_with(_without_laws(draft, lambda _: True), kind)
+        return _without_orphans(_begun_with(_without_laws(draft, lambda _: True), kind))
     if time <= 0.0:
-        return _with_needs(_begun_with(draft, kind))
+        return _without_orphans(_with_needs(_begun_with(draft, kind)))
     draft = _without_laws(draft, lambda each: each == time)
     for key, value in {LAW: kind, **law_settings(_present(draft, time), kind)}.items():
         draft = draft.edited_from(time, key, value)
-    return _with_needs(draft)
+    return _without_orphans(_with_needs(draft))
 
 
 def without_law_change(draft: Draft, time: float) -> Draft:
     """The draft in which the law stays at some time [s], with the settings of the one before."""
-    return _with_needs(_without_laws(draft, lambda each: each == time))
+    return _without_orphans(_with_needs(_without_laws(draft, lambda each: each == time)))
 
 
 def main_changes(draft: Draft) -> tuple[TimedEdit, ...]:
@@ -77,7 +78,8 @@ def _begun_with(draft: Draft, kind: str) -> Draft:
     draft = replace(draft, edits=_own_edits(draft))
     if draft.value_at(0.0, LAW) == kind:
         return draft
-    settings = law_settings(_present(draft, 0.0), kind)
+    present = _present(draft, 0.0)
+    settings = {**law_settings(present, kind), **foreign_parameters(draft.base, kind)}
     return replace(draft, edits={**draft.edits, LAW: kind, **settings})
 
 
@@ -104,6 +106,19 @@ def _without_laws(draft: Draft, at: Callable[[float], bool]) -> Draft:
     is_of_law = _is_of_law(draft)
     kept = (each for each in draft.changes if not (at(each.time) and is_of_law(each)))
     return replace(draft, changes=tuple(kept))
+
+
+def _without_orphans(draft: Draft) -> Draft:
+    """The draft without what was set of laws of one's own that it has no more."""
+
+    def is_kept(key: str, value: Value, kinds: Iterable[Value]) -> bool:
+        names = {name for kind in kinds for name in law_parameters(str(kind))}
+        return not is_of_law(key) or value is None or key.rpartition(".")[2] in names
+
+    kinds = [draft.value_at(0.0, LAW), *(each.value for each in draft.changes if each.key == LAW)]
+    edits = {key: value for key, value in draft.edits.items() if is_kept(key, value, kinds)}
+    changes = (c for c in draft.changes if is_kept(c.key, c.value, [draft.value_at(c.time, LAW)]))
+    return replace(draft, edits=edits, changes=tuple(changes))
 
 
 def _with_needs(draft: Draft) -> Draft:

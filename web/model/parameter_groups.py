@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
-from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, own_laws
+from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
 from slipgrasp.web.model.disturbances import Disturbance, disturbance_parameters
+from slipgrasp.web.model.draft import is_of_law
 from slipgrasp.web.model.row_text import is_of_rows, row_parameters
+
+CONTROLLER = "Controller"
+"""Title of the group with the main settings of the control law."""
 
 _BELIEFS = "What the controller believes at first"
 _MAIN = ("object", "fingers", "estimates", "controller")
@@ -24,6 +29,9 @@ _DETAILS = (
     "velocity_noise",
     "prediction",
     "link_mass_ratio",
+    "link_length_ratio",
+    "joint_damping",
+    "joint_friction",
     "initial_deviation",
     "estimate_norm_bound",
     "minimum",
@@ -133,6 +141,26 @@ def _title(key: str, is_open: bool, names: Sequence[str]) -> str:
     if not is_open:
         return _FOLDED_TITLES[head]
     return _BELIEFS if head == "estimates" else head.capitalize()
+
+
+def law_groups(base: Scenario) -> tuple[Group, ...]:
+    """A group for every law of one's own that has parameters, titled with its name.
+
+    Args:
+        base: What knobs start from; a law has the values that it has there.
+    """
+
+    def entry(parameter: Parameter) -> Entry:
+        name = parameter.key.removeprefix(f"{LAW_PARAMETERS}.")
+        return Entry(parameter, key_words(name, ()) + unit_words(parameter.unit))
+
+    def group(kind: str) -> Group:
+        given = base.controller.parameters if kind == base.controller.kind else {}
+        controller = replace(base.controller, kind=kind, parameters=given)
+        parameters = iterate_parameters(controller, "controller.")
+        return Group(kind, True, tuple(entry(each) for each in parameters if is_of_law(each.key)))
+
+    return tuple(group(law.name) for law in own_laws() if law.parameters)
 
 
 def disturbance_title(disturbance: Disturbance) -> str:

@@ -20,11 +20,13 @@ from slipgrasp.web.model.editing import Editing, LawNote
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import Undo
 from slipgrasp.web.model.parameter_groups import (
+    CONTROLLER,
     Entry,
     Group,
     disturbance_groups,
     disturbance_title,
     group_parameters,
+    law_groups,
 )
 from slipgrasp.web.model.view import RunStage, ViewState
 from slipgrasp.web.page.keys import keys_of
@@ -47,6 +49,7 @@ class KnobsPanel:
         self._folders: list[viser.GuiFolderHandle] = []
         self._disturbance_folders: list[viser.GuiFolderHandle] = []
         self._disturbances: tuple[str, ...] = ()
+        self._law_folders: dict[str, viser.GuiFolderHandle] = {}
         self._conditional: list[tuple[Knob, Entry]] = []
         self._knobs: dict[str, list[tuple[Knob, viser.GuiFolderHandle]]] = {}
         self._errors: list[viser.GuiHtmlHandle] = []
@@ -79,6 +82,10 @@ class KnobsPanel:
         """The knob of a parameter; some have a second one, a field for a list."""
         return self._knobs[key][index][0]
 
+    def law_folder(self, kind: str) -> viser.GuiFolderHandle:
+        """Where the knobs of a law of one's own are."""
+        return self._law_folders[kind]
+
     @property
     def law_line(self) -> str:
         """What stands below the knob of the law, as HTML; empty if nothing does."""
@@ -92,8 +99,10 @@ class KnobsPanel:
     def remove(self) -> None:
         """Takes everything off the page."""
         self._tell_law(None)
-        for element in (*self._errors, *self._disturbance_folders, *self._folders):
+        laws = self._law_folders.values()
+        for element in (*self._errors, *self._disturbance_folders, *laws, *self._folders):
             element.remove()
+        self._law_folders = {}
         self._errors, self._folders, self._knobs = [], [], {}
         self._disturbance_folders, self._disturbances, self._conditional = [], (), []
 
@@ -101,8 +110,13 @@ class KnobsPanel:
         self.remove()
         self._base, self._shown, self._told = scenario, None, ()
         definitions = parameter_definitions(scenario)
-        for group in group_parameters(_steady(definitions), scenario.finger_names):
+        laws = law_groups(scenario)
+        of_laws = {entry.parameter.key for group in laws for entry in group.entries}
+        steady = {key: each for key, each in _steady(definitions).items() if key not in of_laws}
+        for group in group_parameters(steady, scenario.finger_names):
             self._folders.append(self._add_group(group, definitions))
+            if group.title == CONTROLLER:
+                self._law_folders = {law.title: self._add_group(law, {}) for law in laws}
 
     def _build_disturbances(self, draft: Draft) -> None:
         """A folder for each push and wet spot, above all others; made anew when one more comes."""
@@ -157,6 +171,8 @@ class KnobsPanel:
         for key in keys - {in_hand}:
             for knob, _ in self._knobs[key]:
                 knob.show(draft.value_at(moment, key))
+        for kind, folder in self._law_folders.items():
+            folder.visible = kind == draft.value_at(moment, LAW)
         for knob, entry in self._conditional:
             knob.use(draft.value_at(moment, entry.kind_key) in entry.parameter.used_by)
 
