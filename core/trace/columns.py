@@ -117,6 +117,8 @@ def units_of(signal: Signal, shape: TraceShape) -> list[str]:
         return [definitions[_as_of_first_finger(key)].unit for key in shape.unknowns]
     if signal.per == "diagnostic":
         return [diagnostic.unit for diagnostic in shape.diagnostics]
+    if shape.width(signal) == 0:
+        return []
     units = ((shape.in_space and signal.spatial_unit) or signal.unit).split(", ")
     # One unit for all, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]

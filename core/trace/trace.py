@@ -41,7 +41,8 @@ class Signal:
             contacts, two in space), path (of contacts, in space only), joint, unknown, diagnostic.
         unit: SI unit, or one each where they differ.
         text: One sentence.
-        spatial_unit: The same in space, where it differs.
+        spatial_unit: Its unit in space, where that is another.
+        spatial_text: Its sentence in space, where that is another.
         column: What the names of its columns begin with; its own name if None.
         name: Attribute of `Trace` that carries it.
         holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
@@ -53,6 +54,7 @@ class Signal:
     text: str
     column: str | None = None
     spatial_unit: str = ""
+    spatial_text: str = ""
     name: str = ""
     holds_phases: bool = False
 
@@ -87,6 +89,10 @@ class TraceShape:
     def joints_per_finger(self) -> int:
         """How many joints every finger has."""
         return JOINTS_IN_SPACE if self.in_space else JOINTS_PER_FINGER
+
+    def has(self, signal: Signal) -> bool:
+        """Whether such a trace has a signal at all, if perhaps of no column."""
+        return signal.per != "path" or self.in_space
 
     @property
     def width_of_joints(self) -> int:
@@ -144,9 +150,10 @@ class Trace:
             "object",
             "pose",
             "m, m, rad",
-            "Pose x, y, theta; in space position and unit quaternion w, x, y, z.",
+            "Pose x, y, theta.",
             column="",
             spatial_unit="m, m, m, 1, 1, 1, 1",
+            spatial_text="Position x, y, z and unit quaternion w, x, y, z.",
         ),
     ]
     object_velocity: Annotated[
@@ -155,8 +162,9 @@ class Trace:
             "object",
             "coordinate",
             "m/s, m/s, rad/s",
-            "Its first derivative; in space velocity and angular velocity.",
+            "Its first derivative.",
             spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
+            spatial_text="Velocity and angular velocity, world axes.",
         ),
     ]
     object_acceleration: Annotated[
@@ -167,6 +175,7 @@ class Trace:
             "m/s², rad/s²",
             "Its second derivative.",
             spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
+            spatial_text="Acceleration and angular acceleration, world axes.",
         ),
     ]
     tracking_error: Annotated[
@@ -175,9 +184,10 @@ class Trace:
             "object",
             "coordinate",
             "m, m, rad",
-            "Desired minus actual pose; in space the rotation vector from actual to desired.",
+            "Desired minus actual pose.",
             column="error",
             spatial_unit="m, m, m, rad, rad, rad",
+            spatial_text="Desired minus actual position; rotation vector from actual to desired.",
         ),
     ]
     external_wrench: Annotated[
@@ -206,7 +216,14 @@ class Trace:
         ),
     ]
     slip: Annotated[
-        Floats, Signal("contacts", "tangent", "m", "Displacement of the fingertip along the face.")
+        Floats,
+        Signal(
+            "contacts",
+            "tangent",
+            "m",
+            "Displacement of the fingertip along the face.",
+            spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
+        ),
     ]
     slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Its first derivative.")]
     slip_acceleration: Annotated[
@@ -218,7 +235,11 @@ class Trace:
     phase: Annotated[
         Phases,
         Signal(
-            "contacts", "contact", "", "0 stick, 1 slip forward, -1 slip backward, 2 slip in space."
+            "contacts",
+            "contact",
+            "",
+            "0 stick, 1 slip forward, -1 slip backward.",
+            spatial_text="0 stick, 2 slip.",
         ),
     ]
     believed_phase: Annotated[
@@ -227,19 +248,37 @@ class Trace:
     tangential_force: Annotated[
         Floats,
         Signal(
-            "contacts", "tangent", "N", "F_x of the fingertip on the object, in space F_x, F_y."
+            "contacts",
+            "tangent",
+            "N",
+            "F_x of the fingertip on the object.",
+            spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
         ),
     ]
     normal_force: Annotated[Floats, Signal("contacts", "contact", "N", "F_n, positive pushes.")]
     friction_margin: Annotated[
-        Floats, Signal("contacts", "contact", "N", "mu F_n - |F_t|, positive inside the cone.")
+        Floats,
+        Signal(
+            "contacts",
+            "contact",
+            "N",
+            "mu F_n - |F_x|, positive inside the cone.",
+            spatial_text="mu F_n - |F_t|, positive inside the cone.",
+        ),
     ]
     friction_coefficient: Annotated[
         Floats,
         Signal("contacts", "contact", "1", "True friction at that time, of stick or of slip."),
     ]
     joint_position: Annotated[
-        Floats, Signal("joints", "joint", "rad", "Joint angles, second relative to first.")
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "rad",
+            "Joint angles, second relative to first.",
+            spatial_text="Yaw, pitch, and pitch relative to the first link.",
+        ),
     ]
     joint_velocity: Annotated[Floats, Signal("joints", "joint", "rad/s", "Their first derivative.")]
     joint_torque: Annotated[

@@ -22,6 +22,13 @@ class ContactPhase(IntEnum):
         """The name in files: ``stick``, ``slip_forward``, ``slip_backward``, in space ``slip``."""
         return self.name.lower()
 
+    @classmethod
+    def known(cls, *, in_space: bool) -> tuple[ContactPhase, ...]:
+        """The phases that a contact can have."""
+        if in_space:
+            return cls.STICK, cls.SLIP
+        return cls.SLIP_BACKWARD, cls.STICK, cls.SLIP_FORWARD
+
 
 class Outcome(StrEnum):
     """How a run ended (docs/model.md, Outcomes)."""

@@ -25,8 +25,8 @@ from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.scenario.own_laws import Diagnostic, LawIdentity
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
+from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.state_hash import digest_of
-from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
@@ -56,7 +56,7 @@ def start_document(
     """Versions of format and program, seed of the noise, and the widths of the signals."""
     law = provenance.law
     return {
-        "format": str(FORMAT_VERSION),
+        "format": str(format_of(shape)),
         "program": provenance.program,
         "kernel": provenance.kernel,
         **({} if law is None else {"law": json.dumps(asdict(law))}),
