@@ -64,7 +64,8 @@ def test_held_means_completed_and_at_rest_for_half_a_second(run):
 
 
 def test_a_stored_trace_gives_the_metrics_that_the_kernel_added_up(run):
-    found = asdict(metrics_of_trace(run.trace, run.phase_changes, run.outcome))
+    rate = run.scenario.simulation.output_rate
+    found = asdict(metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate))
     for name, expected in asdict(run.metrics).items():
         if isinstance(expected, tuple) and None not in expected:
             close(found[name], expected)

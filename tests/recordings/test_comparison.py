@@ -54,7 +54,9 @@ def with_samples(run, change):
 
 def restated(run):
     """The run with the metrics that its samples give."""
-    return replace(run, metrics=metrics_of_trace(run.trace, run.phase_changes, run.outcome))
+    rate = run.scenario.simulation.output_rate
+    metrics = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
+    return replace(run, metrics=metrics)
 
 
 def place_of(run, name):
