@@ -1,7 +1,7 @@
 """Runs at the default tolerances beside the same runs at tight ones: is any materially different?
 
 Only runs whose truth is known count: well conditioned throughout, the same at two tight
-tolerances and with gravity larger by a ten-billionth, so that what differs is the error of the
+tolerances and with an object heavier by a ten-billionth, so that what differs is the error of the
 default and not chaos.
 """
 
@@ -25,7 +25,7 @@ MOST = 4 * COUNT  # so many are drawn to find them
 TIGHT, TIGHTER = (1e-11, 1e-13), (2e-12, 2e-14)  # relative and absolute tolerance
 CONDITION = 1e4  # largest condition number of the reduced inertia and of its estimate
 SETTLED = 0.1  # how far the tight runs may be apart, in limits
-NUDGE = 1e-10  # what gravity is changed by in one of them, as a share of it
+NUDGE = 1e-10  # by this share the object is heavier in one of them
 
 SHARE = 0.01  # of end time and slip path
 SLIP = 1e-7  # [m]
@@ -118,9 +118,7 @@ def _at(scenario: Scenario, relative: float, absolute: float) -> Scenario:
 
 
 def _nudged(scenario: Scenario) -> Scenario:
-    return with_values(
-        scenario, {"simulation.gravity": scenario.simulation.gravity * (1.0 + NUDGE)}
-    )
+    return with_values(scenario, {"object.mass": scenario.object.mass * (1.0 + NUDGE)})
 
 
 def _is_well_conditioned(run: RunResult) -> bool:

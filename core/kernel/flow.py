@@ -7,8 +7,13 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.interface import adapt, command
-from slipgrasp.core.kernel.dynamics import combine_links, update_unit_dynamics
-from slipgrasp.core.kernel.kinematics import to_contact_frame, update_kinematics
+from slipgrasp.core.kernel.dynamics import (
+    add_joint_friction,
+    combine_links,
+    joint_friction_power,
+    update_unit_dynamics,
+)
+from slipgrasp.core.kernel.kinematics import mistake_lengths, to_contact_frame, update_kinematics
 from slipgrasp.core.kernel.law import believe, demand_acceleration
 from slipgrasp.core.kernel.linear import factor, solve
 from slipgrasp.core.kernel.model import MODEL
@@ -44,6 +49,19 @@ def update_mechanics(model: Record, state: Record, work: Record) -> None:
     update_kinematics(model.hand, state, work.kin)
     update_unit_dynamics(model.hand, work.kin, work.unit)
     combine_links(model.truth, work.unit, work.dynamics)
+    if model.hand.joints_rub:
+        add_joint_friction(model.hand, work.kin, work.dynamics)
+
+
+@compiled_apart(types.void, MODEL, STATE, WORKSPACE)
+def update_seen_mechanics(model: Record, state: Record, work: Record) -> None:
+    """Kinematics and parts per link as the controller sees them, which may mistake its lengths."""
+    update_mechanics(model, state, work)
+    if model.law.knows_lengths:
+        return
+    mistake_lengths(model.nominal, state, work.kin)
+    update_unit_dynamics(model.nominal, work.kin, work.unit)
+    forget_mechanics(work)
 
 
 @compiled
@@ -189,6 +207,8 @@ def _powers(model: Record, discrete: Record, state: Record, work: Record) -> tup
         # Not |s'|, whose kink at the end of a slip would make the step there tiny.
         speed = discrete.phases[i] * state.x[slip_velocity_at(n, i)]
         dissipated += model.truth.friction[i] * work.forces[i, 1] * speed
+    if model.hand.joints_rub:
+        dissipated += joint_friction_power(model.hand, kin)
     for k in range(3):
         supplied += model.load[k] * state.x[velocity_at(k)]
     return supplied, dissipated

@@ -59,8 +59,62 @@ def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
         dx, dy = state.x[X] + rx - hand.bases[i, 0], state.x[Y] + ry - hand.bases[i, 1]
         finger = solve_finger(hand, i, dx, dy, vx, vy)
         _store_finger(hand, i, dx, dy, finger, kin)
-        kin.bias[i, 0] = finger.bias_x - omega * (omega * rx + 2.0 * slip_velocity * ty)
-        kin.bias[i, 1] = finger.bias_y - omega * (omega * ry - 2.0 * slip_velocity * tx)
+        _store_bias(kin, i, finger, omega, slip_velocity)
+
+
+@compiled
+def _store_bias(kin: Record, i: int, finger: Finger, omega: float, slip_velocity: float) -> None:
+    rx, ry, tx, ty = kin.arms[i, 0], kin.arms[i, 1], kin.tangents[i, 0], kin.tangents[i, 1]
+    kin.bias[i, 0] = finger.bias_x - omega * (omega * rx + 2.0 * slip_velocity * ty)
+    kin.bias[i, 1] = finger.bias_y - omega * (omega * ry - 2.0 * slip_velocity * tx)
+
+
+@compiled
+def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
+    """Jacobians and biases of fingers that are taken for longer or shorter than they are.
+
+    Args:
+        nominal: Lengths as they are believed.
+        state: As ``kin`` belongs to it.
+        kin: Up to date; angles and rates of the joints stay as they are measured.
+    """
+    omega = state.x[velocity_at(ANGLE)]
+    for i in range(nominal.num_fingers):
+        finger = _mistaken_finger(nominal, kin, i)
+        first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
+        dx = first * finger.cosine1 + second * finger.cosine12
+        dy = first * finger.sine1 + second * finger.sine12
+        _store_finger(nominal, i, dx, dy, finger, kin)
+        slip_velocity = state.x[slip_velocity_at(nominal.num_fingers, i)]
+        _store_bias(kin, i, finger, omega, slip_velocity)
+
+
+@compiled
+def _mistaken_finger(nominal: Record, kin: Record, i: int) -> Finger:
+    """Finger ``i`` at its true joint angles and rates, with the lengths that are believed."""
+    true = stored_finger(kin, i)
+    first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
+    dx = first * true.cosine1 + second * true.cosine12
+    dy = first * true.sine1 + second * true.sine12
+    scale = 1.0 / (first * second * true.sine2)
+    own, total = first * square(true.rate1), second * square(true.rate1 + true.rate2)
+    return Finger(
+        true.cosine1,
+        true.sine1,
+        true.cosine12,
+        true.sine12,
+        true.cosine2,
+        true.sine2,
+        scale * second * true.cosine12,
+        scale * second * true.sine12,
+        -scale * dx,
+        -scale * dy,
+        true.rate1,
+        true.rate2,
+        own * true.cosine1 + total * true.cosine12,
+        own * true.sine1 + total * true.sine12,
+        true.extension,
+    )
 
 
 @compiled

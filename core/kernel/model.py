@@ -29,6 +29,9 @@ HAND = np.dtype(
         ("slip_minimum", np.float64, (MAX_FINGERS,)),  # ends of the face, or of the part of it
         ("slip_maximum", np.float64, (MAX_FINGERS,)),  # along which friction is the same [m]
         ("gravity", np.float64),  # [m/s^2]
+        ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s]
+        ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m]
+        ("joints_rub", np.bool_),  # whether any of these is not 0
     ],
     align=True,
 )
@@ -77,6 +80,7 @@ LAW = np.dtype(
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # every contact inside its cone, slipping or not
         ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
+        ("knows_lengths", np.bool_),  # whether its links are those of the plant
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]
@@ -100,7 +104,7 @@ LAW = np.dtype(
 # What is measured, and how well.
 SENSORS = np.dtype(
     [
-        ("perfect", np.int64),  # 1: everything below is off
+        ("perfect", np.int64),  # 1: everything below is off, and the law knows its lengths
         ("noisy", np.int64),
         ("seed", np.int64),  # of the noise
         ("position_noise", np.float64),  # standard deviations, SI units
@@ -112,7 +116,11 @@ SENSORS = np.dtype(
         ("sums_slip", np.int64),  # 1: cumulative sums detect it, 0: its duration
         ("slip_threshold", np.float64),  # [m/s]
         ("slip_delay", np.float64),  # [s]
+        ("slip_delay_deviation", np.float64),  # [s]
         ("least_sum", np.float64),  # that noise does not reach [m/s]
+        ("force_noise", np.float64),  # of measured contact forces [N]
+        ("force_bias", np.float64, (2,)),  # along the face, normal [N]
+        ("force_filter_time", np.float64),  # [s]
     ],
     align=True,
 )
@@ -148,6 +156,7 @@ MODEL = np.dtype(
         ("num_states", np.int64),  # of the integrated state
         ("num_diagnostics", np.int64),  # of a law of one's own
         ("hand", HAND),
+        ("nominal", HAND),  # of which the law believes the links to be: lengths alone are set
         ("truth", TRUTH),
         ("load", np.float64, (3,)),  # of pulses on the object [N, N, N m]
         ("unknowns", UNKNOWNS),

@@ -30,21 +30,34 @@ _MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
 _KEY_STEPS = (0x9E3779B9, 0xBB67AE85)
 
 
-@compiled_apart(types.void, NOISE, types.int64, types.int64, types.int64)
-def draw_noise(noise: Record, seed: int, tick: int, count: int) -> None:
+STATE_NOISE, FORCE_NOISE, DELAY_NOISE = range(3)
+"""What numbers are drawn for: each has a stream of its own."""
+
+
+@compiled_apart(types.void, NOISE, types.int64, types.int64, types.int64, types.int64)
+def draw_noise(noise: Record, seed: int, stream: int, tick: int, count: int) -> None:
     """Writes the first ``count`` numbers of a tick.
 
     Args:
         noise: Where they are written.
         seed: Of the run, below 2^63.
+        stream: What they are for.
         tick: Which tick of the run, from 0.
         count: How many are needed; one more is written where this is odd.
     """
     key = seed & _WORD, seed >> 32
     for pair in range((count + 1) // 2):
-        words = philox((pair, 0, tick & _WORD, tick >> 32), key)
+        words = philox((pair, stream, tick & _WORD, tick >> 32), key)
         noise.numbers[2 * pair] = _normal(words[0], words[1])
         noise.numbers[2 * pair + 1] = _normal(words[2], words[3])
+
+
+@compiled_apart(types.float64, types.int64, types.int64, types.int64, types.int64)
+def draw_number(seed: int, stream: int, place: int, event: int) -> float:
+    """The number of one event at one place, such as a contact."""
+    counter = place, stream, event & _WORD, event >> 32
+    words = philox(counter, (seed & _WORD, seed >> 32))
+    return _normal(words[0], words[1])
 
 
 @compiled

@@ -122,13 +122,17 @@ def pack(table: Record, stretch: Record, model: Record) -> None:
     model.num_unknowns = model.unknowns.count = p
     model.num_states = count_states(n, p)
     model.num_diagnostics = 0
-    model.hand.gravity = table.simulation.gravity
+    model.hand.gravity = model.nominal.gravity = table.simulation.gravity
+    model.nominal.num_fingers = n
+    model.hand.joints_rub = False
     model.truth.object_inertia[0] = model.truth.object_inertia[1] = table.object.mass
     model.truth.object_inertia[2] = table.object.inertia
     for c in range(3):
         model.load[c] = stretch.load[c]
     for i in range(n):
         _pack_finger(table.fingers.entries[i], i, model)
+        _pack_links(table.fingers.entries[i], i, 1.0, model.hand)
+        _pack_links(table.fingers.entries[i], i, table.controller.link_length_ratio, model.nominal)
         _pack_contact(table, stretch, i, model)
     for k in range(p):
         _pack_unknown(table.estimates.entries[k], k, model.unknowns)
@@ -168,14 +172,22 @@ def _or(value: float, otherwise: float) -> float:
 def _pack_finger(finger: Record, i: int, model: Record) -> None:
     hand, truth = model.hand, model.truth
     for link in range(2):
-        length, centre = finger.link_lengths[link], finger.link_centre_fractions[link]
+        hand.bases[i, link] = finger["base"][link]  # not the base of a NumPy array
+        truth.link_masses[i, link] = finger.link_masses[link]
+    hand.elbows[i] = -1.0 if finger.elbow == _ELBOW_UP else 1.0
+    hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
+    hand.joints_rub = hand.joints_rub or finger.joint_damping + finger.joint_friction > 0.0
+
+
+@compiled
+def _pack_links(finger: Record, i: int, ratio: float, hand: Record) -> None:
+    """Links with their lengths times a ratio, the masses spread as before."""
+    for link in range(2):
+        length, centre = ratio * finger.link_lengths[link], finger.link_centre_fractions[link]
         inertia = centre * centre + finger.link_inertia_fractions[link]
         hand.link_lengths[i, link] = length
         hand.link_centres[i, link] = centre * length
         hand.link_moments[i, link] = inertia * (length * length)
-        hand.bases[i, link] = finger["base"][link]  # not the base of a NumPy array
-        truth.link_masses[i, link] = finger.link_masses[link]
-    hand.elbows[i] = -1.0 if finger.elbow == _ELBOW_UP else 1.0
 
 
 @compiled
@@ -239,6 +251,7 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
         _pack_lyapunov(law, k, controller.lyapunov_weight[k])
     law.grasp_force = controller.grasp_force == _MINIMUM_GRASP
     law.link_mass_ratio = controller.link_mass_ratio
+    law.knows_lengths = controller.link_length_ratio == 1.0
     law.holds = controller.distribution == _HOLD
     law.grip_safety = controller.grip_safety
     law.minimum_normal_force = controller.minimum_normal_force
@@ -320,7 +333,11 @@ def _pack_world(table: Record, model: Record) -> None:
     if sensing.slip_threshold > 0.0:
         sensors.least_sum = 20.0 * expected * expected / sensing.slip_threshold
     true = sensors.true_accelerations * sensors.true_phases
-    sensors.perfect = true * (1 - sensors.noisy)
+    sensors.perfect = true * (1 - sensors.noisy) if model.law.knows_lengths else 0
+    sensors.slip_delay_deviation = sensing.slip_delay_deviation
+    sensors.force_noise, sensors.force_filter_time = sensing.force_noise, sensing.force_filter_time
+    for axis in range(2):
+        sensors.force_bias[axis] = sensing.force_bias[axis]
     actuators.torque_limit = _or(table.actuation.torque_limit, np.inf)
     actuators.torque_rate_limit = _or(table.actuation.torque_rate_limit, np.inf)
 

@@ -6,7 +6,14 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.elementary import exp
-from slipgrasp.core.kernel.noise import NOISE, draw_noise
+from slipgrasp.core.kernel.noise import (
+    DELAY_NOISE,
+    FORCE_NOISE,
+    NOISE,
+    STATE_NOISE,
+    draw_noise,
+    draw_number,
+)
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.state import STATE, reduced_at, slip_velocity_at
 
@@ -26,6 +33,9 @@ SENSES = np.dtype(
         ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
         ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
         ("sums", np.float64, (MAX_FINGERS, 2)),  # of velocities against the belief [m/s]
+        ("num_detected", np.int64, (MAX_FINGERS,)),  # changes of the belief so far
+        ("forces", np.float64, (MAX_FINGERS, 2)),  # on the object: along tangent and normal [N]
+        ("num_forces", np.int64),  # their filter has seen
     ],
     align=True,
 )
@@ -46,7 +56,7 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
     for k in range(model.num_states):
         senses.measured.x[k] = state.x[k]
     if sensors.noisy == 1:
-        draw_noise(senses.noise, sensors.seed, senses.num_ticks, 3 * size)
+        draw_noise(senses.noise, sensors.seed, STATE_NOISE, senses.num_ticks, 3 * size)
         for k in range(size):
             at, rate = reduced_at(model.num_fingers, k)
             senses.measured.x[at] += sensors.position_noise * senses.noise.numbers[k]
@@ -83,6 +93,32 @@ def _difference(model: Record, senses: Record, torques: Floats, now: float) -> N
 
 
 @compiled
+def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
+    """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        forces: ``(n, 2)`` of the fingertips on the object, F_x (against the tangent), F_n [N].
+    """
+    sensors, n = model.sensors, model.num_fingers
+    senses.num_forces += 1
+    share = model.law.period / (sensors.force_filter_time + model.law.period)
+    share = max(share, 1.0 / senses.num_forces)
+    if sensors.force_noise > 0.0:
+        # Laws of one's own, which alone see it, need no noise of accelerations any more.
+        tick = senses.num_ticks - 1  # counted already
+        draw_noise(senses.noise, sensors.seed, FORCE_NOISE, tick, 2 * n)
+    for i in range(n):
+        for axis in range(2):
+            force = -forces[i, 0] if axis == 0 else forces[i, 1]
+            force += sensors.force_bias[axis]
+            if sensors.force_noise > 0.0:
+                force += sensors.force_noise * senses.noise.numbers[2 * i + axis]
+            senses.forces[i, axis] += share * (force - senses.forces[i, axis])
+
+
+@compiled
 def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> None:
     """Beliefs for this tick: the true phases, or those that lasted longer than the delay."""
     n, sensors = model.num_fingers, model.sensors
@@ -98,10 +134,22 @@ def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> 
                 seen = 1 if velocity > 0.0 else -1
         if seen == discrete.beliefs[i]:
             senses.doubt[i] = now
-        elif sensors.true_phases == 1 or now - senses.doubt[i] > sensors.slip_delay - SAME_TIME:
+        elif sensors.true_phases == 1 or now - senses.doubt[i] > _delay(senses, sensors, i):
             discrete.beliefs[i] = seen
             senses.doubt[i] = now
             senses.since[i] = now
+            senses.num_detected[i] += 1
+
+
+@compiled
+def _delay(senses: Record, sensors: Record, i: int) -> float:
+    """How long the next change of contact ``i`` must last to be believed, less a rounding [s]."""
+    delay = sensors.slip_delay
+    if sensors.slip_delay_deviation > 0.0:
+        event = senses.num_detected[i]
+        number = draw_number(sensors.seed, DELAY_NOISE, i, event)
+        delay = max(0.0, delay + sensors.slip_delay_deviation * number)
+    return delay - SAME_TIME
 
 
 @compiled
@@ -114,7 +162,8 @@ def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: in
     sensors, belief = model.sensors, discrete.beliefs[i]
     velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i)]
     level = 0.5 * sensors.slip_threshold
-    bound = max(sensors.least_sum, level * sensors.slip_delay / model.law.period)
+    delay = _delay(senses, sensors, i) + SAME_TIME
+    bound = max(sensors.least_sum, level * delay / model.law.period)
     for side in range(2):
         sign = 1 - 2 * side
         growth = sign * velocity - level if belief == 0 else level - belief * velocity
@@ -124,6 +173,7 @@ def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: in
         discrete.beliefs[i] = 0 if belief != 0 else (1 if forward else -1)
         senses.sums[i, 0] = senses.sums[i, 1] = 0.0
         senses.since[i] = now
+        senses.num_detected[i] += 1
 
 
 @compiled

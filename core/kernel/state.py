@@ -8,7 +8,7 @@ With n fingers and p unknowns, x = (q_o, q_o', s, s', phi^, E_in, E_f):
     s'     slip velocity (n) [m/s]
     phi^   estimates of the unknowns (p) [SI]
     E_in   energy supplied by torques, pulses and timed changes [J]
-    E_f    energy dissipated by friction [J]
+    E_f    energy dissipated by friction, of contacts and joints [J]
 
 A derivative of the state stands in the same places.
 """

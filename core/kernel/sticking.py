@@ -18,7 +18,9 @@ from slipgrasp.core.kernel.state import slip_at
 
 @compiled
 def all_stick(model: Record, discrete: Record) -> bool:
-    """Whether no contact slips."""
+    """Whether no contact slips, and no joint rubs, which the shorter equations know nothing of."""
+    if model.hand.joints_rub:
+        return False
     for i in range(model.num_fingers):
         if discrete.phases[i] != 0:
             return False

@@ -16,7 +16,14 @@ from slipgrasp.core.kernel.controllers.own_law import (
     look,
 )
 from slipgrasp.core.kernel.elementary import nearest
-from slipgrasp.core.kernel.flow import flow, forget_mechanics, update_command, update_mechanics
+from slipgrasp.core.kernel.flow import (
+    flow,
+    forget_mechanics,
+    solve_plant,
+    update_command,
+    update_mechanics,
+    update_seen_mechanics,
+)
 from slipgrasp.core.kernel.guards import arm_guards
 from slipgrasp.core.kernel.jump import (
     LAW_FAILED,
@@ -46,6 +53,7 @@ from slipgrasp.core.kernel.sensing import (
     detect_slip,
     measure,
     measure_acceleration,
+    measure_forces,
     trust,
     trust_in_contact,
 )
@@ -128,7 +136,7 @@ def _learn(model: Record, run: Record) -> None:
         adapt_at_tick(model, discrete, state, work, run.memory)
     else:
         measure_acceleration(model, senses, discrete, work)
-        update_mechanics(model, senses.measured, work)
+        update_seen_mechanics(model, senses.measured, work)
         update_command(model, discrete, run.now, senses.measured, work)
         for k in range(3 + n):
             work.acceleration[k] = senses.acceleration[k]
@@ -229,10 +237,22 @@ def _sense(model: Record, run: Record) -> None:
     _advance_estimates(model, run, run.now - run.last_tick)
     run.last_tick = run.now
     measure(model, senses, run.step.start, run.discrete.torques, run.now)
+    if model.law.facts.is_own and run.acting == 1:
+        _feel(model, run)
     detect_slip(model, run.discrete, senses, run.now)
-    update_mechanics(model, senses.measured, run.work)
+    update_seen_mechanics(model, senses.measured, run.work)
     if model.law.facts.is_own:
         believe(model.law, model.truth, model.unknowns, senses.measured, run.work.believed)
+
+
+@compiled
+def _feel(model: Record, run: Record) -> None:
+    """Measures the contact forces under the torques that act until now."""
+    work = run.work
+    update_mechanics(model, run.step.start, work)
+    torques_to_forces(work.kin, model.num_fingers, run.discrete.torques, work.tip_forces)
+    solve_plant(model, run.discrete, work)
+    measure_forces(model, run.senses, work.forces)
 
 
 @compiled
@@ -314,7 +334,7 @@ def _command_ahead(model: Record, run: Record) -> int:
     while then > model.motion.breaks[discrete.piece]:
         discrete.piece += 1
     forget_mechanics(work)  # the prediction has its own bias
-    update_mechanics(model, ahead, work)
+    update_seen_mechanics(model, ahead, work)
     regular = update_command(model, discrete, then, ahead, work)
     discrete.piece = now
     return regular

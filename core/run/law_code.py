@@ -230,8 +230,10 @@ def entry(seen_at, memory_at, answer_at):
     block = carray(memory_at, (1000000,))
     answer = carray(answer_at, (1,))[0]
     status = 0
+    # Before the try, in which the compiler would make a block of every slice.
+    seen, memory, out = Seen({seen}), Memory({memory}), Out({out})
     try:
-        command(Seen({seen}), Memory({memory}), Out({out}))
+        command(seen, memory, out)
     except Exception:
         status = 1
     return status

@@ -99,6 +99,18 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = 1.0
+    link_length_ratio: Annotated[
+        float,
+        Ge(0.5),
+        Le(2.0),
+        Quantity(
+            "Lengths of the links that the law believes in, over the true ones; 1: it knows its "
+            "hand. Joint angles are measured, Jacobians follow from the lengths believed.",
+            "1",
+            typical=(0.8, 1.2),
+            changeable=True,
+        ),
+    ] = 1.0
     position_gain: Annotated[
         Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
         Quantity(

@@ -53,6 +53,28 @@ class FingerParameters:
             changeable=True,
         ),
     ] = None
+    joint_damping: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity(
+            "Viscous friction of both joints, torque per joint velocity; no law knows of it.",
+            "N m s",
+            typical=(0.0, 1.0),
+            changeable=True,
+        ),
+    ] = 0.0
+    joint_friction: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity(
+            "Dry friction of both joints, full from some 0.01 rad/s on; no law knows of it.",
+            "N m",
+            typical=(0.0, 1.0),
+            changeable=True,
+        ),
+    ] = 0.0
     face: Annotated[
         Face,
         Quantity(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 LAW_NAME = r"^[a-z][a-z0-9_-]{0,59}$"
 PARAMETER_NAME = r"^[a-z][a-z0-9_]{0,39}$"
 
-INTERFACE_VERSION = 1
+INTERFACE_VERSION = 2
 """Of what a law is shown and answers (docs/laws.md)."""
 
 OUTSIDE = "outside"

@@ -11,6 +11,7 @@ from slipgrasp.core.scenario.field_types import CONFIG, Face
 from slipgrasp.core.scenario.parameters import Quantity
 
 Force = Annotated[float, Ge(-1e4), Le(1e4)]
+ForceError = Annotated[float, Ge(-1e3), Le(1e3)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -152,6 +153,49 @@ class SensingParameters:
             changeable=True,
         ),
     ] = 0.002
+    slip_delay_deviation: Annotated[
+        float,
+        Ge(0.0),
+        Le(1.0),
+        Quantity(
+            "Standard deviation of that time, drawn anew for every detection; never below 0 s.",
+            "s",
+            typical=(0.0, 0.01),
+            changeable=True,
+        ),
+    ] = 0.0
+    force_noise: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e3),
+        Quantity(
+            "Standard deviation of the noise on measured contact forces, which laws of one's own "
+            "see.",
+            "N",
+            typical=(0.0, 1.0),
+            changeable=True,
+        ),
+    ] = 0.0
+    force_bias: Annotated[
+        tuple[ForceError, ForceError],
+        Quantity(
+            "Constant error of measured contact forces: along the face, and normal to it.",
+            "N",
+            typical=(-5.0, 5.0),
+            changeable=True,
+        ),
+    ] = (0.0, 0.0)
+    force_filter_time: Annotated[
+        float,
+        Ge(0.0),
+        Le(1.0),
+        Quantity(
+            "Time constant of the low-pass filter of measured contact forces.",
+            "s",
+            typical=(0.0, 0.02),
+            changeable=True,
+        ),
+    ] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)

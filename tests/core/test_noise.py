@@ -43,7 +43,7 @@ def words(text):
 def drawn(seed, ticks, channels=CHANNELS):
     room, numbers = make_record(noise.NOISE), []
     for tick in ticks:
-        call(noise.draw_noise, room, seed, tick, channels)
+        call(noise.draw_noise, room, seed, noise.STATE_NOISE, tick, channels)
         numbers.append(room.numbers[:channels].copy())
     return np.array(numbers)
 

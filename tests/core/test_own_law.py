@@ -23,6 +23,10 @@ from slipgrasp import (
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.scenario import CONTROL_LAWS, Change
 from slipgrasp.core.scenario.own_laws import forget, own_laws
+from tests.core.test_composite import at_ticks
+from tests.references.closed_loop import ClosedLoop
+from tests.references.hand import State
+from tests.references.noise import normal_numbers
 
 LAWS = Path(__file__).parents[2] / "examples" / "laws" / "pd_gravity.py"
 BASE = with_law(load_scenario("composite-case-2"), "pd-gravity")
@@ -91,6 +95,19 @@ def carrying_torque(seen):
     return np.einsum("nij,ni->nj", seen.jacobian, forces)
 
 
+class Feeling:
+    """Carries the object, and tells the contact forces that it measures."""
+
+    diagnostics: ClassVar = {
+        f"{axis}{i}": ("N", "Measured.") for i in range(2) for axis in ("along", "normal")
+    }
+
+    def command(self, seen, memory, out):
+        out.torque[:] = carrying_torque(seen)
+        felt = seen.contact_force.ravel()
+        out.along0[0], out.normal0[0], out.along1[0], out.normal1[0] = felt
+
+
 class Late:
     """Works until it raises."""
 
@@ -107,6 +124,56 @@ class Unbounded:
         out.torque[:] = carrying_torque(seen)
         if seen.tick == 3:
             out.torque[1, 0] = np.inf
+
+
+def felt_and_true(**values):
+    """Contact forces as a law measured them at ticks 1, 2, …, and those of the reference.
+
+    The reference solves the plant at the state of the tick under the torque of the tick before.
+    """
+    register_law(Feeling)
+    values = {"simulation.duration": 0.3, "simulation.output_rate": 1000.0, **values}
+    scenario = of_law("feeling", **values)
+    result, loop = simulate(scenario), ClosedLoop.from_scenario(scenario)
+    trace, ticks = result.trace, result.ticks
+    felt, true = ticks.diagnostics[1:].reshape(-1, 2, 2), []
+    assert np.all(trace.phase == 0)
+    for row, torques in zip(at_ticks(trace)[1:], ticks.commands, strict=False):
+        state = State(
+            trace.object_pose[row],
+            trace.object_velocity[row],
+            trace.slip[row],
+            trace.slip_velocity[row],
+        )
+        true.append(loop.solve_plant(state, (0, 0), torques).forces * [-1.0, 1.0])
+    return felt, np.array(true)
+
+
+def test_a_law_is_shown_the_contact_forces_under_the_torque_that_acts():
+    felt, true = felt_and_true()
+    assert len(felt) == len(true) == 299
+    assert np.ptp(true[:, 0, 0]) > 0.1
+    np.testing.assert_allclose(felt, true, atol=1e-9)
+
+
+def test_measured_contact_forces_have_a_bias_and_noise_from_a_stream_of_their_own():
+    felt, true = felt_and_true(
+        **{
+            "sensing.force_noise": 0.2,
+            "sensing.force_bias": [1.0, -2.0],
+            "simulation.seed": 5,
+        }
+    )
+    numbers = normal_numbers(5, 300, 4, stream=1)[1:].reshape(-1, 2, 2)
+    np.testing.assert_allclose(felt, true + [1.0, -2.0] + 0.2 * numbers, atol=1e-9)
+
+
+def test_measured_contact_forces_are_filtered_as_accelerations_are():
+    felt, true = felt_and_true(**{"sensing.force_filter_time": 0.004})
+    value = np.zeros((2, 2))
+    for k, (measured, force) in enumerate(zip(felt, true, strict=True), 1):
+        value = value + max(0.001 / 0.005, 1.0 / k) * (force - value)
+        np.testing.assert_allclose(measured, value, atol=1e-9)
 
 
 def test_the_built_in_law_written_again_in_python_does_the_same_to_rounding():

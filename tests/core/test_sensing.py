@@ -1,5 +1,7 @@
 """What the controller measures: noise, filtered accelerations, detected slip."""
 
+from itertools import repeat
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,11 @@ def velocity_noise_in(scenario, trace):
 def drawn(seed, num_ticks):
     """The normal numbers of docs/model.md, drawn anew."""
     return normal_numbers(seed, num_ticks, 15)
+
+
+def delay_number(seed, contact, event):
+    """One number of the stream of delays (docs/model.md, Sensing and actuation)."""
+    return normal_numbers(seed, [event], 2 * contact + 1, stream=2)[0, 2 * contact]
 
 
 def test_velocity_noise_is_as_strong_as_stated_and_drawn_from_the_seed():
@@ -138,15 +145,16 @@ def test_accelerations_are_filtered_differences(begin):
     np.testing.assert_allclose(senses.torques[:2].ravel(), torque, rtol=1e-9)
 
 
-def detected(velocities, times, threshold, delay):
+def detected(velocities, times, threshold, delays):
     """Belief of one contact at every tick: a contradiction counts from the tick before it."""
-    belief, agreed, beliefs = 0, times[0], []
+    belief, agreed, beliefs, waiting = 0, times[0], [], iter(delays)
+    delay = next(waiting)
     for t, velocity in zip(times, velocities, strict=True):
         seen = int(np.sign(velocity)) if abs(velocity) > threshold else 0
         if seen == belief:
             agreed = t
         elif t - agreed > delay - 1e-9:
-            belief, agreed = seen, t
+            belief, agreed, delay = seen, t, next(waiting)
         beliefs.append(belief)
     return beliefs
 
@@ -165,11 +173,35 @@ def test_slip_is_detected_above_a_threshold_and_after_a_delay(threshold, delay):
     ticks = at_ticks(trace)
     for contact in range(2):
         velocity, believed = trace.slip_velocity[ticks, contact], trace.believed_phase[ticks]
-        expected = detected(velocity, trace.times[ticks], threshold, delay)
+        expected = detected(velocity, trace.times[ticks], threshold, repeat(delay))
         assert np.array_equal(believed[:, contact], expected)
         assert np.any(believed[:, contact] != 0)
     assert np.any(trace.believed_phase != trace.phase)
     assert result.metrics.held
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_the_delay_of_every_detection_is_drawn_from_the_seed(seed):
+    """Contact i, detection k: number i of the stream of delays, at its k-th draw."""
+    mean, deviation = 4e-3, 3e-3
+    values = {
+        **SHORT,
+        "sensing.true_phases": False,
+        "sensing.slip_delay": mean,
+        "sensing.slip_delay_deviation": deviation,
+        "simulation.seed": seed,
+    }
+    trace = simulate(with_values(CASE_2, values)).trace
+    ticks = at_ticks(trace)
+    found = set()
+    for contact in range(2):
+        numbers = [delay_number(seed, contact, event) for event in range(200)]
+        delays = np.maximum(0.0, mean + deviation * np.array(numbers))
+        found |= set(delays[:2])
+        expected = detected(trace.slip_velocity[ticks, contact], trace.times[ticks], 0.005, delays)
+        assert np.array_equal(trace.believed_phase[ticks, contact], expected)
+        assert np.any(np.array(expected) != 0)
+    assert len(found) > 2
 
 
 def summed(velocities, threshold, bound):

@@ -60,6 +60,11 @@ COMPOSITES = {
     "unequal friction": {"fingers.1.friction": 0.3},
     "links believed too heavy": {"controller.link_mass_ratio": 1.2},
     "links believed too light": {"controller.link_mass_ratio": 0.8},
+    "links believed too long": {"controller.link_length_ratio": 1.1},
+    "joints that rub": {
+        **{f"fingers.{i}.joint_damping": 0.4 for i in range(2)},
+        **{f"fingers.{i}.joint_friction": 0.2 + 0.3 * i for i in range(2)},
+    },
     "probing": {
         "controller.probing": 2.0,
         "estimates.0.initial": 0.22,

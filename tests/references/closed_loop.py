@@ -19,7 +19,7 @@ _FACES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "bottom": (-1.0, 0.0), "top"
 
 
 class Evaluation(NamedTuple):
-    """Plant and control law at one instant."""
+    """Plant and control law at one instant; ``kin`` as the controller sees it."""
 
     kin: Kinematics
     torques: Array
@@ -39,6 +39,8 @@ class ClosedLoop(NamedTuple):
     initial_estimates: Array
     static_friction: Array  # (n,)
     load: Array  # force and moment on the object from outside, (3,)
+    believed_hand: Hand
+    rubbing: Array  # viscous and dry friction of the joints of each finger, (n, 2)
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> ClosedLoop:
@@ -67,6 +69,8 @@ class ClosedLoop(NamedTuple):
                 ]
             ),
             load=np.zeros(3),
+            believed_hand=_hand(scenario, scenario.controller.link_length_ratio),
+            rubbing=np.array([(f.joint_damping, f.joint_friction) for f in scenario.fingers]),
         )
 
     def with_friction(self, factors: Array) -> ClosedLoop:
@@ -102,17 +106,25 @@ class ClosedLoop(NamedTuple):
             torques: Torques that act; those of the law if left out.
             stopping: What is added to the commanded slip accelerations, ``(n,)``.
         """
-        kin = self.hand.kinematics(state)
+        kin = self.believed_hand.kinematics(state, self.hand)
         violation, forces = 0.0, np.zeros(0)
         if torques is None:
             believed = phase if belief is None else belief
             v = self.law.commanded_acceleration(state, believed, desired)
             v[3:] += 0.0 if stopping is None else stopping
             torques, violation, forces = self.law.command(
-                self.hand, kin, self.unknowns.fill(estimates), believed, v
+                self.believed_hand, kin, self.unknowns.fill(estimates), believed, v
             )
-        motion = self.hand.solve_all_unknowns(kin, self.truth, phase, torques, self.load)
+        motion = self.solve_plant(state, phase, torques)
         return Evaluation(kin, torques, violation, motion, forces)
+
+    def solve_plant(self, state: State, phase: Phase, torques: Array) -> Motion:
+        """What the plant does under torques, less what the friction of its joints takes."""
+        kin = self.hand.kinematics(state)
+        viscous, dry = self.rubbing[:, :1], self.rubbing[:, 1:]
+        lost = viscous * kin.qd + dry * kin.qd / np.hypot(kin.qd, 0.01)
+        given = np.ravel(torques) - lost.ravel()
+        return self.hand.solve_all_unknowns(kin, self.truth, phase, given, self.load)
 
     def estimate_rates(
         self,
@@ -124,12 +136,12 @@ class ClosedLoop(NamedTuple):
         acceleration: Array,
     ) -> Array:
         """The update law in the believed phase at a measured acceleration, unprojected."""
-        U, _ = regressor(self.hand, kin, self.unknowns, phase, acceleration)
-        reduced = self.hand.reduced_form(kin, self.unknowns.fill(estimates), phase)
+        U, _ = regressor(self.believed_hand, kin, self.unknowns, phase, acceleration)
+        reduced = self.believed_hand.reduced_form(kin, self.unknowns.fill(estimates), phase)
         return self.law.estimate_rates(reduced, U, state, desired, estimates)
 
 
-def _hand(scenario: Scenario) -> Hand:
+def _hand(scenario: Scenario, ratio: float = 1.0) -> Hand:
     body = scenario.object
     anchors, tangents, fingers = [], [], []
     for f in scenario.fingers:
@@ -141,7 +153,7 @@ def _hand(scenario: Scenario) -> Hand:
             middle = depth * np.array([-tangent[1], tangent[0]])
         tangents.append(tangent)
         anchors.append(middle + f.contact_offset * tangent)
-        lengths = np.array(f.link_lengths)
+        lengths = ratio * np.array(f.link_lengths)
         fingers.append(
             Finger(
                 base=np.array(f.base),

@@ -75,8 +75,8 @@ class Composite:
         for row, value, deviation in self._rows(loop, kin, phase, torques, acceleration):
             learnt = self._take(learnt, row, value, deviation)
         self._forget(self._law.forgetting ** (period / REFERENCE_PERIOD))
-        U, _ = regressor(loop.hand, kin, loop.unknowns, belief, acceleration)
-        reduced = loop.hand.reduced_form(kin, loop.unknowns.fill(estimates), belief)
+        U, _ = regressor(loop.believed_hand, kin, loop.unknowns, belief, acceleration)
+        reduced = loop.believed_hand.reduced_form(kin, loop.unknowns.fill(estimates), belief)
         tracking = self.covariance @ U.T @ loop.law.weighted_errors(reduced, state, desired)
         self._slipped |= np.asarray(phase) != 0
         probed = self._probed(loop.unknowns.fill(estimates).friction, forces)
@@ -147,7 +147,7 @@ def _missing(
     acceleration: Array,
 ) -> Array:
     """Force of the fingertips less what object and friction ask for; zero at the truth."""
-    hand = loop.hand
+    hand = loop.believed_hand
     M, h = hand.finger_dynamics(kin, believed)
     qdd = np.linalg.solve(kin.A_q, kin.b - kin.A_o @ acceleration[:3] - kin.A_s @ acceleration[3:])
     forces = np.linalg.solve(kin.J.T, torques - h - M @ qdd)

@@ -92,8 +92,12 @@ class Hand(NamedTuple):
         points = self.anchors + slip[:, None] * self.tangents
         return pose[:2] + points @ _rotation(pose[2]).T
 
-    def kinematics(self, state: State) -> Kinematics:
-        """Joint motion from the closure of the chains (Eq. 13-16)."""
+    def kinematics(self, state: State, plant: Hand | None = None) -> Kinematics:
+        """Joint motion from the closure of the chains (Eq. 13-16).
+
+        ``plant`` is the hand whose joints move so, where this one is only believed in.
+        """
+        true = (plant or self).fingers
         R = _rotation(state.pose[2])
         spin = state.velocity[2]
         tips = self.tip_positions(state.pose, state.slip)
@@ -101,10 +105,11 @@ class Hand(NamedTuple):
         for i, finger in enumerate(self.fingers):
             t = R @ self.tangents[i]
             r = tips[i] - state.pose[:2]
-            q = finger.joint_positions(tips[i])
+            q = true[i].joint_positions(tips[i])
             J = finger.jacobian(q)
             A_o = -np.column_stack((np.eye(2), TURN @ r))
-            qd = np.linalg.solve(J, -A_o @ state.velocity + t * state.slip_velocity[i])
+            tip_velocity = -A_o @ state.velocity + t * state.slip_velocity[i]
+            qd = np.linalg.solve(true[i].jacobian(q), tip_velocity)
             b = (
                 -finger.jacobian_rate_times_velocity(q, qd)
                 - spin**2 * r

@@ -27,12 +27,12 @@ def philox(counters, key):
     return words
 
 
-def normal_numbers(seed, ticks, channels):
-    """Standard normal numbers of the ticks, ``(ticks, channels)``."""
+def normal_numbers(seed, ticks, channels, stream=0):
+    """Standard normal numbers of the ticks in a stream, ``(ticks, channels)``."""
     ticks = np.arange(ticks) if isinstance(ticks, int) else np.asarray(ticks)
     pairs = -(-channels // 2)
     counters = np.zeros((len(ticks), pairs, 4), np.uint64)
-    counters[..., 0] = np.arange(pairs)
+    counters[..., 0], counters[..., 1] = np.arange(pairs), stream
     counters[..., 2], counters[..., 3] = ticks[:, None] & 0xFFFFFFFF, ticks[:, None] >> 32
     words = philox(counters.reshape(-1, 4), (seed & 0xFFFFFFFF, seed >> 32))
     bits = (words[:, ::2] << np.uint64(20)) | (words[:, 1::2] >> np.uint64(12))

@@ -40,6 +40,7 @@ SEEN = np.dtype(
         ("slip", np.float64, (MAX_FINGERS,)),  # as sensed [m]
         ("slip_velocity", np.float64, (MAX_FINGERS,)),
         ("believed_phase", np.int64, (MAX_FINGERS,)),
+        ("contact_force", np.float64, (MAX_FINGERS, 2)),  # measured: tangent, normal [N]
         ("jacobian", np.float64, (MAX_FINGERS, 2, 2)),
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 2, 2)),
         ("link_direction", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
@@ -143,6 +144,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
     seen.slip_velocity[i] = state.x[slip_velocity_at(n, i)]
     seen.believed_phase[i] = run.discrete.beliefs[i]
     for axis in range(2):
+        seen.contact_force[i, axis] = run.senses.forces[i, axis]
         seen.joint_position[i, axis] = joint_angle(kin, i, axis)
         seen.joint_velocity[i, axis] = kin.joint_velocities[i, axis]
         seen.joint_torque[i, axis] = run.discrete.torques[i, axis]
@@ -165,8 +167,8 @@ def _show_model(model: Record, believed: Record, seen: Record) -> None:
         seen.friction[i] = believed.friction[i]
         for link in range(2):
             seen.link_masses[i, link] = believed.link_masses[i, link]
-            seen.link_lengths[i, link] = model.hand.link_lengths[i, link]
-            seen.link_centres[i, link] = model.hand.link_centres[i, link]
+            seen.link_lengths[i, link] = model.nominal.link_lengths[i, link]
+            seen.link_centres[i, link] = model.nominal.link_centres[i, link]
 
 
 @compiled

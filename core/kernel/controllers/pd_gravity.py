@@ -50,7 +50,7 @@ def command_grip(model: Record, work: Record, grip: float) -> int:
     for i in range(n):
         room.contact_force[i, 1] += grip
         fx, fy = to_inertial_frame(kin, i, room.contact_force[i, 0], room.contact_force[i, 1])
-        wx, wy = _weight_force(model.hand, work.believed, kin, i)
+        wx, wy = _weight_force(model.nominal, work.believed, kin, i)
         work.tip_forces[i, 0] = fx + wx
         work.tip_forces[i, 1] = fy + wy
     return regular

@@ -164,6 +164,8 @@ def _needs_ticks(scenario: Scenario) -> Iterator[tuple[str, float | bool | str]]
         yield "controller.kind", controller.kind
     if controller.latency > 0.0:
         yield "controller.latency", controller.latency
+    if controller.link_length_ratio != 1.0:
+        yield "controller.link_length_ratio", controller.link_length_ratio
     for name in ("position_noise", "velocity_noise", "acceleration_noise"):
         if value := getattr(sensing, name):
             yield f"sensing.{name}", value
