@@ -28,6 +28,7 @@ PARTS = {
     "portability": "whether a run has the same bits under other machine code and in WebAssembly",
     "preset-hashes": "the hashes of the presets' runs, which a test computes again",
     "elementary": "error of the kernel's elementary functions against mpmath, beside numpy",
+    "assumptions": "what each choice that the paper leaves open does in its two cases",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "sampled": "accuracy against cost of sampled control",

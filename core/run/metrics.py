@@ -187,14 +187,19 @@ def _numbers(values: np.ndarray) -> Coordinates:
     return tuple(values.tolist())
 
 
-def metrics_of_trace(trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome) -> Metrics:
+def metrics_of_trace(
+    trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome, output_rate: float
+) -> Metrics:
     """Computes all metrics from a stored trace, for a run whose kernel is gone.
 
     Args:
         trace: What was stored.
         changes: The phase changes.
         outcome: How the run ended.
+        output_rate: How many rows a second has apart from those at events and inside slips [Hz].
     """
+    if not trace.shape.in_space:
+        trace = trace[_tallied_rows(trace, output_rate)]
     times, sticking = trace.times, trace.phase == ContactPhase.STICK
     end, slipping = float(times[-1]), not sticking[-1].all()
     last_stick = max((c.time for c in changes if c.to_phase is ContactPhase.STICK), default=None)
@@ -217,6 +222,21 @@ def _slip_paths(trace: Trace) -> NDArray[np.float64]:
     if trace.shape.in_space:
         return trace.slip_path[-1]
     return np.abs(np.diff(trace.slip, axis=0)).sum(axis=0)
+
+
+def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
+    """The rows that the kernel's tally has: all but those that show a short slip more closely.
+
+    A run that keeps no rows has none of these, and the same metrics.
+    """
+    times = trace.times
+    at_output_time = np.rint(times * output_rate) / output_rate == times
+    at_event = np.diff(times) == 0.0
+    tallied = at_output_time | (trace.phase == ContactPhase.STICK).all(axis=1)
+    tallied[1:] |= at_event
+    tallied[:-1] |= at_event
+    tallied[-1:] = True
+    return np.flatnonzero(tallied)
 
 
 def _rms_over_time(trace: Trace) -> Coordinates:

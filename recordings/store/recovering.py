@@ -1,8 +1,7 @@
-"""Recovers a run of a folder, in a process that gives way to all others."""
+"""Recovers a run of a folder, as a task for another process."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -12,8 +11,6 @@ from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.recovery import Recovered, recover_orphan
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.run_files import RunFiles
-
-NICENESS = 19
 
 
 class Recovery(NamedTuple):
@@ -31,13 +28,9 @@ class Recovery(NamedTuple):
 def recover_run(part: Path, _should_stop: Callable[[], bool]) -> Recovery:
     """Recovers what is left of a run, and describes it, so that nobody has to read it for that.
 
-    It is a task of an executor, whose process is to do nothing else: it gives way for good.
-
     Args:
         part: A file of `slipgrasp.recordings.file.recovery.parts_in`.
     """
-    if hasattr(os, "setpriority"):
-        os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     try:
         recovered = recover_orphan(part)
     except (OSError, RecordingError) as error:

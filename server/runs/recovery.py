@@ -23,7 +23,7 @@ PAUSE = 5.0
 """Between two looks whether the disk has room again for what it has left [s]."""
 
 TASK_SECONDS = 3600.0
-"""How long one run may take: the process gives way to all others [s]."""
+"""How long one run may take: workers give way to all others [s]."""
 
 _logger = logging.getLogger(__name__)
 

@@ -37,6 +37,9 @@ TICKS_BEFORE_PAUSE = 2048
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROOM_TO_SPARE
 TICK_COLUMNS = 1 + 3 * MAX_FINGERS + MAX_UNKNOWNS
 
+# In the plane a young slip holds rows back; here none ever does.
+HELD_BACK = np.dtype([("level", np.int64), ("since", np.int64)], align=True)
+
 # Everything that changes during a run, but for the outlet.
 PROGRESS = np.dtype(
     [
@@ -48,6 +51,7 @@ PROGRESS = np.dtype(
         ("guards", GUARDS),
         ("row", ROW),  # the last one evaluated
         ("tally", TALLY),
+        ("slip", HELD_BACK),
         ("memory", MEMORY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
