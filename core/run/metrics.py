@@ -173,14 +173,18 @@ def _triple(values: np.ndarray) -> Coordinates:
     return x, y, theta
 
 
-def metrics_of_trace(trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome) -> Metrics:
+def metrics_of_trace(
+    trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome, output_rate: float
+) -> Metrics:
     """Computes all metrics from a stored trace, for a run whose kernel is gone.
 
     Args:
         trace: What was stored.
         changes: The phase changes.
         outcome: How the run ended.
+        output_rate: How many rows a second has apart from those at events and inside slips [Hz].
     """
+    trace = trace[_tallied_rows(trace, output_rate)]
     times, sticking = trace.times, trace.phase == ContactPhase.STICK
     end, slipping = float(times[-1]), not sticking[-1].all()
     last_stick = max((c.time for c in changes if c.to_phase is ContactPhase.STICK), default=None)
@@ -197,6 +201,21 @@ def metrics_of_trace(trace: Trace, changes: Sequence[PhaseChange], outcome: Outc
         torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), times)),
         phase_change_count=len(changes),
     )
+
+
+def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
+    """The rows that the kernel's tally has: all but those that show a short slip more closely.
+
+    A run that keeps no rows has none of these, and the same metrics.
+    """
+    times = trace.times
+    at_output_time = np.rint(times * output_rate) / output_rate == times
+    at_event = np.diff(times) == 0.0
+    tallied = at_output_time | (trace.phase == ContactPhase.STICK).all(axis=1)
+    tallied[1:] |= at_event
+    tallied[:-1] |= at_event
+    tallied[-1:] = True
+    return np.flatnonzero(tallied)
 
 
 def _rms_over_time(trace: Trace) -> Coordinates:

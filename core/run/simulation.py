@@ -18,6 +18,8 @@ from slipgrasp.core.kernel.run import (
     last_row,
     make_run,
     rows_in,
+    settled_rows,
+    take_rows,
     ticks_in,
 )
 from slipgrasp.core.kernel.state import StateParts, parts_of
@@ -94,7 +96,9 @@ class Simulation:
         return simulation
 
     def ticks(self) -> Iterator[Tick]:
-        """Steps the run from outside: yields every control tick, which waits for its torque.
+        """Steps the run from outside, control tick by control tick.
+
+        Each waits for its torque::
 
             simulation = Simulation(scenario)
             for tick in simulation.ticks():
@@ -222,11 +226,19 @@ class Simulation:
         """Rows of the trace so far."""
         return sum(map(len, self._rows)) + int(self._outlet.num_rows)
 
+    @property
+    def num_settled_rows(self) -> int:
+        """Rows that never change: while a slip is young, others may yet come between the rest."""
+        if self.finished:
+            return self.num_rows
+        return sum(map(len, self._rows)) + settled_rows(self._run, self._outlet)
+
     def trace_from(self, row: int) -> Trace:
-        """The rows of the trace so far, from one of them on; they never change any more."""
-        blocks = [*self._rows, rows_in(self._outlet, self.shape.num_columns)]
+        """The settled rows of the trace so far, from one of them on."""
+        end = self.num_settled_rows
+        last = rows_in(self._outlet, self.shape.num_columns)
+        blocks = [*self._rows, last[: end - sum(map(len, self._rows))]]
         parts: list[np.ndarray] = []
-        end = self.num_rows
         while end > row:
             block = blocks.pop()
             start = end - len(block)
@@ -272,8 +284,7 @@ class Simulation:
         """Takes rows and phase changes out of the kernel's buffers."""
         run, outlet = self._run, self._outlet
         if outlet.num_rows > ROWS_BEFORE_PAUSE:
-            self._rows.append(rows_in(outlet, self.shape.num_columns).copy())
-            outlet.num_rows = 0
+            self._rows.append(take_rows(run, outlet, self.shape.num_columns))
         if outlet.num_ticks >= TICKS_BEFORE_PAUSE:
             self._ticks.append(ticks_in(outlet, Ticks.num_columns(self.shape)).copy())
             outlet.num_ticks = 0

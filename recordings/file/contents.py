@@ -111,15 +111,17 @@ class Contents:
         if STOP in self.metadata and so_far._is_complete():
             return so_far.result()
         trace, changes = so_far.trace(), so_far._phase_changes()
+        scenario, outcome = self._scenario(), Outcome.RECOVERED
+        rate = scenario.simulation.output_rate
         end = float(trace.times[-1])
         return RunResult(
-            scenario=self._scenario(),
+            scenario=scenario,
             trace=trace,
             phase_changes=changes,
-            outcome=Outcome.RECOVERED,
+            outcome=outcome,
             reason=_reason(end),
             warnings=(),
-            metrics=metrics_of_trace(trace, changes, Outcome.RECOVERED),
+            metrics=metrics_of_trace(trace, changes, outcome, rate),
             provenance=so_far._provenance(),
             ticks=so_far._ticks(),
         )
@@ -202,7 +204,8 @@ class Contents:
         later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
         if not later:
             return {}
-        computed = metrics_of_trace(self.trace(), self._phase_changes(), outcome)
+        rate = self._scenario().simulation.output_rate
+        computed = metrics_of_trace(self.trace(), self._phase_changes(), outcome, rate)
         return {name: getattr(computed, name) for name in later}
 
     def _scenario_document(self) -> bytes:
