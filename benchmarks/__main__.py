@@ -30,6 +30,7 @@ PARTS = {
     "front-ends": "cost per tick of a law in every front end, beside MuJoCo with a controller",
     "preset-hashes": "the hashes of the presets' runs, which a test computes again",
     "elementary": "error of the kernel's elementary functions against mpmath, beside numpy",
+    "assumptions": "what each choice that the paper leaves open does in its two cases",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, beside MuJoCo and Drake",
     "sampled": "accuracy against cost of sampled control",

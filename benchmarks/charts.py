@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
+from benchmarks.assumptions import SHORTEST, Choice, longest_path
 from benchmarks.sampled import CHOSEN, FIFTH, SampledPoint
 from benchmarks.scaling import Scaling
 from benchmarks.timing import MILLISECONDS
@@ -190,3 +191,32 @@ def _places(scaling: Scaling, control: str) -> list[tuple[float, float]]:
 
 def _plain(value: float, _position: float) -> str:
     return f"{value:g}"
+
+
+def draw_assumptions(choices: Sequence[Choice]) -> Figure:
+    """Slip path of both cases, one row per choice, the strongest on top."""
+    with paper_style():
+        row, top = 4.2, 12.0
+        figure = new_figure(top + row * len(choices) + 12.0)
+        for column, words in enumerate(("(a) case I", "(b) case II")):
+            height = row * len(choices)
+            axes = add_axes(figure, 74.0 + 54.0 * column, top, 48.0, height)
+            _draw_choices(axes, choices, column)
+            axes.set_title(words, loc="left", fontsize=8.5)
+            axes.set_yticks(range(len(choices)), [choice.name for choice in choices])
+            axes.tick_params(labelleft=column == 0, axis="y", length=0)
+        return figure
+
+
+def _draw_choices(axes: Axes, choices: Sequence[Choice], column: int) -> None:
+    pairs = [(k, pair) for k, c in enumerate(choices) if (pair := c.runs[column]) is not None]
+    default = 1e3 * longest_path(pairs[0][1][0])
+    axes.axvline(default, color=paint(MUTED), linewidth=0.7)
+    for place, (_, other) in pairs:
+        path = 1e3 * max(longest_path(other), SHORTEST)
+        held = other.metrics.held
+        colour = paint(PHASES[ContactPhase.STICK if held else ContactPhase.SLIP_FORWARD])
+        axes.plot([default, path], [place, place], color=colour, linewidth=0.9)
+        axes.plot(path, place, "o" if held else "X", color=colour, markersize=3.5)
+    axes.set(xscale="log", xlim=(7e-3, 300.0), ylim=(len(choices) - 0.4, -0.6))
+    axes.set_xlabel("longest slip path [mm]")

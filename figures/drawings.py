@@ -6,10 +6,13 @@ from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
+from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
+from slipgrasp.figures.premises import premise_panels
 from slipgrasp.figures.schematic import draw_schematic
 from slipgrasp.figures.sheet import draw_sheet
 from slipgrasp.figures.style import paper_style
@@ -20,6 +23,7 @@ _PANELS: dict[str, Callable[[RunResult], tuple[Panel, ...]]] = {
     "tracking": tracking_panels,
     "estimates": estimate_panels,
     "forces": force_panels,
+    "premises": premise_panels,
 }
 
 _PAPER_KINDS = (SCHEMATIC, "tracking", "estimates", "forces")
@@ -31,9 +35,14 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
 
     Returns:
         Full name by kind, in order: ``schematic``, ``tracking``, ``estimates`` (if
-        anything is estimated) and ``forces``; in a scenario equal to one of the paper's
-        presets ``fig-4-schematic`` and so on, where the paper has such a figure.
+        anything is estimated), ``forces`` and ``premises`` (of the paper's theorems, where they
+        speak of it); in a scenario equal to one of the paper's presets ``fig-4-schematic`` and
+        so on, where the paper has such a figure.
+
+    Raises:
+        SlipgraspError: If the hand stands in space.
     """
+    refuse_in_space(scenario, "figures")
     kinds = (SCHEMATIC, *_PANELS)
     names = {kind: kind for kind in kinds}
     for preset, numbers in _PAPER_NUMBERS.items():
@@ -42,11 +51,13 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
             names |= {kind: f"fig-{number}-{kind}" for kind, number in numbered}
     if not scenario.estimates:
         del names["estimates"]
+    if not has_premises(scenario):
+        del names["premises"]
     return names
 
 
 def draw_figures(result: RunResult) -> dict[str, Figure]:
-    """Draws the schematic, tracking and slip, estimates, torques and forces of a run.
+    """Draws the schematic, tracking and slip, estimates, forces and premises of a run.
 
     Args:
         result: The run, live or read back from its recording: both give equal figures.

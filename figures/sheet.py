@@ -185,8 +185,10 @@ def rows_from_start(trace: Trace) -> slice:
 
 
 def _limits(plot: Plot, rows: slice) -> tuple[float, float]:
+    """Where all finite values lie."""
     values: NDArray[np.float64] = np.concatenate([curve.values[rows] for curve in plot.curves])
-    low, high = float(values.min()), float(values.max())
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
     middle, span = 0.5 * (low + high), max(high - low, plot.least_span)
     return middle - 0.56 * span, middle + 0.56 * span
 

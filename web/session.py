@@ -10,12 +10,14 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 
 import viser
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.studies.service import StudyService
+from slipgrasp.server.viewer.server import has_unsent
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.intent import Close, Intent
@@ -87,6 +89,7 @@ class Session:
         self._key = self._directory.enter(self._mailbox.send)
         self._camera = FrontCamera(client.camera)
         self._view = _first_view(first)
+        self._drawn: ViewState | None = None
         self._reducers: Sequence[Reducer] = (
             ScenarioReducer(),
             RunReducer(
@@ -98,7 +101,7 @@ class Session:
             RecordingsReducer(services.runs.store, services.recordings, self._mailbox.send, first),
             CompareReducer(services.recordings, self._mailbox.send),
             PictureReducer(self._camera),
-            PlaybackReducer(services.pacer),
+            PlaybackReducer(services.pacer, partial(has_unsent, client)),
             LinkReducer(self._mailbox.send),
             ChartsReducer(),
             ExportReducer(services.recordings, self._mailbox.send, self._deliver),
@@ -161,13 +164,17 @@ class Session:
                 self._draw(screen, now)
 
     def _draw(self, screen: Screen, now: float) -> None:
+        playing = self._view.playback is not None and self._view.playback.playing
+        if playing and self._view is self._drawn:
+            return  # The next frame is soon there, and whatever depends on the time with it.
+        self._drawn = self._view
         began = time.thread_time()
         # In one piece: the loop that sends would take the interpreter at every message, and
         # wait for more after the first.
         with self._client.atomic():
             screen.update(self._view)
         self._client.flush()
-        if self._view.playback is not None and self._view.playback.playing:
+        if playing:
             self._pacer.drew(self._client.client_id, time.thread_time() - began, now)
 
     def _take(self, intent: Intent) -> None:

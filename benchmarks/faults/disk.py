@@ -30,7 +30,9 @@ from slipgrasp.recordings.file.writer import write_recording
 
 Clock = Callable[[], float]
 
-KINDS = ("full", "broken", "torn")
+ERRORS = {"full": errno.ENOSPC, "broken": errno.EIO, "quota": errno.EDQUOT, "torn": errno.ENOSPC}
+KINDS = tuple(ERRORS)
+"""How a disk fails; a torn write is done by half before the disk is full."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,12 +78,12 @@ class FailingFile(io.FileIO):
             return super().write(data)
         if self._kind == "torn" and self._left == 0:
             return super().write(memoryview(data)[: len(data) // 2])
-        number = errno.EIO if self._kind == "broken" else errno.ENOSPC
+        number = ERRORS[self._kind]
         raise OSError(number, os.strerror(number))
 
 
 def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
-    """Lets every ``step``-th write of a run's recording fail, in each of three ways.
+    """Lets every ``step``-th write of a run's recording fail, in each of four ways.
 
     Args:
         duration: Simulated time of the run [s].

@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 import urllib.request
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -177,11 +178,15 @@ def _get(url: str, path: str) -> dict[str, Any]:
 
 
 def start_service(
-    folder: Path, log: IO[bytes] | int = subprocess.DEVNULL
+    folder: Path,
+    log: IO[bytes] | int = subprocess.DEVNULL,
+    environment: Mapping[str, str] | None = None,
 ) -> tuple[subprocess.Popen[str], str]:
     """A service on a folder, and its URL; it is ready."""
     command = [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)]
-    service = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
+    service = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=log, text=True, env=environment
+    )
     assert service.stdout is not None
     return service, service.stdout.readline().strip()
 

@@ -39,13 +39,16 @@ class WorkerKills:
     runs: int
 
 
-def kill_workers(count: int, seed: int, runs: int = 20_000) -> WorkerKills:
+def kill_workers(
+    count: int, seed: int, runs: int = 20_000, engine: str = "processes"
+) -> WorkerKills:
     """Kills workers while they simulate a study, and compares it with an undisturbed one.
 
     Args:
         count: How many at most; fewer if the study is done before.
         seed: Of when, and of which.
         runs: How many runs the study has.
+        engine: Whose workers they are: ``processes`` or ``dask``.
 
     Raises:
         AssertionError: If the two studies are not the same file.
@@ -56,7 +59,7 @@ def kill_workers(count: int, seed: int, runs: int = 20_000) -> WorkerKills:
         with make_executor("processes", workers=WORKERS) as executor:
             _schedule(study, executor, files[0], lambda: None)
         killer = _Killer(count, seed)
-        with make_executor("processes", workers=WORKERS) as executor, killer:
+        with make_executor(engine, workers=WORKERS) as executor, killer:
             _schedule(study, executor, files[1], killer.note_row)
         assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
     return WorkerKills(killer.killed, runs)
@@ -160,9 +163,17 @@ class _Killer:
             if not self._went_on.is_set():
                 continue
             time.sleep(self._source.uniform(*PAUSES))
-            workers = sorted(set(family_of(os.getpid())) - self._others)
+            workers = sorted(filter(_is_worker, set(family_of(os.getpid())) - self._others))
             if workers and not self._ended.is_set():
                 with suppress(ProcessLookupError):
                     os.kill(self._source.choice(workers), signal.SIGKILL)
                     self.killed += 1
             self._went_on.clear()
+
+
+def _is_worker(process: int) -> bool:
+    """Whether a process does tasks: Dask has others that help."""
+    with suppress(OSError):
+        command = Path(f"/proc/{process}/cmdline").read_bytes()
+        return any(name in command for name in (b"slipgrasp.core.executors", b"spawn_main"))
+    return False

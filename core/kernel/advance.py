@@ -41,6 +41,7 @@ from slipgrasp.core.kernel.run import (
     evaluate_at,
     keep_old,
 )
+from slipgrasp.core.kernel.slip_rows import follow_slip, leave_slip
 from slipgrasp.core.kernel.state import supplied_at
 from slipgrasp.core.kernel.stepper import method_of, take_step
 from slipgrasp.core.kernel.steps import cut_at_event, emit_due, emit_inside, take_accepted_step
@@ -265,6 +266,7 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
         if h == 0.0 and run.fired == 0:
             emit(model, run, outlet, now, step.start)
             return STEP_UNDERFLOW
+        follow_slip(model, run, outlet, h)
         last = method_of(model, step).last
         for k in range(model.num_states):
             step.start.x[k] = step.end.x[k]
@@ -278,10 +280,8 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
     return pass_break(model, run, outlet, t_stop)
 
 
-@compiled_apart(
-    types.int64, MODEL, PROGRESS, OUTLET, types.float64, types.int64, types.int64, types.int64
-)
-def advance(
+@compiled
+def _advance_steps(
     model: Record,
     run: Record,
     outlet: Record,
@@ -290,20 +290,7 @@ def advance(
     same_ticks: int,
     max_steps: int,
 ) -> int:
-    """Advances the run by at most ``max_steps`` steps, at most to ``t_stop``.
-
-    Args:
-        model: Constants up to ``t_stop``.
-        run: The run.
-        outlet: Buffers for rows and phase changes that the caller empties.
-        t_stop: End of the run, or the next timed change [s].
-        first: 1 where the run starts with this stretch.
-        same_ticks: 1 where sampled control keeps its ticks from the stretch before.
-        max_steps: Budget, so that a call stays short.
-
-    Returns:
-        RUNNING to be called again, REACHED at ``t_stop``, else why the run ended.
-    """
+    """What `advance` does, but for the rows of a slip in which the stretch ends."""
     if run.begun == 0:
         status = begin_stretch(model, run, outlet, first, same_ticks)
         if status == RUNNING and run.lost == 1:
@@ -332,6 +319,38 @@ def advance(
         if status != RUNNING:
             return status
     return RUNNING
+
+
+@compiled_apart(
+    types.int64, MODEL, PROGRESS, OUTLET, types.float64, types.int64, types.int64, types.int64
+)
+def advance(
+    model: Record,
+    run: Record,
+    outlet: Record,
+    t_stop: float,
+    first: int,
+    same_ticks: int,
+    max_steps: int,
+) -> int:
+    """Advances the run by at most ``max_steps`` steps, at most to ``t_stop``.
+
+    Args:
+        model: Constants up to ``t_stop``.
+        run: The run.
+        outlet: Buffers for rows and phase changes that the caller empties.
+        t_stop: End of the run, or the next timed change [s].
+        first: 1 where the run starts with this stretch.
+        same_ticks: 1 where sampled control keeps its ticks from the stretch before.
+        max_steps: Budget, so that a call stays short.
+
+    Returns:
+        RUNNING to be called again, REACHED at ``t_stop``, else why the run ended.
+    """
+    status = _advance_steps(model, run, outlet, t_stop, first, same_ticks, max_steps)
+    if status != RUNNING:
+        leave_slip(model, run, outlet, 1)
+    return status
 
 
 def advance_run(

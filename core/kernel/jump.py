@@ -32,6 +32,7 @@ from slipgrasp.core.kernel.selection import (
     is_consistent,
     select_phases,
 )
+from slipgrasp.core.kernel.slip_rows import leave_slip
 from slipgrasp.core.kernel.state import estimate_at, slip_at, slip_velocity_at
 
 (
@@ -191,6 +192,7 @@ def finish_jump(model: Record, run: Record, outlet: Record, status: int) -> int:
     if status != RUNNING:
         return status
     chatters = log_changes(model, run, outlet)
+    leave_slip(model, run, outlet, 0)
     emit(model, run, outlet, run.now, run.step.start)
     pass_output_times(model, run)
     if model.law.period == 0.0:

@@ -38,10 +38,30 @@ CHANGE_CAPACITY = 512
 ROOM_TO_SPARE = 16
 TICKS_BEFORE_PAUSE = 2048
 TICK_COLUMNS = 1 + 2 * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
-ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + ROOM_TO_SPARE
+MAX_SLIP_STATES = 108
+ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
 OUTPUT_ROUNDING = 1e-12
 FIRST_STEP = 5e-4
 
+
+# States in the beginning of a slip, of which some become rows (`slipgrasp.core.kernel.slip_rows`).
+SLIP_ROOM = np.dtype(
+    [
+        ("level", np.int64),  # they lie 2**level times closer than the output times; 0 for none
+        ("next", np.int64),  # number of the next instant, at that distance from each other
+        ("since", np.int64),  # rows in the outlet when they began
+        ("phases", np.int64, (MAX_FINGERS,)),  # since then
+        ("seen", np.int64, (MAX_FINGERS,)),  # rows of the present slip of each contact before
+        ("added", np.int64),  # rows in the whole run
+        ("count", np.int64),
+        ("instants", np.int64, (MAX_SLIP_STATES,)),
+        ("states", STATE, (MAX_SLIP_STATES,)),
+        ("discrete", DISCRETE, (MAX_SLIP_STATES,)),
+        ("row", ROW),
+        ("work", WORKSPACE),
+    ],
+    align=True,
+)
 
 # Everything that changes during a run, but for the outlet.
 PROGRESS = np.dtype(
@@ -56,6 +76,7 @@ PROGRESS = np.dtype(
         ("guards", GUARDS),
         ("row", ROW),  # the last one evaluated
         ("last_row", ROW),  # the last one counted, where rows are not kept
+        ("slip", SLIP_ROOM),
         ("tally", TALLY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
@@ -159,6 +180,21 @@ def rows_in(outlet: Record, num_columns: int) -> Floats:
     return rows
 
 
+def settled_rows(run: Record, outlet: Record) -> int:
+    """How many rows of the buffer never change: others may yet come between the rest."""
+    return int(run.slip.since if run.slip.level > 0 else outlet.num_rows)
+
+
+def take_rows(run: Record, outlet: Record, num_columns: int) -> Floats:
+    """The settled rows, which leave the buffer."""
+    count, rows = settled_rows(run, outlet), rows_in(outlet, num_columns)
+    taken: Floats = rows[:count].copy()
+    outlet.num_rows -= count
+    run.slip.since -= count
+    rows[: len(rows) - count] = rows[count:].copy()
+    return taken
+
+
 def ticks_in(outlet: Record, num_columns: int) -> Floats:
     """The ticks in the buffer, ``(ticks, num_columns)``, as a view."""
     count = int(outlet.num_ticks)
@@ -191,23 +227,28 @@ def evaluate_at(model: Record, run: Record, t: float, state: Record) -> int:
 
 
 @compiled
+def copy_discrete(model: Record, source: Record, target: Record) -> None:
+    """Copies what stays fixed between two jumps."""
+    for i in range(model.num_fingers):
+        target.phases[i] = source.phases[i]
+        target.beliefs[i] = source.beliefs[i]
+        for joint in range(2):
+            target.torques[i, joint] = source.torques[i, joint]
+            target.commanded[i, joint] = source.commanded[i, joint]
+    for k in range(model.num_diagnostics):
+        target.diagnostics[k] = source.diagnostics[k]
+    for k in range(model.num_unknowns):
+        target.clamps[k] = source.clamps[k]
+    target.added_grip = source.added_grip
+    target.piece = source.piece
+
+
+@compiled
 def _set_row(model: Record, t: float, state: Record, discrete: Record, row: Record) -> None:
     row.time = t
     for k in range(model.num_states):
         row.state.x[k] = state.x[k]
-    for i in range(model.num_fingers):
-        row.discrete.phases[i] = discrete.phases[i]
-        row.discrete.beliefs[i] = discrete.beliefs[i]
-        row.discrete.torques[i, 0] = discrete.torques[i, 0]
-        row.discrete.torques[i, 1] = discrete.torques[i, 1]
-        row.discrete.commanded[i, 0] = discrete.commanded[i, 0]
-        row.discrete.commanded[i, 1] = discrete.commanded[i, 1]
-    for k in range(model.num_diagnostics):
-        row.discrete.diagnostics[k] = discrete.diagnostics[k]
-    for k in range(model.num_unknowns):
-        row.discrete.clamps[k] = discrete.clamps[k]
-    row.discrete.added_grip = discrete.added_grip
-    row.discrete.piece = discrete.piece
+    copy_discrete(model, discrete, row.discrete)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET)

@@ -103,7 +103,8 @@ def _of_contact(
 
 
 def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
-    computed = metrics_of_trace(run.trace, run.phase_changes, run.outcome).flattened()
+    rate = run.scenario.simulation.output_rate
+    computed = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate).flattened()
     for name, stated in run.metrics.flattened().items():
         if not _agree(stated, computed[name]):
             yield Contradiction(what=name, stated=stated, computed=computed[name])

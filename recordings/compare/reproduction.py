@@ -250,5 +250,6 @@ def _expected_metrics(stretch: Stretch) -> Metrics | None:
     count = len(recorded.trace)
     if recorded.outcome is Outcome.RECOVERED:
         changes = computed.phase_changes[: len(recorded.phase_changes)]
-        return metrics_of_trace(computed.trace[:count], changes, recorded.outcome)
+        rate = recorded.scenario.simulation.output_rate
+        return metrics_of_trace(computed.trace[:count], changes, recorded.outcome, rate)
     return computed.metrics if stretch.both_ended or len(computed.trace) == count else None

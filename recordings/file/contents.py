@@ -111,15 +111,17 @@ class Contents:
         if STOP in self.metadata and so_far._is_complete():
             return so_far.result()
         trace, changes = so_far.trace(), so_far._phase_changes()
+        scenario, outcome = self._scenario(), Outcome.RECOVERED
+        rate = scenario.simulation.output_rate
         end = float(trace.times[-1])
         return RunResult(
-            scenario=self._scenario(),
+            scenario=scenario,
             trace=trace,
             phase_changes=changes,
-            outcome=Outcome.RECOVERED,
+            outcome=outcome,
             reason=_reason(end),
             warnings=(),
-            metrics=metrics_of_trace(trace, changes, Outcome.RECOVERED),
+            metrics=metrics_of_trace(trace, changes, outcome, rate),
             provenance=so_far._provenance(),
             ticks=so_far._ticks(),
         )
@@ -202,7 +204,8 @@ class Contents:
         later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
         if not later:
             return {}
-        computed = metrics_of_trace(self.trace(), self._phase_changes(), outcome)
+        rate = self._scenario().simulation.output_rate
+        computed = metrics_of_trace(self.trace(), self._phase_changes(), outcome, rate)
         return {name: getattr(computed, name) for name in later}
 
     def _scenario_document(self) -> bytes:
@@ -238,7 +241,8 @@ class Contents:
                 raise self._damaged(f"the samples of {topic.name} lie at other times")
             arrays |= columns
         phases = (values for values in arrays.values() if values.dtype == np.int8)
-        if any((np.abs(values) > 1).any() for values in phases):
+        known = ContactPhase.known(in_space=self.shape.in_space)
+        if not all(np.isin(values, known).all() for values in phases):
             raise self._damaged("it holds a phase that does not exist")
         if not all(np.isfinite(values).all() for values in arrays.values()):
             raise self._damaged("it holds a number that is not finite")
@@ -247,7 +251,7 @@ class Contents:
         num_samples = len(arrays[TIME_SIGNAL.name])
         missing = [signal for signal in SIGNALS if signal.name not in arrays]
         arrays |= {signal.name: self._zeros(signal, num_samples) for signal in missing}
-        absent = frozenset(signal.name for signal in missing)
+        absent = frozenset(signal.name for signal in missing if self.shape.has(signal))
         return Trace(shape=self.shape, absent=absent, **arrays)
 
     def _zeros(self, signal: Signal, count: int) -> NDArray[Any]:

@@ -134,7 +134,8 @@ class _Recorder:
         """Writes what is new when it is time to; a failing disk ends the run."""
         writer, now = self._writer, time.monotonic()
         is_due = now - self._flushed_at >= FLUSH_INTERVAL
-        if not is_due and simulation.num_rows - writer.num_samples < writer.samples_per_chunk:
+        num_new = simulation.num_settled_rows - writer.num_samples
+        if not is_due and num_new < writer.samples_per_chunk:
             return
         try:
             writer.write(

@@ -103,18 +103,36 @@ def parts_in(folder: Path) -> list[Path]:
 
 
 def recover_if_orphaned(part: Path) -> Recovered | None:
-    """Recovers one file of `parts_in`; None if somebody writes it, or nothing can be kept."""
+    """What `recover_orphan` does, with a warning in the log in place of an error."""
     try:
-        if part.is_symlink() or part.stat().st_size == 0:
-            return None  # a link leads elsewhere; a file that was just made is not locked yet
-        with part.open("rb") as stream:
-            if not try_lock(stream):
-                return None
-            if not _was_recovered(part):
-                return _recover_orphan(part)
-            part.unlink()
+        return recover_orphan(part)
     except (OSError, RecordingError) as error:
         _logger.warning("'%s' could not be recovered: %s", part, error)
+    return None
+
+
+def recover_orphan(part: Path) -> Recovered | None:
+    """Recovers one file of `parts_in`.
+
+    Args:
+        part: The file. It goes once what it holds is on disk under its own name.
+
+    Returns:
+        What was kept; None if somebody writes it, or a recovery was killed after its end.
+
+    Raises:
+        NothingToRecoverError: If it holds no sample; it is then kept as ``NAME.damaged``.
+        RecordingError: If it cannot be read, or its recording cannot be written.
+        OSError: If the disk fails.
+    """
+    if part.is_symlink() or part.stat().st_size == 0:
+        return None  # a link leads elsewhere; a file that was just made is not locked yet
+    with part.open("rb") as stream:
+        if not try_lock(stream):
+            return None
+        if not _was_recovered(part):
+            return _recover_orphan(part)
+        part.unlink()
     return None
 
 

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.provenance import present_provenance
-from slipgrasp.core.scenario.loading import preset_names, scenario_from_mapping
+from slipgrasp.core.scenario.loading import all_preset_names, scenario_from_mapping
 from slipgrasp.core.scenario.own_laws import LawIdentity
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
@@ -50,7 +50,7 @@ class StudyEnd:
 
 def start_document(study: Study) -> dict[str, str]:
     """Versions of format and program, the kernel, its laws, and what lists tell of a study."""
-    provenance = present_provenance()
+    provenance = present_provenance(in_space=study.base.in_space)
     laws = [asdict(law.identity) for law in study.own_laws()]
     return {
         "format": str(STUDY_FORMAT),
@@ -84,7 +84,7 @@ def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
     name = start.get("base", "")
     return replace(
         study,
-        base_name=name if name in preset_names() else "",
+        base_name=name if name in all_preset_names() else "",
         computed_by=_read_laws(start.get(LAWS, "[]")),
     )
 

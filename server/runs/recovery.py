@@ -1,28 +1,35 @@
-"""Recovers behind the answers what a killed service, or a full disk, has left of runs."""
+"""Has recovered behind the answers what a killed service, or a full disk, has left of runs.
+
+Another process does it: to take large files apart would hold up the interpreter of the service.
+"""
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterable
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from slipgrasp.core.executors import ExecutorError, Finished
+from slipgrasp.core.executors.limits import WorkerLimits
+from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.recordings.exceptions import RecordingWriteError, StorageFullError
-from slipgrasp.recordings.file.recovery import (
-    delete_orphaned_copies,
-    parts_in,
-    recover_if_orphaned,
-)
+from slipgrasp.recordings.file.recovery import delete_orphaned_copies, parts_in
+from slipgrasp.recordings.store.recovering import Recovery, recover_run
 from slipgrasp.recordings.store.store import RecordingStore
 
 PAUSE = 5.0
 """Between two looks whether the disk has room again for what it has left [s]."""
 
+TASK_SECONDS = 3600.0
+"""How long one run may take: workers give way to all others [s]."""
+
 _logger = logging.getLogger(__name__)
 
 
 class RunRecovery:
-    """Recovers runs one after the other in a thread; safe to use from several threads.
+    """Has runs recovered one after the other; safe to use from several threads.
 
     Args:
         store: Where the runs are kept.
@@ -72,14 +79,9 @@ class RunRecovery:
         with self._lock:
             self._cut_off[_run_of(part)] = part
 
-    def _work(self, parts: Iterable[Path]) -> None:
+    def _work(self, parts: Sequence[Path]) -> None:
         try:
-            for part in parts:
-                if self._closing.is_set():
-                    return
-                self._recover(part)
-                with self._lock:
-                    self._orphans.discard(_run_of(part))
+            self._recover(parts)
         finally:
             self.is_done.set()
         while not self._closing.wait(PAUSE):
@@ -88,11 +90,10 @@ class RunRecovery:
     def _recover_cut_off(self) -> None:
         with self._lock:
             waiting = list(self._cut_off.values())
-        for part in waiting:
-            if self._has_room_for(part):
-                self._recover(part)
-            if not part.exists():
-                with self._lock:
+        self._recover([part for part in waiting if self._has_room_for(part)])
+        with self._lock:
+            for part in waiting:
+                if not part.exists():
                     del self._cut_off[_run_of(part)]
 
     def _has_room_for(self, part: Path) -> bool:
@@ -102,9 +103,28 @@ class RunRecovery:
             return False
         return True
 
-    def _recover(self, part: Path) -> None:
-        if (recovered := recover_if_orphaned(part)) is not None:
-            _logger.warning("recovered '%s' of a run that was cut off", recovered.path)
+    def _recover(self, parts: Sequence[Path]) -> None:
+        """Has all recovered that can be, and says what was not."""
+        if not parts:
+            return
+        limits = replace(WorkerLimits.shared_by(1), task_seconds=TASK_SECONDS)
+        with ProcessExecutor(1, limits) as executor:
+            try:
+                for done in executor.map(recover_run, parts, should_stop=self._closing.is_set):
+                    self._note(done)
+            except ExecutorError as error:
+                _logger.error("what was left of runs is not recovered: %s", error)
+        with self._lock:
+            self._orphans.difference_update(map(_run_of, parts))
+
+    def _note(self, done: Finished[Path, Recovery]) -> None:
+        path, fault = done.result or Recovery(fault=done.failure or "")
+        if path:
+            _logger.warning("recovered '%s' of a run that was cut off", path)
+        if fault:
+            _logger.warning("'%s' could not be recovered: %s", done.task, fault)
+        with self._lock:
+            self._orphans.discard(_run_of(done.task))
 
 
 def _run_of(part: Path) -> str:

@@ -12,6 +12,7 @@ import math
 import re
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -27,10 +28,13 @@ from websockets.typing import Subprotocol
 from slipgrasp.server.http.access import RELAY_TOKEN
 from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.pace import Pace
+from slipgrasp.server.viewer.probation import Probation
 
 MAX_VIEWERS = 64
 CLOSE_SECONDS = 1
 FULL_SECONDS = 3.0
+LOOK_SECONDS = 0.05
+"""Least time from one message of where a viewer looks from to the next that is passed on."""
 
 CONTENT_POLICY = "; ".join(
     (
@@ -57,6 +61,8 @@ _NAME_AND_ICON = re.compile(rb"<title>.*?</title>|<link\s[^>]*rel=\"icon\"[^>]*>
 _LOOKING = ("ViewerCameraMessage",)
 _PROTOCOL_PREFIX = "viser-v"
 _GOING_AWAY, _UNSUPPORTED_DATA, _POLICY_VIOLATION, _TRY_AGAIN_LATER = 1001, 1003, 1008, 1013
+_FAULTY_CODES = (1002, 1007, 1009)
+"""Closings of our own: of a viewer that breaks the protocol, or sends too long a message."""
 _UNSENDABLE_CODES = (1004, 1005, 1006, 1015)
 
 _logger = logging.getLogger(__name__)
@@ -129,6 +135,7 @@ class ViewerRelay:
         self._upstream_port = upstream_port
         self._find_faults = find_faults
         self._page = _with_head(_read_page(), head)
+        self._probation = Probation()
         self._num_viewers = 0
         self._turned_away_at = -math.inf
 
@@ -155,10 +162,14 @@ class ViewerRelay:
             self._num_viewers -= 1
 
     async def _relay(self, viewer: WebSocket) -> None:
+        offered = _viser_protocols(viewer)
+        await viewer.accept(subprotocol=offered[0] if offered else None)
+        peer = viewer.client.host if viewer.client else ""
+        await self._probation.wait(peer)
         try:
             upstream = await websockets.asyncio.client.connect(
                 f"ws://127.0.0.1:{self._upstream_port()}",
-                subprotocols=_viser_protocols(viewer) or None,
+                subprotocols=offered or None,
                 additional_headers={"Authorization": f"Bearer {RELAY_TOKEN}"},
                 compression=None,
                 max_size=None,
@@ -167,18 +178,21 @@ class ViewerRelay:
             )
         except (OSError, TimeoutError, InvalidHandshake) as error:
             _logger.error("viser does not answer: %s", error)
-            await _turn_away(viewer, "the viewer is not ready")
+            await viewer.close(_TRY_AGAIN_LATER, "the viewer is not ready")
             return
         try:
-            await viewer.accept(subprotocol=upstream.subprotocol)
-            await _exchange(viewer, upstream, self._find_faults())
+            if await _exchange(viewer, upstream, self._find_faults()):
+                self._probation.note_fault(peer)
         finally:
             await _hang_up(upstream)
 
 
-async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
+async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> bool:
+    """Passes messages both ways until either side is gone; whether the viewer was at fault."""
+    looks = _Looks(upstream)
     tasks = [
-        asyncio.create_task(_pass_up(viewer, upstream, find_fault)),
+        asyncio.create_task(_pass_up(viewer, upstream, find_fault, looks)),
+        asyncio.create_task(looks.pass_up()),
         asyncio.create_task(_pass_down(viewer, upstream)),
     ]
     try:
@@ -186,7 +200,8 @@ async def _exchange(viewer: WebSocket, upstream: ClientConnection, find_fault: F
     finally:
         for task in tasks:
             task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        was_at_fault, *_ = await asyncio.gather(*tasks, return_exceptions=True)
+    return was_at_fault is True
 
 
 async def _hang_up(upstream: ClientConnection) -> None:
@@ -198,28 +213,57 @@ async def _hang_up(upstream: ClientConnection) -> None:
         upstream.transport.abort()
 
 
-async def _pass_up(viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault) -> None:
-    """Passes what a viewer may send, no faster than it may; viser takes bytes only."""
+class _Looks:
+    """Tells viser from where a viewer looks: the latest, and not each of a hundred a second."""
+
+    def __init__(self, upstream: ClientConnection) -> None:
+        self._upstream = upstream
+        self._latest = b""
+        self._has_moved = asyncio.Event()
+
+    def take(self, content: bytes) -> None:
+        """Takes a message, in place of one that is not passed yet."""
+        self._latest = content
+        self._has_moved.set()
+
+    async def pass_up(self) -> None:
+        """Passes messages until the connection is closed."""
+        with suppress(ConnectionClosed):
+            while await self._has_moved.wait():
+                self._has_moved.clear()
+                await self._upstream.send(self._latest)
+                await asyncio.sleep(LOOK_SECONDS)
+
+
+async def _pass_up(
+    viewer: WebSocket, upstream: ClientConnection, find_fault: FindFault, looks: _Looks
+) -> bool:
+    """Passes what a viewer may send, no faster than it may; viser takes bytes only.
+
+    Returns:
+        Whether the viewer has sent what it may not.
+    """
     pace = Pace()
     while True:
         message = await viewer.receive()
         if message["type"] == "websocket.disconnect":
-            return
+            return message.get("code") in _FAULTY_CODES
         content = message.get("bytes")
         if content is None:
             await viewer.close(_UNSUPPORTED_DATA, "binary messages only")
-            return
+            return True
         if fault := find_fault(content):
             _logger.warning("closed a viewer: %s", fault)
             await viewer.close(_POLICY_VIOLATION, fault)
-            return
+            return True
         await asyncio.sleep(pace.count(len(content)))
-        if viewer.state.right < Right.EVERYTHING and not _only_looks(content):
-            continue
-        try:
-            await upstream.send(content)
-        except ConnectionClosed:
-            return
+        if _only_looks(content):
+            looks.take(content)
+        elif viewer.state.right >= Right.EVERYTHING:
+            try:
+                await upstream.send(content)
+            except ConnectionClosed:
+                return False
 
 
 class _Kind(msgspec.Struct):

@@ -36,6 +36,11 @@ class ViewerServer(viser.ViserServer):
         return None
 
 
+def has_unsent(client: viser.ClientHandle) -> bool:
+    """Whether something that a viewer is to be sent still waits for its line, or for its turn."""
+    return bool(client._websock_connection.get_message_buffer().message_from_id)
+
+
 def _log_in_one_line(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     """Viser takes what a viewer sends apart in tasks of its own; much of it may be malformed."""
     error = context.get("exception")

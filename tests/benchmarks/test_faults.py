@@ -1,11 +1,14 @@
 """A small sample of what recordings survive; ``python -m benchmarks faults`` does it all."""
 
 import itertools
+import shutil
+import sys
 
 import pytest
 
 from benchmarks.faults.bombs import BOMBS, MAX_MEGABYTES, WHOLE_BOMBS, defuse, write_bombs
 from benchmarks.faults.clients import hold_connections, read_signals
+from benchmarks.faults.clock import LARGEST_JUMP, jump_while_serving
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.full_disk import fill_the_disk
@@ -49,6 +52,15 @@ def test_a_power_cut_loses_no_more_than_the_time_between_two_syncs():
     # A clock that no machine's speed moves.
     clock = (0.005 * look for look in itertools.count()).__next__
     assert 0.0 < cut_the_power(seed=3, duration=20.0, clock=clock).longest_loss < 1.3
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or shutil.which("cc") is None, reason="takes the clock's place (Linux)"
+)
+def test_a_wall_clock_that_jumps_changes_no_run_and_no_study():
+    jumps = jump_while_serving(4)
+    assert jumps.runs == 8
+    assert 0.0 < jumps.furthest <= 2 * LARGEST_JUMP + 3600.0
 
 
 def test_hostile_files_are_refused_in_little_memory(tmp_path):

@@ -30,7 +30,13 @@ def test_only_the_papers_own_scenarios_get_its_numbers():
     scenario = load_scenario("paper-case-1")
     assert figure_names(scenario)["tracking"] == "fig-5-tracking"
     other = with_values(scenario, {"object.mass": 1.1})
-    assert list(figure_names(other).values()) == ["schematic", "tracking", "estimates", "forces"]
+    assert list(figure_names(other).values()) == [
+        "schematic",
+        "tracking",
+        "estimates",
+        "forces",
+        "premises",
+    ]
 
 
 def test_a_run_that_ended_early_says_how_and_marks_when(lost_run):
@@ -43,7 +49,7 @@ def test_a_run_that_ended_early_says_how_and_marks_when(lost_run):
 
 def test_three_fingers_have_three_pairs_of_force_panels_and_three_lanes(three_fingers):
     figures = draw_figures(three_fingers)
-    assert list(figures) == ["schematic", "tracking", "estimates", "forces"]
+    assert list(figures) == ["schematic", "tracking", "estimates", "forces", "premises"]
     assert titles(figures["forces"])[4:] == (
         "(e) joint torques of the bottom finger",
         "(f) force on the object by the bottom finger",
@@ -54,7 +60,7 @@ def test_three_fingers_have_three_pairs_of_force_panels_and_three_lanes(three_fi
 
 def test_a_controller_that_knows_everything_has_no_estimates_to_draw(run_without_unknowns):
     figures = draw_figures(run_without_unknowns)
-    assert list(figures) == ["schematic", "tracking", "forces"]
+    assert list(figures) == ["schematic", "tracking", "forces", "premises"]
 
 
 def test_a_run_that_ends_at_once_is_drawn_as_points():

@@ -38,7 +38,8 @@ def small(short_run):
     """A run of few samples, so that its file can be read hundreds of times."""
     trace = short_run.trace[:20]
     changes = tuple(c for c in short_run.phase_changes if c.time <= trace.times[-1])
-    metrics = metrics_of_trace(trace, changes, Outcome.STOPPED)
+    rate = short_run.scenario.simulation.output_rate
+    metrics = metrics_of_trace(trace, changes, Outcome.STOPPED, rate)
     return replace(
         short_run,
         trace=trace,

@@ -76,7 +76,8 @@ def moved(run, name, row, step):
 
 def elsewhere(run):
     """The run as if other machine code had computed it, and its metrics from its samples."""
-    metrics = metrics_of_trace(run.trace, run.phase_changes, run.outcome)
+    rate = run.scenario.simulation.output_rate
+    metrics = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
     provenance = replace(run.provenance, kernel=OTHER_KERNEL)
     return replace(run, metrics=metrics, provenance=provenance)
 

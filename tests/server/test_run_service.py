@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Iterator
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.faults.disk import KINDS, FailingFile, growing_files
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import StorageFullError
@@ -185,13 +186,14 @@ def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, mon
     _, stored = service.run(SHORT)
     assert stored is not None
     stored.path.rename(stored.path.with_name(f"{stored.path.name}.part"))
-    gate, recover = threading.Event(), run_recovery.recover_if_orphaned
+    gate = threading.Event()
 
-    def recover_later(part: Path) -> object:
-        gate.wait(PATIENCE)
-        return recover(part)
+    class LaterExecutor(ProcessExecutor):
+        def map(self, *arguments: Any, **others: Any) -> Any:
+            gate.wait(PATIENCE)
+            return super().map(*arguments, **others)
 
-    monkeypatch.setattr(run_recovery, "recover_if_orphaned", recover_later)
+    monkeypatch.setattr(run_recovery, "ProcessExecutor", LaterExecutor)
     service.start()
     assert service.recovering == [stored.id] and not service.is_recovered.is_set()
     with pytest.raises(RunRecoveringError, match="is being recovered"):

@@ -6,9 +6,11 @@ import asyncio
 import gc
 import math
 import os
+import time
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
+import msgspec
 import pytest
 import viser
 import websockets.asyncio.client
@@ -147,6 +149,31 @@ def test_messages_of_any_size_pass_both_ways_unchanged(relayed) -> None:
     assert all(asyncio.run(exchange()))
 
 
+def test_of_where_a_viewer_looks_from_the_latest_is_passed_on_and_not_a_flood(
+    relayed, monkeypatch
+) -> None:
+    monkeypatch.setattr("slipgrasp.server.viewer.relay.LOOK_SECONDS", 0.5)
+    echo, port = relayed[0], relayed[1].port
+
+    def look(number: int) -> bytes:
+        return msgspec.msgpack.encode({"type": "ViewerCameraMessage", "fov": float(number)})
+
+    async def exchange() -> list[bytes | str]:
+        heard: list[bytes | str] = []
+        async with await echo.listen(), connect(port, "/viewer") as viewer:
+            for number in range(150):
+                await viewer.send(look(number))
+            await viewer.send(b"something else")
+            while len(heard) < 2 or heard[-1] != look(149):
+                heard.append(await viewer.recv())
+        return heard
+
+    heard = asyncio.run(exchange())
+    assert heard[0] == look(0)
+    assert b"something else" in heard
+    assert len(heard) < 75
+
+
 def test_the_reason_why_viser_closes_reaches_the_viewer(relayed) -> None:
     echo, port = relayed[0], relayed[1].port
 
@@ -262,7 +289,10 @@ def test_one_viewer_too_many_is_asked_to_try_later(relayed, monkeypatch) -> None
     assert relay.is_full
 
 
-def test_who_misbehaves_is_sent_away_each_time_and_others_are_served(tmp_path: Path) -> None:
+def test_who_misbehaves_is_sent_away_each_time_and_others_are_served(
+    tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setattr("slipgrasp.server.viewer.probation.FAULT_SECONDS", 0.2)
     echo = Echo()
     app = create_app(patient_settings(tmp_path))
     faults = lambda: lambda message: "bad" if message == b"bad" else ""  # noqa: E731
@@ -284,8 +314,10 @@ def test_who_misbehaves_is_sent_away_each_time_and_others_are_served(tmp_path: P
             return codes, await good.recv()
 
     with serve(patient_settings(tmp_path), app) as running:
+        began = time.monotonic()
         codes, answered = asyncio.run(crowd())
     assert codes == [1008] * 5
+    assert time.monotonic() - began >= 4 * 0.2  # Each waits for its turn after the one before.
     assert answered == b"still here"
 
 

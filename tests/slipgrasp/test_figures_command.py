@@ -12,8 +12,8 @@ from tests.slipgrasp.conftest import without_waiting
 
 pytestmark = pytest.mark.slow
 
-PAPER_CASE_1 = ("fig-4-schematic", "fig-5-tracking", "fig-6-estimates", "fig-7-forces")
-OTHER = ("schematic", "tracking", "estimates", "forces")
+PAPER_CASE_1 = ("fig-4-schematic", "fig-5-tracking", "fig-6-estimates", "fig-7-forces", "premises")
+OTHER = ("schematic", "tracking", "estimates", "forces", "premises")
 
 
 @pytest.fixture

@@ -105,6 +105,31 @@ def test_a_frame_that_was_late_does_not_delay_the_next_one(case_1: RunResult) ->
     assert reducer.wait(1.04, view) == pytest.approx(2.0 / 30.0 - 0.04)
 
 
+def test_whatever_else_wakes_a_session_draws_no_frame_before_it_is_due(case_1: RunResult) -> None:
+    view, reducer = _view(case_1, playing=True), PlaybackReducer(FramePacer())
+    reducer.pass_time(1.0, view)
+    assert reducer.pass_time(1.01, view) is view
+    assert reducer.pass_time(1.04, view) is not view
+
+
+def test_no_frame_is_drawn_while_the_last_one_is_not_sent_and_then_the_time_is_right(
+    case_1: RunResult,
+) -> None:
+    behind = [True]
+    view = _view(case_1, playing=True)
+    reducer = PlaybackReducer(FramePacer(), lambda: behind[0])
+    assert reducer.pass_time(0.9, view) is view
+    assert reducer.wait(0.9, view) == pytest.approx(1.0 / 30.0)
+    behind[0] = False
+    reducer.pass_time(1.0, view)
+    behind[0] = True
+    assert reducer.pass_time(1.2, view) is view
+    behind[0] = False
+    later = reducer.pass_time(1.4, view)
+    assert later.playback is not None
+    assert later.playback.time == pytest.approx(0.2 + 0.4 * 0.25)
+
+
 def test_play_goes_on_from_where_the_play_head_rested(case_1: RunResult) -> None:
     view, reducer = _view(case_1, playing=False), PlaybackReducer(FramePacer())
     reducer.pass_time(1.0, view)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
@@ -42,6 +43,8 @@ class PlaybackReducer(Reducer):
 
     Args:
         pacer: Tells how often to draw.
+        is_behind: Whether the viewer was not sent the last frame yet. Another one would not be
+            seen sooner, and be drawn at the expense of what sends it.
     """
 
     takes: ClassVar[tuple[type[Intent], ...]] = (
@@ -57,8 +60,9 @@ class PlaybackReducer(Reducer):
         Zoom,
     )
 
-    def __init__(self, pacer: FramePacer) -> None:
+    def __init__(self, pacer: FramePacer, is_behind: Callable[[], bool] = lambda: False) -> None:
         self._pacer = pacer
+        self._is_behind = is_behind
         self._passed: float | None = None
         self._due = 0.0
 
@@ -73,21 +77,25 @@ class PlaybackReducer(Reducer):
         return replace(view, choice=choice, playback=playback)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
-        """Moves the play head on while it plays."""
+        """Moves the play head on while it plays, whenever a frame is due."""
+        if view.playback is None or not view.playback.playing:
+            self._passed = now
+            return view
+        if self._passed is not None and now < self._due:
+            return view
+        interval = self._pacer.interval(now)
+        # A frame that was a little late does not delay the next one.
+        on_time = self._due + interval
+        self._due = on_time if on_time > now else now + interval
+        if self._is_behind():
+            return view
         elapsed = now - self._passed if self._passed is not None else 0.0
         self._passed = now
-        if view.playback is None or not view.playback.playing:
-            return view
-        if now >= self._due:
-            interval = self._pacer.interval(now)
-            # A frame that was a little late does not delay the next one.
-            on_time = self._due + interval
-            self._due = on_time if on_time > now else now + interval
         return replace(view, playback=view.playback.advance(elapsed))
 
     def wait(self, now: float, view: ViewState) -> float | None:
         """The next frame, while it plays."""
-        if view.playback is None or not view.playback.playing or self._passed is None:
+        if view.playback is None or not view.playback.playing:
             return None
         return max(self._due - now, 0.0)
 

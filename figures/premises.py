@@ -1,0 +1,60 @@
+"""The figure of the theorems' premises: Eq. 20, and the bound of Eq. 55 beside the run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.run.premises import find_premises
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.figures.panels import Curve, Panel, Plot, Values
+from slipgrasp.recordings.palette import CONE, MARK
+
+
+def premise_panels(result: RunResult) -> tuple[Panel, ...]:
+    """Eq. 20 along the desired motion; error, disturbance and radius of Eq. 50 to 57."""
+    premises, contacts = find_premises(result), tuple(range(result.trace.shape.num_contacts))
+    empty = not np.isfinite(premises.radius).any()
+    radius = "radius of Eq. 55: empty" if empty else "radius of Eq. 55"
+    return (
+        _panel(
+            contacts,
+            "eigenvalues of the integral of Eq. 20",
+            r"$\log_{10}\lambda$",
+            ("least", _log(premises.least_excitation)),
+            ("greatest", _log(premises.greatest_excitation)),
+        ),
+        _panel(
+            contacts,
+            "error, and the radius it is to be confined to",
+            r"$\log_{10}\Vert r_1\Vert$",
+            (r"$\Vert r_1\Vert$", _log(premises.error)),
+            (radius, _log(premises.radius)),
+        ),
+        _panel(
+            contacts,
+            "what friction unknown disturbs",
+            r"$\Vert\tau_d^*\Vert$",
+            ("", premises.disturbance),
+        ),
+        _panel(contacts, "how far estimates are pulled back", r"$\sigma_s$", ("", premises.pull)),
+    )
+
+
+def _log(values: Values) -> Values:
+    """Decadic logarithm; NaN, which draws nothing, of 0 and of what is infinite."""
+    there = np.isfinite(values) & (values > 0.0)
+    return np.log10(values, out=np.full(len(values), np.nan), where=there)
+
+
+def _panel(
+    contacts: tuple[int, ...],
+    title: str,
+    label: str,
+    first: tuple[str, Values],
+    *limits: tuple[str, Values],
+) -> Panel:
+    curves = [Curve(label=first[0], colour=MARK, values=first[1])]
+    for name, values in limits:
+        curves.append(Curve(label=name, colour=CONE, values=values, role="limit"))
+    plot = Plot(label=label, curves=tuple(curves), least_span=0.02)
+    return Panel(title=title, plots=(plot,), contacts=contacts)

@@ -1,0 +1,50 @@
+"""Recovers a run of a folder, as a task for another process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.file.recovery import Recovered, recover_orphan
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.run_files import RunFiles
+
+
+class Recovery(NamedTuple):
+    """What came of a part.
+
+    Attributes:
+        path: The recording that it was made; empty if none.
+        fault: Why not; empty if there is no reason to complain.
+    """
+
+    path: str = ""
+    fault: str = ""
+
+
+def recover_run(part: Path, _should_stop: Callable[[], bool]) -> Recovery:
+    """Recovers what is left of a run, and describes it, so that nobody has to read it for that.
+
+    Args:
+        part: A file of `slipgrasp.recordings.file.recovery.parts_in`.
+    """
+    try:
+        recovered = recover_orphan(part)
+    except (OSError, RecordingError) as error:
+        return Recovery(fault=str(error))
+    if recovered is None:
+        return Recovery()
+    _describe(recovered)
+    return Recovery(path=str(recovered.path))
+
+
+def _describe(recovered: Recovered) -> None:
+    """Writes the sidecar if that is possible; the recording alone says the same."""
+    files, run_id = RunFiles(recovered.path.parent), recovered.path.name.partition(".")[0]
+    with suppress(RecordingError):
+        description = Description.from_result(recovered.result)
+        known = files.read_sidecar(run_id)
+        files.write_sidecar(files.put_together(run_id, known, description))
