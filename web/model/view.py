@@ -18,6 +18,7 @@ from slipgrasp.web.model.playback import (
     Playback,
     TimeWindow,
     WindowChoice,
+    speed_for,
     start_playback,
     whole_window,
     window_of,
@@ -235,7 +236,10 @@ def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     Else a knob that is moved there would from then on act elsewhere.
     """
     if playback.playing:
-        return playback.within(window)
+        # Unless the user has chosen a speed, it is the one that suits what is shown.
+        is_own = playback.speed != speed_for(playback.window)
+        speed = playback.speed if is_own else speed_for(window)
+        return replace(playback.within(window), speed=speed)
     time = whole_window(shown.result).clamp(playback.time)
     return playback.within(TimeWindow(min(window.start, time), max(window.end, time)))
 
