@@ -1,4 +1,4 @@
-# make serve [PORT=8080] | check | test | lint | benchmark | wasm | constraints | requirements | clean
+# make serve [PORT=8080] | check | test | lint | benchmark | wasm | site | constraints | requirements | clean
 #
 # Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
 # installed, venv and pip otherwise. A stamp file per set of extras makes a second call instant.
@@ -13,7 +13,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test lint benchmark wasm constraints requirements clean
+.PHONY: serve check quick test lint benchmark wasm site constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -47,6 +47,10 @@ benchmark: $(VENV)/.benchmark
 wasm: $(VENV)/.wasm
 	$(BIN)/python -m slipgrasp.core.kernel.webassembly build/slipgrasp.wasm
 
+# The documentation as pages with a search, to be read without a network: build/site/index.html.
+site: $(VENV)/.site
+	$(BIN)/python -m sphinx --quiet --fail-on-warning -c docs/site . build/site
+
 # Writes constraints.txt again, with the newest versions that pyproject.toml allows.
 constraints:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --upgrade \
@@ -69,9 +73,10 @@ $(VENV)/.serve: REQUIREMENT := .
 $(VENV)/.develop: REQUIREMENT := .[test,lint]
 $(VENV)/.benchmark: REQUIREMENT := .[test,bench]
 $(VENV)/.wasm: REQUIREMENT := .[wasm]
+$(VENV)/.site: REQUIREMENT := .[site]
 
 # Everything goes to standard error, so that the first line of `make serve` is the URL.
-$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark $(VENV)/.wasm: pyproject.toml setup.py constraints.txt $(BIN)/python
+$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark $(VENV)/.wasm $(VENV)/.site: pyproject.toml setup.py constraints.txt $(BIN)/python
 	@echo "slipgrasp: installing $(REQUIREMENT) into $(VENV), a minute or two the first time" >&2
 	@if command -v uv >/dev/null 2>&1; then \
 	  uv pip install --python $(BIN)/python -c constraints.txt -e '$(REQUIREMENT)' >&2; \

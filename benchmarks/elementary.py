@@ -208,7 +208,7 @@ FUNCTIONS = {
         ndtri,
         _quantile,
         _probabilities,
-        6.0,
+        8.0,
         "2e-16 to 1 - 1e-16",
     ),
 }

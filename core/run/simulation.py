@@ -96,7 +96,9 @@ class Simulation:
         return simulation
 
     def ticks(self) -> Iterator[Tick]:
-        """Steps the run from outside: yields every control tick, which waits for its torque.
+        """Steps the run from outside, control tick by control tick.
+
+        Each waits for its torque::
 
             simulation = Simulation(scenario)
             for tick in simulation.ticks():

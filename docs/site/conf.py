@@ -1,0 +1,61 @@
+"""The documentation as a site: `make site` builds it into build/site (Sphinx)."""
+
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+ROOT = Path(__file__).parents[2]
+
+project = "slipgrasp"
+author = "the slipgrasp authors"
+copyright = author
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx-mathjax-offline",
+]
+root_doc = "docs/site/index"
+# Pages are written to be read in the repository too; links between them hold in both places.
+include_patterns = ["*.md", "docs/**.md"]
+exclude_patterns = ["build", ".venv"]
+myst_enable_extensions = ["dollarmath"]
+myst_fence_as_directive = ["math"]
+myst_heading_anchors = 4
+html_theme = "furo"
+html_title = "slipgrasp"
+html_show_copyright = False
+html_show_sphinx = False
+html_copy_source = False
+autodoc_member_order = "groupwise"
+autodoc_typehints = "description"
+napoleon_use_ivar = True
+suppress_warnings = ["myst.header", "misc.highlighting_failure"]
+
+
+# What the pages' own HTML points at, Sphinx does not know: other pages, and pictures.
+
+
+def point_at_pages(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], tree: object
+) -> None:
+    """Lets links to files of Markdown lead to the pages made of them."""
+    if "body" in context:
+        context["body"] = re.sub(r'(href="(?!\w+:)[^"#]+)\.md\b', r"\1.html", context["body"])
+
+
+def complete(app: Sphinx, error: Exception | None) -> None:
+    """Adds the pictures, and a first page that leads to the index."""
+    if error is None:
+        shutil.copytree(ROOT / "docs" / "images", app.outdir / "docs/images", dirs_exist_ok=True)
+        first = f'<meta http-equiv="refresh" content="0; url={root_doc}.html">'
+        (app.outdir / "index.html").write_text(f"<!doctype html>{first}\n", encoding="utf-8")
+
+
+def setup(app: Sphinx) -> None:
+    """Called by Sphinx."""
+    app.connect("html-page-context", point_at_pages)
+    app.connect("build-finished", complete)

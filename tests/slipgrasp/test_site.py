@@ -1,0 +1,78 @@
+"""The documentation as a site: it is built without a warning, and everything in it is there."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+TARGET = re.compile(r'(?:href|src|srcset)="([^"]+)"')
+ELSEWHERE = ("http:", "https:", "mailto:", "data:", "javascript:")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning"]
+    command += ["-c", "docs/site", "-d", str(folder / "trees"), ".", str(folder / "pages")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "pages"
+
+
+def links(page):
+    for target in TARGET.findall(page.read_text(encoding="utf-8")):
+        if not target.startswith(ELSEWHERE):
+            path, _, section = unquote(target).partition("#")
+            yield page.parent / path.partition("?")[0] if path else page, section
+
+
+def test_every_link_and_picture_of_every_page_is_there(site):
+    missing, names = [], {}
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > 30
+    for page in pages:
+        for file, section in links(page):
+            text = names.setdefault(
+                file, file.read_text("utf-8", "replace") if file.is_file() else None
+            )
+            if text is None or (section and f'id="{section}"' not in text):
+                missing.append((page.name, str(file), section))
+    assert missing == []
+
+
+def test_the_reference_has_every_public_name(site):
+    import slipgrasp
+
+    text = (site / "docs/site/reference.html").read_text(encoding="utf-8")
+    assert [name for name in slipgrasp.__all__ if f"slipgrasp.interface.{name}" not in text] == []
+
+
+def test_nothing_is_fetched_from_elsewhere(site):
+    """So that the site is whole without a network: formulas, fonts and search too."""
+    loaded = re.compile(r'<(?:script|link|img|source)\b[^>]*(?:src|href|srcset)="(https?:[^"]+)"')
+    for page in site.rglob("*.html"):
+        assert loaded.findall(page.read_text(encoding="utf-8")) == [], page.name
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_fit_a_phone_and_the_search_finds(site, browser, scheme):
+    context = browser.new_context(viewport={"width": 360, "height": 740}, color_scheme=scheme)
+    page = context.new_page()
+    try:
+        page.goto((site / "docs/site/index.html").as_uri())
+        page.goto((site / "docs/model.html").as_uri())
+        page.wait_for_selector("mjx-container")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 360
+        page.goto((site / "search.html").as_uri() + "?q=Painlev%C3%A9")
+        found = page.locator("#search-results li a")
+        found.first.wait_for()
+        assert any("model" in (a.get_attribute("href") or "") for a in found.all())
+    finally:
+        context.close()
