@@ -49,17 +49,24 @@ class Comparing:
 
 @dataclass(frozen=True, slots=True)
 class ChartsView:
-    """Which lines are hidden.
+    """Which lines are hidden, and which signals were added.
 
     Attributes:
         hidden: Each as the key of its chart and its own key.
+        chosen: Names of signals that have charts of the user's choice.
     """
 
     hidden: frozenset[tuple[str, str]] = frozenset()
+    chosen: tuple[str, ...] = ()
 
     def toggled(self, chart: str, line: str) -> ChartsView:
         """With one line hidden, or back."""
         return replace(self, hidden=self.hidden ^ {(chart, line)})
+
+    def with_signal_toggled(self, name: str) -> ChartsView:
+        """With a signal added, or taken out again."""
+        kept = tuple(each for each in self.chosen if each != name)
+        return replace(self, chosen=kept if name in self.chosen else (*kept, name))
 
     def hidden_in(self, chart: str) -> frozenset[str]:
         """Keys of the lines that are hidden in a chart."""

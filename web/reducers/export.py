@@ -122,8 +122,10 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     from slipgrasp.web.charts.figure import ChartsHeading, charts_svg
 
     assert view.playback is not None
-    ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None
-    pages = drawn_charts(ChartedRun.of(shown.result), ghost, view.playback.window, view.charts)
+    chosen = view.charts.chosen
+    ghost = ChartedRun.of(view.ghost.shown.result, chosen=chosen) if view.ghost else None
+    run = ChartedRun.of(shown.result, chosen=chosen)
+    pages = drawn_charts(run, ghost, view.playback.window, view.charts)
     heading = ChartsHeading(
         title=shown.name,
         ghost=view.ghost.label if view.ghost else "",
