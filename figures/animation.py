@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.hand_motion import HandMotion, drawable, motion_at
 from slipgrasp.figures.panels import finger_colour, lighter
@@ -79,6 +80,7 @@ def write_gif(
     Raises:
         ClipError: If nothing of the run lies in the clip.
     """
+    refuse_in_space(result.scenario, "moving pictures")
     times = frame_times(result, fps, clip)
     start, end = clip.span(result)
     durations = [round(1000 * _step(end - start, fps, clip))] * (len(times) - 1) + [_LAST_FRAME]

@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, BinaryIO
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.core.trace.frames import import_optional
 from slipgrasp.figures.animation import MovingHand
 from slipgrasp.figures.hand_motion import motion_at
@@ -51,6 +52,7 @@ def write_film(
         MissingPackageError: If ``av`` is not installed.
         ClipError: If nothing of the run lies in the clip.
     """
+    refuse_in_space(result.scenario, "moving pictures")
     av = import_optional("av")
     times = clip.times(result, fps, MAX_FRAMES)
     # Frames at half the colour resolution have an even number of lines.

@@ -33,7 +33,7 @@ DIFF_COST = 5.0
 """Memory for reading a recording, and for what is made of it, per byte of its file."""
 
 ROW_COST = 1000
-"""Memory for a run of a study in a map, or in the part of a table that is written at once."""
+"""Memory for a run of a study in a map or summary, or in the part of a table written at once."""
 
 UNPACKING_BYTES = 24_000_000
 """Memory for the chunk that is being unpacked, whatever is kept of it."""

@@ -88,16 +88,20 @@ def _wrong_sort(sort: str, error: QueryError) -> InvalidRequestError:
     return InvalidRequestError([finding])
 
 
-@router.get("/summary", responses=ProblemPublic.responses((404, 422)))
-def read_study_summary(results: StudyResultsDep) -> StudySummaryPublic:
+@router.get("/summary", responses=ProblemPublic.responses((404, 422, 503)))
+def read_study_summary(results: StudyResultsDep, reads: RecordingReadsDep) -> StudySummaryPublic:
     """How many runs ended in which way, and how the metrics are spread."""
-    return StudySummaryPublic.from_summary(results.summary())
+    with reads.room_in_thread(ROW_COST * results.num_rows):
+        return StudySummaryPublic.from_summary(results.summary())
 
 
-@router.get("/comparison", responses=ProblemPublic.responses((404, 422)))
-def read_study_comparison(results: StudyResultsDep) -> StudyComparisonPublic:
+@router.get("/comparison", responses=ProblemPublic.responses((404, 422, 503)))
+def read_study_comparison(
+    results: StudyResultsDep, reads: RecordingReadsDep
+) -> StudyComparisonPublic:
     """What crossed values, such as those of a controller, did on the same samples."""
-    return StudyComparisonPublic.from_comparison(results.compare_combinations())
+    with reads.room_in_thread(ROW_COST * results.num_rows):
+        return StudyComparisonPublic.from_comparison(results.compare_combinations())
 
 
 @router.post(

@@ -22,7 +22,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.stretch import Stretch
 from slipgrasp.server.exceptions import InvalidRequestError, printable
 
-VALUES_AT_ONCE = 5000
+VALUES_AT_ONCE = 1500
 MAX_UNKNOWN_LISTED = 20
 
 

@@ -27,8 +27,8 @@ pytestmark = pytest.mark.slow
 FILES = ["results.csv", "results.json", "results.parquet", "map.svg", "map.png", "recording"]
 
 
-@pytest.mark.parametrize("file", FILES[:5])
-def test_beyond_the_memory_for_reading_a_table_or_map_is_refused_for_a_while(
+@pytest.mark.parametrize("file", [*FILES[:5], "summary", "comparison"])
+def test_beyond_the_memory_for_reading_a_table_map_or_summary_is_refused_for_a_while(
     studying, studies, finished_study, file, monkeypatch
 ):
     reads = studying.app.state.recording_reads

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
@@ -51,6 +52,7 @@ def write_html(
     Raises:
         ClipError: If nothing of the run lies in the clip.
     """
+    refuse_in_space(result.scenario, "replays")
     times = clip.times(result, fps, MAX_FRAMES)
     server = ViewerServer()
     try:
