@@ -32,7 +32,7 @@ HAND_LAWS = ("plain grip", "composite")
 HAND_SETTINGS = {
     **SETTINGS,
     "controller.grip_safety": 1.2,
-    "controller.minimum_normal_force": 15.0,
+    "controller.minimum_normal_force": 10.0,
 }
 HAND_WORLDS = {
     name: (WORLDS | MORE_WORLDS)[name]
