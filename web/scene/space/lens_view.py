@@ -173,19 +173,15 @@ class SpatialLensView:
 
     def _add_titles(self, finger: str) -> list[viser.ImageHandle]:
         """What the fingertip does, once for each of sticking and slipping."""
-        return [
-            add_image_in_plane(
-                self._scene,
-                f"{self._name}/title/{word}",
-                SceneImage(
-                    lettering(f"{finger.capitalize()} fingertip {word}", self._surfaces.ink),
-                    _TITLE_HEIGHT,
-                ),
-                np.array([0.0, self._radius + 0.12]),
-                0.0,
-            )
-            for word in ("sticks", "SLIPS")
-        ]
+        titles = []
+        for word in ("sticks", "SLIPS"):
+            words = lettering(f"{finger.capitalize()} fingertip {word}", self._surfaces.ink)
+            room = 2.0 * self._radius * words.shape[0] / words.shape[1]
+            title = SceneImage(words, min(_TITLE_HEIGHT, room))
+            above = np.array([0.0, self._radius + 0.12])
+            name = f"{self._name}/title/{word}"
+            titles.append(add_image_in_plane(self._scene, name, title, above, 0.0))
+        return titles
 
     def _add_labels(self) -> list[viser.LabelHandle]:
         return [
