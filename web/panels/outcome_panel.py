@@ -181,11 +181,11 @@ def _metrics_html(result: RunResult) -> str:
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
-    x, y, tilt = result.metrics.final_tracking_error
-    rms = math.hypot(*result.metrics.rms_tracking_error[:2])
+    final, ways = result.metrics.final_tracking_error, 3 if result.scenario.in_space else 2
+    rms = math.hypot(*result.metrics.rms_tracking_error[:ways])
     tracking = (
-        f"Object off its desired pose: {1e3 * math.hypot(x, y):.1f} mm and "
-        f"{abs(math.degrees(tilt)):.1f}° at the end, {1e3 * rms:.1f} mm rms."
+        f"Object off its desired pose: {1e3 * math.hypot(*final[:ways]):.1f} mm and "
+        f"{math.degrees(math.hypot(*final[ways:])):.1f}° at the end, {1e3 * rms:.1f} mm rms."
     )
     return f"<table><tr><th></th>{head}</tr>{rows}</table>{_paragraph(tracking, _SMALL)}"
 
