@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.hand_motion import HandMotion, drawable, motion_at
 from slipgrasp.figures.panels import finger_colour, lighter
@@ -71,6 +72,7 @@ def write_gif(
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
     """
+    refuse_in_space(result.scenario, "moving pictures")
     times = frame_times(result, fps)
     durations = [round(1000 * _step(result, fps))] * (len(times) - 1) + [_LAST_FRAME]
     with paper_style():

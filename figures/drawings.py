@@ -10,6 +10,7 @@ from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.figures.panels import Panel, estimate_panels, force_panels, tracking_panels
 from slipgrasp.figures.premises import premise_panels
 from slipgrasp.figures.schematic import draw_schematic
@@ -37,7 +38,11 @@ def figure_names(scenario: Scenario) -> dict[str, str]:
         anything is estimated), ``forces`` and ``premises`` (of the paper's theorems, where they
         speak of it); in a scenario equal to one of the paper's presets ``fig-4-schematic`` and
         so on, where the paper has such a figure.
+
+    Raises:
+        SlipgraspError: If the hand stands in space.
     """
+    refuse_in_space(scenario, "figures")
     kinds = (SCHEMATIC, *_PANELS)
     names = {kind: kind for kind in kinds}
     for preset, numbers in _PAPER_NUMBERS.items():

@@ -14,6 +14,7 @@ PHASES: dict[ContactPhase, Rgb] = {
     ContactPhase.STICK: (0, 85, 150),
     ContactPhase.SLIP_FORWARD: (230, 97, 0),
     ContactPhase.SLIP_BACKWARD: (226, 120, 190),
+    ContactPhase.SLIP: (230, 97, 0),
 }
 
 FINGERS: tuple[Rgb, ...] = (

@@ -229,9 +229,10 @@ def compile_from_the_end() -> None:
 
 
 def _start_second_process() -> subprocess.Popen[bytes] | None:
+    modules = ", ".join(dict.fromkeys(unit.function.__module__ for unit in _UNITS.values()))
     command = (
-        "import slipgrasp.core.kernel.advance; "
-        "from slipgrasp.core.kernel.compiler import compile_from_the_end as go; go()"
+        f"import {modules}; from slipgrasp.core.kernel.compiler import compile_from_the_end as go; "
+        "go()"
     )
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     environment = {**os.environ, "PYTHONPATH": path, ROOT_VARIABLE: str(cache_root())}

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.trace.trace import OBJECT_COORDINATES, Trace
+from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SPATIAL_COORDINATES, Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 _HOLD_WINDOW = 0.5
 
 MetricKind = Literal["boolean", "integer", "number"]
-Coordinates = tuple[float, float, float]
+Coordinates = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,24 +43,27 @@ class Metric:
     name: str = ""
     kind: MetricKind = "number"
 
-    def single_values(self, num_contacts: int) -> Iterator[Metric]:
+    def single_values(self, num_contacts: int, *, in_space: bool = False) -> Iterator[Metric]:
         """The numbers it consists of: contacts by index, coordinates by letter."""
         labels = {
             "": ("",),
-            "coordinate": OBJECT_COORDINATES,
+            "coordinate": SPATIAL_COORDINATES if in_space else OBJECT_COORDINATES,
             "contact": tuple(f"{contact}" for contact in range(num_contacts)),
         }[self.per]
         units = self.unit.split(", ")
         for i, label in enumerate(labels):
             name = f"{self.name}_{label}" if label else self.name
-            yield replace(self, name=name, unit=units[min(i, len(units) - 1)], per="")
+            # Of coordinates the last unit is that of all angles, the first that of all ways.
+            place = 0 if i < 3 and in_space else min(i, len(units) - 1)
+            yield replace(self, name=name, unit=units[place], per="")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
     """Figures of merit of a run, SI units; lists have one entry per contact or coordinate.
 
-    Each field carries its `Metric`, with unit and sentence.
+    There are three coordinates in the plane (x, y, theta), six in space (x, y, z and the rotation
+    vector). Each field carries its `Metric`, with unit and sentence.
     """
 
     held: Annotated[bool, Metric("Completed with every contact in stick over the last 0.5 s.")]
@@ -79,10 +82,10 @@ class Metrics:
         Metric("Least margin of each contact in stick, None if never.", "N", "contact"),
     ]
     rms_tracking_error: Annotated[
-        Coordinates, Metric("Over time, x, y, theta.", "m, m, rad", "coordinate")
+        Coordinates, Metric("Over time, per coordinate.", "m, m, rad", "coordinate")
     ]
     final_tracking_error: Annotated[
-        Coordinates, Metric("At the end, x, y, theta.", "m, m, rad", "coordinate")
+        Coordinates, Metric("At the end, per coordinate.", "m, m, rad", "coordinate")
     ]
     torque_effort: Annotated[float, Metric("Integral of the squared torques.", "N² m² s")]
     phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
@@ -93,7 +96,13 @@ class Metrics:
         for metric in METRICS:
             value = getattr(self, metric.name)
             values += value if metric.per else [value]
-        return dict(zip(metric_names(len(self.slip_path)), values, strict=True))
+        names = metric_names(len(self.slip_path), in_space=self.in_space)
+        return dict(zip(names, values, strict=True))
+
+    @property
+    def in_space(self) -> bool:
+        """Whether they are those of a hand in space."""
+        return len(self.final_tracking_error) == len(SPATIAL_COORDINATES)
 
     def are_of(self, num_contacts: int) -> bool:
         """Whether they are those of a hand with so many contacts."""
@@ -113,23 +122,29 @@ METRICS = tuple(_metrics())
 
 
 @cache
-def single_metrics(num_contacts: int) -> tuple[Metric, ...]:
+def single_metrics(num_contacts: int, *, in_space: bool = False) -> tuple[Metric, ...]:
     """The single numbers of `Metrics`, as they stand in tables.
 
     Args:
         num_contacts: Fingers of the hand.
+        in_space: Whether it stands in space.
     """
-    return tuple(single for metric in METRICS for single in metric.single_values(num_contacts))
+    return tuple(
+        single
+        for metric in METRICS
+        for single in metric.single_values(num_contacts, in_space=in_space)
+    )
 
 
 @cache
-def metric_names(num_contacts: int) -> tuple[str, ...]:
+def metric_names(num_contacts: int, *, in_space: bool = False) -> tuple[str, ...]:
     """Names of the single numbers of `Metrics`, as they stand in tables.
 
     Args:
         num_contacts: Fingers of the hand.
+        in_space: Whether it stands in space.
     """
-    return tuple(metric.name for metric in single_metrics(num_contacts))
+    return tuple(metric.name for metric in single_metrics(num_contacts, in_space=in_space))
 
 
 def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics:
@@ -151,7 +166,7 @@ def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics
         peak_normal_force=tuple(tally["peak_normal_force"][:n].tolist()),
         minimum_friction_margin=tuple(_finite(m) for m in tally["least_margin"][:n].tolist()),
         rms_tracking_error=_root_mean_square(tally),
-        final_tracking_error=_triple(tally["error"]),
+        final_tracking_error=_numbers(tally["error"]),
         torque_effort=float(tally["effort"]),
         phase_change_count=int(run["all_changes"]),
     )
@@ -164,13 +179,12 @@ def _finite(value: float) -> float | None:
 def _root_mean_square(tally: Record) -> Coordinates:
     span = tally["time"] - tally["start"]
     if span == 0.0:
-        return _triple(np.abs(tally["error"]))
-    return _triple(np.sqrt(tally["squared_error"] / span))
+        return _numbers(np.abs(tally["error"]))
+    return _numbers(np.sqrt(tally["squared_error"] / span))
 
 
-def _triple(values: np.ndarray) -> Coordinates:
-    x, y, theta = values.tolist()
-    return x, y, theta
+def _numbers(values: np.ndarray) -> Coordinates:
+    return tuple(values.tolist())
 
 
 def metrics_of_trace(
@@ -184,7 +198,8 @@ def metrics_of_trace(
         outcome: How the run ended.
         output_rate: How many rows a second has apart from those at events and inside slips [Hz].
     """
-    trace = trace[_tallied_rows(trace, output_rate)]
+    if not trace.shape.in_space:
+        trace = trace[_tallied_rows(trace, output_rate)]
     times, sticking = trace.times, trace.phase == ContactPhase.STICK
     end, slipping = float(times[-1]), not sticking[-1].all()
     last_stick = max((c.time for c in changes if c.to_phase is ContactPhase.STICK), default=None)
@@ -193,14 +208,20 @@ def metrics_of_trace(
         held=outcome is Outcome.COMPLETED and settled,
         slipping_at_end=slipping,
         last_slip_time=end if slipping else last_stick,
-        slip_path=tuple(np.abs(np.diff(trace.slip, axis=0)).sum(axis=0).tolist()),
+        slip_path=tuple(_slip_paths(trace).tolist()),
         peak_normal_force=tuple(trace.normal_force.max(axis=0).tolist()),
         minimum_friction_margin=_least_margins(trace, sticking),
         rms_tracking_error=_rms_over_time(trace),
-        final_tracking_error=_triple(trace.tracking_error[-1]),
+        final_tracking_error=_numbers(trace.tracking_error[-1]),
         torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), times)),
         phase_change_count=len(changes),
     )
+
+
+def _slip_paths(trace: Trace) -> NDArray[np.float64]:
+    if trace.shape.in_space:
+        return trace.slip_path[-1]
+    return np.abs(np.diff(trace.slip, axis=0)).sum(axis=0)
 
 
 def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
@@ -221,8 +242,8 @@ def _tallied_rows(trace: Trace, output_rate: float) -> NDArray[np.intp]:
 def _rms_over_time(trace: Trace) -> Coordinates:
     span = trace.times[-1] - trace.times[0]
     if span == 0.0:
-        return _triple(np.abs(trace.tracking_error[-1]))
-    return _triple(np.sqrt(np.trapezoid(trace.tracking_error**2, trace.times, axis=0) / span))
+        return _numbers(np.abs(trace.tracking_error[-1]))
+    return _numbers(np.sqrt(np.trapezoid(trace.tracking_error**2, trace.times, axis=0) / span))
 
 
 def _least_margins(trace: Trace, sticking: NDArray[np.bool_]) -> tuple[float | None, ...]:

@@ -73,6 +73,8 @@ class Premises:
 
 def has_premises(scenario: Scenario) -> bool:
     """Whether the theorems speak of a scenario: of their laws and of constants that stay."""
+    if scenario.in_space:
+        return False
     return scenario.controller.kind in KINDS and not (scenario.changes or scenario.patches)
 
 

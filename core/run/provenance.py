@@ -39,9 +39,13 @@ class Provenance:
 
 
 @cache
-def present_provenance() -> Provenance:
-    """The provenance of runs that are computed by this process."""
-    return Provenance(program=program_version(), kernel=_kernel_name())
+def present_provenance(*, in_space: bool = False) -> Provenance:
+    """The provenance of runs that are computed by this process.
+
+    Args:
+        in_space: Whether they are of hands in space; what computes those has no part in others.
+    """
+    return Provenance(program=program_version(), kernel=_kernel_name(in_space))
 
 
 @cache
@@ -53,12 +57,18 @@ def program_version() -> str:
         return "0"
 
 
-def _kernel_name() -> str:
+def _kernel_name(in_space: bool) -> str:
     """Digest of what the kernel computes: its sources, and the facts of the control laws."""
     import slipgrasp.core.kernel
 
     digest = hashlib.blake2b(str(CONTROL_LAWS).encode(), digest_size=_DIGEST_BYTES)
-    for path in sorted(Path(slipgrasp.core.kernel.__file__).parent.rglob("*.py")):
-        # As text: the ends of lines are those of the checkout.
-        digest.update(path.read_text(encoding="utf-8").encode())
+    folder = Path(slipgrasp.core.kernel.__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        if path.parent != folder / "space" or in_space:
+            digest.update(_text(path))
     return f"{PORTABLE}{digest.hexdigest()}"
+
+
+def _text(path: Path) -> bytes:
+    """A source as text: the ends of its lines are those of the checkout."""
+    return path.read_text(encoding="utf-8").encode()

@@ -28,6 +28,7 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.spatial import SpatialPulse
 
 Floats = NDArray[np.float64]
 
@@ -35,27 +36,22 @@ Floats = NDArray[np.float64]
 EDGE_WIDTH = 1e-11
 
 
-class Schedule:
-    """The stretches of a run, one after another.
+class Timetable:
+    """The stretches of a run, one after another, whatever hand it is of.
 
     Args:
         scenario: What is simulated.
 
     Attributes:
         present: The scenario with the timed changes so far, and without those to come.
-        table: Its numbers.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        n, duration = len(scenario.fingers), scenario.simulation.duration
+        duration = scenario.simulation.duration
         self.present = replace(scenario, changes=()) if scenario.changes else scenario
-        self.table = make_table(self.present)
+        self.begin = 0.0
         self._changes = sorted(scenario.changes, key=lambda change: change.time)
         self._ends = [*sorted({t for t in _instants(scenario) if 0.0 < t < duration}), duration]
-        self._begin = 0.0
-        self._faces: list[tuple[Segment, ...]] = [()] * n
-        self._places = [0] * n
-        self._lay_patches(np.zeros(n), np.zeros(n))
 
     @property
     def stretch_end(self) -> float:
@@ -67,11 +63,41 @@ class Schedule:
         """Whether the run ends with the present stretch."""
         return len(self._ends) == 1
 
+    def end_stretch(self) -> list[Change]:
+        """Goes over to the stretch that begins where the present one ends.
+
+        Returns:
+            The timed changes that take place.
+        """
+        self.begin = self._ends.pop(0)
+        due = list(takewhile(lambda change: change.time == self.begin, self._changes))
+        if due:
+            self._changes = self._changes[len(due) :]
+            values = {change.parameter: _plain(change) for change in due}
+            self.present = with_values(self.present, values, with_law=False)
+        return due
+
+
+class Schedule(Timetable):
+    """The stretches of a run in the plane, where fingertips may cross the edges of patches.
+
+    Attributes:
+        table: The numbers of the present scenario.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        n = len(scenario.fingers)
+        self.table = make_table(self.present)
+        self._faces: list[tuple[Segment, ...]] = [()] * n
+        self._places = [0] * n
+        self._lay_patches(np.zeros(n), np.zeros(n))
+
     def pack(self) -> Record:
         """The constants of the present stretch, for the kernel."""
         stretch = whole_faces()
         for pulse in self.present.pulses:
-            if _is_acting(pulse, self._begin):
+            if is_acting(pulse, self.begin):
                 stretch.load += [*pulse.force, pulse.moment]
         if self.present.patches:
             segments = [face[k] for face, k in zip(self._faces, self._places, strict=True)]
@@ -90,12 +116,8 @@ class Schedule:
         Returns:
             The timed changes that take place.
         """
-        self._begin = self._ends.pop(0)
-        due = list(takewhile(lambda change: change.time == self._begin, self._changes))
+        due = self.end_stretch()
         if due:
-            self._changes = self._changes[len(due) :]
-            values = {change.parameter: _plain(change) for change in due}
-            self.present = with_values(self.present, values, with_law=False)
             self.table = make_table(self.present)
         self._lay_patches(slips, velocities)
         return due
@@ -126,7 +148,7 @@ class Schedule:
     def _lay_patches(self, slips: Floats, velocities: Floats) -> None:
         """Cuts the faces at the patches of now, and finds every fingertip on its own."""
         body = self.present.object
-        patches = [patch for patch in self.present.patches if _is_there(patch, self._begin)]
+        patches = [patch for patch in self.present.patches if _is_there(patch, self.begin)]
         for i, finger in enumerate(self.present.fingers):
             before, self._faces[i] = self._faces[i], segments_of(body, finger, patches)
             if _edges(before) != _edges(self._faces[i]):
@@ -149,7 +171,8 @@ def _instants(scenario: Scenario) -> Iterator[float]:
             yield patch.end_time
 
 
-def _is_acting(pulse: Pulse, t: float) -> bool:
+def is_acting(pulse: Pulse | SpatialPulse, t: float) -> bool:
+    """Whether a pulse acts at a time."""
     return pulse.time <= t < pulse.time + pulse.duration
 
 

@@ -8,29 +8,24 @@ from typing import Self
 
 import numpy as np
 
-from slipgrasp.core.kernel import advance as kernel
 from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.jump import LAW_FAILED, LEFT_FACE, REACHED, RUNNING
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
     ROWS_BEFORE_PAUSE,
     TICKS_BEFORE_PAUSE,
-    last_row,
-    make_run,
     rows_in,
     settled_rows,
     take_rows,
     ticks_in,
 )
-from slipgrasp.core.kernel.state import StateParts, parts_of
+from slipgrasp.core.run.engine import make_engine
 from slipgrasp.core.run.law_code import LawCode, Replay, set_parameters
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.run.provenance import Provenance, present_provenance
 from slipgrasp.core.run.result import RunResult, RunSummary
-from slipgrasp.core.run.schedule import Schedule
 from slipgrasp.core.run.stepping import Tick
 from slipgrasp.core.scenario import Change, Scenario
-from slipgrasp.core.scenario.field_errors import single_error
 from slipgrasp.core.scenario.own_laws import (
     OUTSIDE,
     Diagnostic,
@@ -46,7 +41,6 @@ from slipgrasp.core.words.endings import describe_end, describe_law_failure
 from slipgrasp.core.words.warnings import describe_warnings
 
 _STEPS_PER_PIECE = 1000
-_NO_SPACE = "runs of hands in space are not computed yet; their scenarios can be read and checked"
 
 
 class Simulation:
@@ -69,8 +63,6 @@ class Simulation:
             ScenarioError: If the scenario cannot be simulated.
         """
         check_scenario(scenario)
-        if scenario.in_space:
-            raise single_error("object.height", None, None, _NO_SPACE)
         self._keeps_trace = keep_trace
         self._prepare(scenario, diagnostics_of(scenario))
         law = own_law_in(scenario)
@@ -135,10 +127,12 @@ class Simulation:
         self._reason: Reason | None = None
         self._law, self._identity = None, None
         unknowns = tuple(e.parameter for e in scenario.estimates)
-        self.shape = TraceShape(len(scenario.fingers), unknowns, diagnostics)
-        self._size = len(scenario.fingers), len(unknowns)
-        self._schedule = Schedule(scenario)
-        self._run, self._outlet = make_run(self._schedule.table, keeps_rows=self._keeps_trace)
+        count = len(scenario.fingers)
+        self.shape = TraceShape(count, unknowns, diagnostics, scenario.in_space)
+        self._size = count, len(unknowns)
+        self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
+        self._run, self._outlet = self._engine.run, self._engine.outlet
+        self._timetable = self._engine.timetable
         self._model = self._pack()
         self._first = True
         self._same_ticks = False
@@ -165,11 +159,8 @@ class Simulation:
         """Advances by one piece of at most about 50 ms of computing."""
         if self.finished:
             return
-        status = kernel.advance_run(
+        status = self._engine.advance(
             self._model,
-            self._run,
-            self._outlet,
-            self._schedule.stretch_end,
             first=self._first,
             same_ticks=self._same_ticks,
             max_steps=_STEPS_PER_PIECE,
@@ -182,10 +173,9 @@ class Simulation:
 
     def _pass_end(self, status: int) -> None:
         """Goes on with the next stretch, or ends the run."""
-        contact, slips = int(self._run.concerned), self._slips()
-        if status == REACHED and not self._schedule.is_last:
-            self._begin_stretch(self._schedule.pass_instant(*slips))
-        elif status == LEFT_FACE and self._schedule.cross_edge(contact, *slips):
+        if status == REACHED and not self._timetable.is_last:
+            self._begin_stretch(self._engine.pass_instant())
+        elif status == LEFT_FACE and self._engine.cross_edge(int(self._run.concerned)):
             self._begin_stretch([])
         else:
             self._finish(status)
@@ -264,12 +254,12 @@ class Simulation:
     @property
     def provenance(self) -> Provenance:
         """What computes the run."""
-        return replace(present_provenance(), law=self._identity)
+        return replace(present_provenance(in_space=self.scenario.in_space), law=self._identity)
 
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""
         outcome = self.outcome or Outcome.STOPPED
-        estimates = self._state().estimates
+        estimates = self._engine.estimates
         return RunSummary(
             scenario=self.scenario,
             outcome=outcome,
@@ -300,30 +290,33 @@ class Simulation:
                 )
         run.num_changes = 0
 
-    def _slips(self) -> tuple[np.ndarray, np.ndarray]:
-        """Slip of every fingertip and its velocity [m, m/s]."""
-        state = self._state()
-        return state.slip, state.slip_velocity
-
-    def _state(self) -> StateParts:
-        return _present_state(self._run, self.scenario)
-
     def _begin_stretch(self, changes: list[Change]) -> None:
         """Goes over to the constants that hold from now on."""
         before, self._model = self._model, self._pack()
         for change in changes:
-            _reset_estimate(self._run, self._schedule.present, change)
+            self._reset_estimate(change)
         self._same_ticks = before.law.period == self._model.law.period
         self._first = False
         self._run.begun = 0
 
     def _pack(self) -> Record:
         """The constants of the present stretch."""
-        model, present = self._schedule.pack(), self._schedule.present
+        model, present = self._engine.pack(), self._timetable.present
+        if present.in_space:
+            return model
         model.num_diagnostics = len(self.shape.diagnostics)
         model.law.facts.is_own |= self._replays_all
         set_parameters(own_law_in(present), present.controller.parameters, self._run.own)
         return model
+
+    def _reset_estimate(self, change: Change) -> None:
+        """A timed change of an initial estimate sets the estimate anew."""
+        head, _, tail = change.parameter.partition(".")
+        index, _, field = tail.partition(".")
+        if head == "estimates" and field == "initial":
+            initial = self._timetable.present.estimates[int(index)].initial
+            self._engine.estimates[int(index)] = initial
+            self._run.pending_rates[int(index)] = 0.0
 
     def _finish(self, status: int) -> None:
         if status == REACHED:
@@ -332,14 +325,14 @@ class Simulation:
             return
         if status == LAW_FAILED:
             found = "its answer is not finite" if self._law is None else self._law.explain()
-            kind = self._schedule.present.controller.kind
+            kind = self._timetable.present.controller.kind
             self.outcome = Outcome.FAILED
             self._reason = describe_law_failure(kind, found, self.time)
             return
         contact = int(self._run.concerned)
         trace = Trace.from_rows(self.shape, self._last_row())
         self.outcome, self._reason = describe_end(
-            status, contact, self.scenario, self._schedule.present, trace, self.time
+            status, contact, self.scenario, self._timetable.present, trace, self.time
         )
 
     def _last_row(self) -> np.ndarray:
@@ -348,24 +341,11 @@ class Simulation:
         if self._keeps_trace:
             rows = rows_in(self._outlet, self.shape.num_columns)
             return rows[-1:] if len(rows) else self._rows[-1][-1:]
-        return last_row(self._model, self._run)
-
-
-def _present_state(run: Record, scenario: Scenario) -> StateParts:
-    return parts_of(run.step.start, len(scenario.fingers), len(scenario.estimates))
-
-
-def _reset_estimate(run: Record, scenario: Scenario, change: Change) -> None:
-    """A timed change of an initial estimate sets the estimate anew."""
-    head, _, tail = change.parameter.partition(".")
-    index, _, field = tail.partition(".")
-    if head == "estimates" and field == "initial":
-        _present_state(run, scenario).estimates[int(index)] = scenario.estimates[int(index)].initial
-        run.pending_rates[int(index)] = 0.0
+        return self._engine.last_row(self._model)
 
 
 def _start_row(shape: TraceShape, scenario: Scenario) -> np.ndarray:
     """All that is known of a run whose first row is not finite: where it starts."""
     row = np.zeros((1, shape.num_columns))
-    row[0, 1:4] = scenario.trajectory.start
+    row[0, 1 : 1 + len(scenario.trajectory.start)] = scenario.trajectory.start
     return row

@@ -14,8 +14,9 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.scenario import FingerParameters, Scenario
-from slipgrasp.core.scenario.loading import load_scenario, preset_names
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
 from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import (
@@ -110,7 +111,8 @@ def scenario_title(scenario: Scenario) -> str:
 
 @cache
 def _presets_by_title() -> dict[str, Scenario]:
-    return {scenario.title: scenario for scenario in map(load_scenario, preset_names())}
+    names = (*preset_names(), *spatial_preset_names())
+    return {scenario.title: scenario for scenario in map(load_scenario, names)}
 
 
 def _tone(result: RunResult) -> Tone:
@@ -220,15 +222,15 @@ def _overestimate_at_onset(result: RunResult, index: int) -> _Overestimate | Non
 
 def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
     """The part of all its slip that a fingertip slides from a row on until it sticks."""
-    ways = np.abs(np.diff(trace.slip[:, contact]))
+    ways = np.diff(trace.slid_way[:, contact])
     rests = np.flatnonzero(trace.phase[row:, contact] == ContactPhase.STICK)
     first = ways[: row + int(rests[0])] if len(rests) else ways
     return float(first.sum() / max(ways.sum(), _NO_WAY))
 
 
-def _static_over_kinetic(finger: FingerParameters) -> float:
+def _static_over_kinetic(finger: FingerParameters | SpatialFinger) -> float:
     """How many times more friction a contact has in stick, the same on a patch."""
-    static = finger.static_friction
+    static = None if isinstance(finger, SpatialFinger) else finger.static_friction
     return static / finger.friction if static is not None and finger.friction > 0.0 else 1.0
 
 
@@ -250,7 +252,7 @@ def _describe_squeeze(result: RunResult) -> Iterator[str]:
     """How hard the contact nearest to slip presses at the end, against the least that holds."""
     trace = result.trace
     friction, normal = trace.friction_coefficient[-1], trace.normal_force[-1]
-    tangential = np.abs(trace.tangential_force[-1])
+    tangential = trace[-1:].tangential_size[0]
     sticks = (trace.phase[-1] == ContactPhase.STICK).all() and (friction > 0.0).all()
     if result.outcome is not Outcome.COMPLETED or not sticks or tangential.max() < _LEAST_FORCE:
         return

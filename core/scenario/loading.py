@@ -30,19 +30,24 @@ _SPATIAL = "spatial-"
 
 def preset_names() -> tuple[str, ...]:
     """Names of the scenarios in the plane that come with the program, the paper's cases first."""
-    return tuple(name for name in _all_names() if not name.startswith(_SPATIAL))
+    return tuple(name for name in all_preset_names() if not name.startswith(_SPATIAL))
 
 
 def spatial_preset_names() -> tuple[str, ...]:
     """Names of the scenarios in space that come with the program."""
-    return tuple(name for name in _all_names() if name.startswith(_SPATIAL))
+    return tuple(name for name in all_preset_names() if name.startswith(_SPATIAL))
 
 
 @cache
-def _all_names() -> tuple[str, ...]:
+def all_preset_names() -> tuple[str, ...]:
+    """Names of all scenarios that come with the program, those of hands in space last."""
     folder = resources.files("slipgrasp.core.scenario") / "presets"
     names = [f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml")]
-    return tuple(sorted(names, key=lambda name: (not name.startswith("paper-"), name)))
+    return tuple(sorted(names, key=_rank))
+
+
+def _rank(name: str) -> tuple[bool, bool, str]:
+    return name.startswith(_SPATIAL), not name.startswith("paper-"), name
 
 
 @cache
@@ -66,23 +71,23 @@ def load_scenario(source: str | Path) -> Scenario:
         ScenarioError: If there is no such preset or file, or it is not valid.
     """
     name = str(source)
-    if name in _all_names():
+    if name in all_preset_names():
         return _load_preset(name)
     path = Path(source)
     if not path.suffix and not path.exists():
-        known = ", ".join(_all_names())
+        known = ", ".join(all_preset_names())
         raise single_error(
             "scenario",
             name,
             known,
-            f"no preset or file '{name}'{nearest(name, _all_names())}; presets: {known}",
+            f"no preset or file '{name}'{nearest(name, all_preset_names())}; presets: {known}",
         )
     if not path.is_file():
         raise single_error(
             "scenario",
             name,
             None,
-            f"no scenario file '{name}'; presets: {', '.join(_all_names())}",
+            f"no scenario file '{name}'; presets: {', '.join(all_preset_names())}",
         )
     if path.stat().st_size > _MAX_FILE_BYTES:
         raise _too_large(name)

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario.controller import (
     ControllerParameters,
     Estimate,
@@ -340,6 +341,22 @@ def is_spatial(mapping: dict[str, object]) -> bool:
     """Whether plain values are those of a scenario in space: its object has a height."""
     body = mapping.get("object")
     return isinstance(body, dict) and not {"height", "inertias"}.isdisjoint(body)
+
+
+def refuse_in_space(scenario: Scenario, what: str) -> None:
+    """Says that something is not there for hands in space.
+
+    Args:
+        scenario: Of the run that is asked for.
+        what: What is asked for, as the subject of a sentence.
+
+    Raises:
+        SlipgraspError: Where the scenario is in space.
+    """
+    if scenario.in_space:
+        raise SlipgraspError(
+            f"{what} of hands in space are not drawn yet; export the run as CSV, Parquet or NPZ"
+        )
 
 
 def full_spatial_scenario() -> SpatialScenario:

@@ -16,9 +16,9 @@ from slipgrasp.core.scenario.field_errors import echo, nearest, shortened, singl
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import (
+    all_preset_names,
     load_scenario,
     parameter_definitions,
-    preset_names,
     scenario_from_mapping,
     with_values,
 )
@@ -113,7 +113,7 @@ def study_from_mapping(mapping: Any, find_base: Callable[[Any], Scenario]) -> St
     errors = [*check_document(document, base, definitions)]
     if errors:
         raise ScenarioError(errors)
-    named = isinstance(document.base, str) and document.base in preset_names()
+    named = isinstance(document.base, str) and document.base in all_preset_names()
     study = Study(
         title=document.title,
         base=base,
@@ -180,7 +180,7 @@ def _base_from_file(base: Any, folder: Path) -> Scenario:
     if isinstance(base, dict):
         return scenario_from_mapping(base)
     path = folder / base
-    return load_scenario(path if base not in preset_names() and path.is_file() else base)
+    return load_scenario(path if base not in all_preset_names() and path.is_file() else base)
 
 
 def _check_count(study: Study) -> None:

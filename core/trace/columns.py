@@ -12,10 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    parameter_definitions,
+    preset_names,
+    spatial_preset_names,
+)
 from slipgrasp.core.trace.trace import (
-    OBJECT_COORDINATES,
     SIGNALS,
+    SPATIAL_POSE,
     Floats,
     Phases,
     Signal,
@@ -73,18 +79,29 @@ def short_columns(trace: Trace) -> list[Column]:
     """The columns of the short table (CSV): what the hand does, contact by contact."""
     by_name = {signal.name: signal for signal in SIGNALS}
     groups = [[list(_columns_of(trace, by_name[name])) for name in group] for group in _SHORT]
-    return [
-        column for group in groups for entries in zip(*group, strict=True) for column in entries
-    ]
+    return [column for group in groups for column in _alternate(group)]
+
+
+def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
+    """Columns of several signals entry by entry; of one with more entries several at a time."""
+    count = min(map(len, signals))
+    for k in range(count):
+        for columns in signals:
+            each = len(columns) // count
+            yield from columns[each * k : each * (k + 1)]
 
 
 def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
     """What the entries of a signal are called, one per column; "" for a single number."""
     contacts = range(shape.num_contacts)
-    if signal.per == "coordinate":
-        return OBJECT_COORDINATES
-    if signal.per == "contact":
-        return tuple(str(contact) for contact in contacts)
+    if signal.per == "pose" and shape.in_space:
+        return SPATIAL_POSE
+    if signal.per in ("pose", "coordinate"):
+        return shape.coordinates
+    if signal.per == "tangent" and shape.in_space:
+        return tuple(f"{axis}_{contact}" for contact in contacts for axis in "xy")
+    if signal.per in ("contact", "tangent", "path"):
+        return tuple(str(contact) for contact in contacts[: shape.width(signal)])
     if signal.per == "joint":
         joints = range(shape.width(signal) // shape.num_contacts)
         return tuple(f"{finger}_{joint}" for finger in contacts for joint in joints)
@@ -96,11 +113,13 @@ def labels_of(signal: Signal, shape: TraceShape) -> tuple[str, ...]:
 def units_of(signal: Signal, shape: TraceShape) -> list[str]:
     """SI units of the entries of a signal, one per column."""
     if signal.per == "unknown":
-        definitions = parameter_definitions()
+        definitions = parameter_definitions(_example(shape))
         return [definitions[_as_of_first_finger(key)].unit for key in shape.unknowns]
     if signal.per == "diagnostic":
         return [diagnostic.unit for diagnostic in shape.diagnostics]
-    units = signal.unit.split(", ")
+    if shape.width(signal) == 0:
+        return []
+    units = ((shape.in_space and signal.spatial_unit) or signal.unit).split(", ")
     # One unit for all, one each, or one for x and y and one for the angle.
     return [*units[:1] * (shape.width(signal) - len(units)), *units]
 
@@ -112,6 +131,11 @@ def _columns_of(trace: Trace, signal: Signal) -> Iterator[Column]:
     for label, unit, column in zip(labels, units, table.T, strict=True):
         name = "_".join(part for part in (signal.prefix, label) if part)
         yield Column(name, signal.name, unit, column)
+
+
+def _example(shape: TraceShape) -> Scenario:
+    """A scenario with parameters like those of a trace."""
+    return load_scenario((spatial_preset_names() if shape.in_space else preset_names())[0])
 
 
 def _as_of_first_finger(key: str) -> str:

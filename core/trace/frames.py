@@ -41,7 +41,9 @@ def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
     pandas = import_optional("pandas")
     time, *columns = columns_of(trace)
     index = pandas.Index(time.values, name=time.name)
-    frame = pandas.DataFrame({c.name: _values(pandas, c) for c in columns}, index=index)
+    frame = pandas.DataFrame(
+        {c.name: _values(pandas, c, in_space=trace.shape.in_space) for c in columns}, index=index
+    )
     frame.attrs["units"] = {column.name: column.unit for column in (time, *columns)}
     return frame
 
@@ -49,28 +51,39 @@ def trace_to_pandas(trace: Trace) -> pandas.DataFrame:
 def trace_to_xarray(trace: Trace) -> xarray.Dataset:
     """A trace as labelled arrays; see `slipgrasp.core.trace.trace.Trace.to_xarray`."""
     xarray = import_optional("xarray")
-    time, *signals = (signal for signal in SIGNALS if signal.name not in trace.absent)
+    there = (signal for signal in SIGNALS if trace.shape.has(signal))
+    time, *signals = (signal for signal in there if signal.name not in trace.absent)
     return xarray.Dataset(
         {signal.name: _variable(trace, signal) for signal in signals},
         coords={"time": ("time", trace.times, _attributes(time, trace.shape)), **_labels(trace)},
     )
 
 
-def _values(pandas: Any, column: Column) -> Any:
+def _values(pandas: Any, column: Column, *, in_space: bool) -> Any:
     if not column.holds_phases:
         return column.values
-    words = [phase.label for phase in ContactPhase]
+    words = [phase.label for phase in ContactPhase.known(in_space=in_space)]
     return pandas.Categorical(column.phase_labels(), categories=words)
 
 
 def _labels(trace: Trace) -> dict[str, list[str] | list[int]]:
     """What the entries along each dimension but time are called."""
-    labels = {s.per: list(labels_of(s, trace.shape)) for s in SIGNALS if s.per}
+    shape = trace.shape
+    there = (s for s in SIGNALS if s.per and shape.has(s))
+    labels = {_dimension(s, shape): list(labels_of(s, shape)) for s in there}
     return {**labels, "contact": list(range(trace.shape.num_contacts))}
 
 
+def _dimension(signal: Signal, shape: TraceShape) -> str:
+    """What the entries of a signal lie along; in the plane a contact has one tangent."""
+    if signal.per == "path":
+        return "contact"
+    in_the_plane = {"pose": "coordinate", "tangent": "contact"}
+    return signal.per if shape.in_space else in_the_plane.get(signal.per, signal.per)
+
+
 def _variable(trace: Trace, signal: Signal) -> tuple[Any, ...]:
-    dimensions = ("time", signal.per) if signal.per else ("time",)
+    dimensions = ("time", _dimension(signal, trace.shape)) if signal.per else ("time",)
     return (dimensions, getattr(trace, signal.name), _attributes(signal, trace.shape))
 
 

@@ -33,7 +33,7 @@ class Ticks:
     @staticmethod
     def widths(shape: TraceShape) -> tuple[int, int, int, int]:
         """Columns of each attribute."""
-        return 1, 2 * shape.num_contacts, len(shape.unknowns), len(shape.diagnostics)
+        return 1, shape.width_of_joints, len(shape.unknowns), len(shape.diagnostics)
 
     @classmethod
     def from_rows(cls, shape: TraceShape, rows: Floats) -> Ticks:

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     import xarray
 
 JOINTS_PER_FINGER = 2
+JOINTS_IN_SPACE = 3
 OBJECT_COORDINATES = ("x", "y", "theta")
+SPATIAL_COORDINATES = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
+SPATIAL_POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 TIME_COLUMN = "t"
 
 Floats = NDArray[np.float64]
@@ -34,10 +37,12 @@ class Signal:
 
     Attributes:
         topic: Group it is recorded with: time, object, contacts, joints, controller, energy.
-        per: What its entries stand for: "" (one number), coordinate, contact, joint, unknown,
-            diagnostic.
-        unit: SI unit.
+        per: What its entries stand for: "" (one number), pose, coordinate, contact, tangent (of
+            contacts, two in space), path (of contacts, in space only), joint, unknown, diagnostic.
+        unit: SI unit, or one each where they differ.
         text: One sentence.
+        spatial_unit: Its unit in space, where that is another.
+        spatial_text: Its sentence in space, where that is another.
         column: What the names of its columns begin with; its own name if None.
         name: Attribute of `Trace` that carries it.
         holds_phases: Whether its values are those of `slipgrasp.core.trace.types.ContactPhase`.
@@ -48,6 +53,8 @@ class Signal:
     unit: str
     text: str
     column: str | None = None
+    spatial_unit: str = ""
+    spatial_text: str = ""
     name: str = ""
     holds_phases: bool = False
 
@@ -65,19 +72,43 @@ class TraceShape:
         num_contacts: How many contacts there are, one per finger.
         unknowns: Dotted keys of what is estimated.
         diagnostics: What a law of one's own tells of itself; empty where there is none.
+        in_space: Whether the hand stands in space and not in the plane.
     """
 
     num_contacts: int
     unknowns: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
+    in_space: bool = False
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """What the coordinates of the object are called; the rotation vector is in world axes."""
+        return SPATIAL_COORDINATES if self.in_space else OBJECT_COORDINATES
+
+    @property
+    def joints_per_finger(self) -> int:
+        """How many joints every finger has."""
+        return JOINTS_IN_SPACE if self.in_space else JOINTS_PER_FINGER
+
+    def has(self, signal: Signal) -> bool:
+        """Whether such a trace has a signal at all, if perhaps of no column."""
+        return signal.per != "path" or self.in_space
+
+    @property
+    def width_of_joints(self) -> int:
+        """Numbers per joint of the hand."""
+        return self.joints_per_finger * self.num_contacts
 
     def width(self, signal: Signal) -> int:
         """Number of columns of a signal."""
         widths = {
             "": 1,
-            "coordinate": len(OBJECT_COORDINATES),
+            "pose": len(SPATIAL_POSE) if self.in_space else len(OBJECT_COORDINATES),
+            "coordinate": len(self.coordinates),
             "contact": self.num_contacts,
-            "joint": JOINTS_PER_FINGER * self.num_contacts,
+            "tangent": (2 if self.in_space else 1) * self.num_contacts,
+            "path": self.num_contacts if self.in_space else 0,
+            "joint": self.width_of_joints,
             "unknown": len(self.unknowns),
             "diagnostic": len(self.diagnostics),
         }
@@ -114,20 +145,60 @@ class Trace:
         ),
     ]
     object_pose: Annotated[
-        Floats, Signal("object", "coordinate", "m, m, rad", "Pose x, y, theta.", column="")
+        Floats,
+        Signal(
+            "object",
+            "pose",
+            "m, m, rad",
+            "Pose x, y, theta.",
+            column="",
+            spatial_unit="m, m, m, 1, 1, 1, 1",
+            spatial_text="Position x, y, z and unit quaternion w, x, y, z.",
+        ),
     ]
     object_velocity: Annotated[
-        Floats, Signal("object", "coordinate", "m/s, m/s, rad/s", "Its first derivative.")
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "m/s, m/s, rad/s",
+            "Its first derivative.",
+            spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
+            spatial_text="Velocity and angular velocity, world axes.",
+        ),
     ]
     object_acceleration: Annotated[
-        Floats, Signal("object", "coordinate", "m/s², rad/s²", "Its second derivative.")
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "m/s², rad/s²",
+            "Its second derivative.",
+            spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
+            spatial_text="Acceleration and angular acceleration, world axes.",
+        ),
     ]
     tracking_error: Annotated[
         Floats,
-        Signal("object", "coordinate", "m, m, rad", "Desired minus actual pose.", column="error"),
+        Signal(
+            "object",
+            "coordinate",
+            "m, m, rad",
+            "Desired minus actual pose.",
+            column="error",
+            spatial_unit="m, m, m, rad, rad, rad",
+            spatial_text="Desired minus actual position; rotation vector from actual to desired.",
+        ),
     ]
     external_wrench: Annotated[
-        Floats, Signal("object", "coordinate", "N, N, N m", "Force and moment of the pulses.")
+        Floats,
+        Signal(
+            "object",
+            "coordinate",
+            "N, N, N m",
+            "Force and moment of the pulses.",
+            spatial_unit="N, N, N, N m, N m, N m",
+        ),
     ]
     input_rank: Annotated[
         Floats,
@@ -145,31 +216,69 @@ class Trace:
         ),
     ]
     slip: Annotated[
-        Floats, Signal("contacts", "contact", "m", "Displacement of the fingertip along the face.")
+        Floats,
+        Signal(
+            "contacts",
+            "tangent",
+            "m",
+            "Displacement of the fingertip along the face.",
+            spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
+        ),
     ]
-    slip_velocity: Annotated[Floats, Signal("contacts", "contact", "m/s", "Its first derivative.")]
+    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Its first derivative.")]
     slip_acceleration: Annotated[
-        Floats, Signal("contacts", "contact", "m/s²", "Its second derivative.")
+        Floats, Signal("contacts", "tangent", "m/s²", "Its second derivative.")
+    ]
+    slip_path: Annotated[
+        Floats, Signal("contacts", "path", "m", "Way that the fingertip has slid on its face.")
     ]
     phase: Annotated[
-        Phases, Signal("contacts", "contact", "", "0 stick, 1 slip forward, -1 slip backward.")
+        Phases,
+        Signal(
+            "contacts",
+            "contact",
+            "",
+            "0 stick, 1 slip forward, -1 slip backward.",
+            spatial_text="0 stick, 2 slip.",
+        ),
     ]
     believed_phase: Annotated[
         Phases, Signal("contacts", "contact", "", "The phase the controller acts on.")
     ]
     tangential_force: Annotated[
-        Floats, Signal("contacts", "contact", "N", "F_x of the fingertip on the object.")
+        Floats,
+        Signal(
+            "contacts",
+            "tangent",
+            "N",
+            "F_x of the fingertip on the object.",
+            spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
+        ),
     ]
     normal_force: Annotated[Floats, Signal("contacts", "contact", "N", "F_n, positive pushes.")]
     friction_margin: Annotated[
-        Floats, Signal("contacts", "contact", "N", "mu F_n - |F_x|, positive inside the cone.")
+        Floats,
+        Signal(
+            "contacts",
+            "contact",
+            "N",
+            "mu F_n - |F_x|, positive inside the cone.",
+            spatial_text="mu F_n - |F_t|, positive inside the cone.",
+        ),
     ]
     friction_coefficient: Annotated[
         Floats,
         Signal("contacts", "contact", "1", "True friction at that time, of stick or of slip."),
     ]
     joint_position: Annotated[
-        Floats, Signal("joints", "joint", "rad", "Joint angles, second relative to first.")
+        Floats,
+        Signal(
+            "joints",
+            "joint",
+            "rad",
+            "Joint angles, second relative to first.",
+            spatial_text="Yaw, pitch, and pitch relative to the first link.",
+        ),
     ]
     joint_velocity: Annotated[Floats, Signal("joints", "joint", "rad/s", "Their first derivative.")]
     joint_torque: Annotated[
@@ -266,8 +375,24 @@ class Trace:
 
     @property
     def desired_pose(self) -> NDArray[np.float64]:
-        """Desired object pose, shape ``(rows, 3)`` [m, m, rad]."""
-        return self.object_pose + self.tracking_error
+        """Desired pose, shape ``(rows, 3)`` [m, m, rad]; of a hand in space its position [m]."""
+        return self.object_pose[:, :3] + self.tracking_error[:, :3]
+
+    @property
+    def tangential_size(self) -> NDArray[np.float64]:
+        """Size of the tangential force of every contact, shape ``(rows, contacts)`` [N]."""
+        if not self.shape.in_space:
+            return np.abs(self.tangential_force)
+        parts = self.tangential_force.reshape(len(self), -1, 2)
+        return np.hypot(parts[:, :, 0], parts[:, :, 1])
+
+    @property
+    def slid_way(self) -> NDArray[np.float64]:
+        """Way that every fingertip has slid so far, shape ``(rows, contacts)`` [m]."""
+        if self.shape.in_space:
+            return self.slip_path
+        ways = np.abs(np.diff(self.slip, axis=0, prepend=self.slip[:1]))
+        return np.cumsum(ways, axis=0)
 
     @property
     def energy_residual(self) -> NDArray[np.float64]:

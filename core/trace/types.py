@@ -7,16 +7,27 @@ from enum import IntEnum, StrEnum
 
 
 class ContactPhase(IntEnum):
-    """Phase of one contact; the value is gamma of Eq. 6, the sign of the slip velocity."""
+    """Phase of one contact; in the plane gamma of Eq. 6, the sign of the slip velocity.
+
+    In space a contact slips in a direction of its own: ``SLIP``.
+    """
 
     SLIP_BACKWARD = -1
     STICK = 0
     SLIP_FORWARD = 1
+    SLIP = 2
 
     @property
     def label(self) -> str:
-        """The name used in files and interfaces: ``stick``, ``slip_forward``, ``slip_backward``."""
+        """The name in files: ``stick``, ``slip_forward``, ``slip_backward``, in space ``slip``."""
         return self.name.lower()
+
+    @classmethod
+    def known(cls, *, in_space: bool) -> tuple[ContactPhase, ...]:
+        """The phases that a contact can have."""
+        if in_space:
+            return cls.STICK, cls.SLIP
+        return cls.SLIP_BACKWARD, cls.STICK, cls.SLIP_FORWARD
 
 
 class Outcome(StrEnum):

@@ -17,7 +17,8 @@ from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Change, Estimate, Patch, Pulse, Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.law_choice import with_law
-from slipgrasp.core.scenario.loading import load_scenario, preset_names
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
+from slipgrasp.core.scenario.spatial import SpatialPulse
 from slipgrasp.core.words.parameter_words import belief_words, key_words, value_words
 
 SEPARATOR = " · "
@@ -76,15 +77,16 @@ def file_stem(name: str) -> str:
 @cache
 def preset_titles() -> dict[str, str]:
     """Name of the preset of each title."""
-    return {load_scenario(name).title: name for name in preset_names()}
+    return {load_scenario(n).title: n for n in (*preset_names(), *spatial_preset_names())}
 
 
 def _compare_with_presets(scenario: Scenario) -> tuple[str, list[_Fact]]:
     """What the run is based on, and what it does otherwise."""
     preset = preset_titles().get(scenario.title)
-    if preset is not None:
+    if preset is not None and load_scenario(preset).in_space == scenario.in_space:
         return preset, _facts(load_scenario(preset), scenario)
-    facts = {name: _facts(load_scenario(name), scenario) for name in preset_names()}
+    names = spatial_preset_names() if scenario.in_space else preset_names()
+    facts = {name: _facts(load_scenario(name), scenario) for name in names}
     nearest = min(facts, key=lambda name: len(facts[name]))
     title = _shortened(scenario.title)
     if len(facts[nearest]) <= MOST_FACTS_FROM_NEAREST:
@@ -157,7 +159,8 @@ def _value_fact(scenario: Scenario, key: str, value: Any) -> str:
         return str(value)
     if key == "trajectory.kind":
         return f"{value} motion"
-    return _said(key_words(words, scenario.finger_names), value, _unit_of(key))
+    name = key_words(words, scenario.finger_names, in_space=scenario.in_space)
+    return _said(name, value, _unit_of(key))
 
 
 def _said(words: str, value: Any, unit: str) -> str:
@@ -176,9 +179,14 @@ def _is_short(value: tuple[Any, ...]) -> bool:
 
 
 def _unit_of(key: str) -> str:
-    known = template_keys()
-    parameter = known.get(template_key(key)) or known.get(template_key(f"{key}.0"))
-    return parameter.unit if parameter is not None else ""
+    # What both a hand in the plane and one in space have, they have in one unit.
+    for in_space in (False, True):
+        known = template_keys(in_space)
+        for each in (key, f"{key}.0"):
+            parameter = known.get(template_key(each, in_space))
+            if parameter is not None:
+                return parameter.unit
+    return ""
 
 
 def _finger_facts(preset: Scenario, scenario: Scenario) -> Iterator[str]:
@@ -260,7 +268,7 @@ def _events(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
             yield _Fact(_EVENT, f"no {_event_words(scenario, event)}")
 
 
-_Event = Pulse | Patch | Change
+_Event = Pulse | SpatialPulse | Patch | Change
 
 
 def _time_of(event: _Event) -> float:
@@ -272,7 +280,7 @@ def _kind_of(event: _Event) -> str:
 
 
 def _event_words(scenario: Scenario, event: _Event) -> str:
-    if isinstance(event, Pulse):
+    if isinstance(event, (Pulse, SpatialPulse)):
         return _push_words(event)
     if isinstance(event, Patch):
         return _patch_words(event)
@@ -280,9 +288,9 @@ def _event_words(scenario: Scenario, event: _Event) -> str:
     return f"{words} at {value_words(event.time, 's')}"
 
 
-def _push_words(push: Pulse) -> str:
+def _push_words(push: Pulse | SpatialPulse) -> str:
     """A push; what it shares with the one that a click makes is left out."""
-    usual = Pulse(time=push.time)
+    usual = type(push)(time=push.time)
     parts = [
         value_words(push.force, "N") if push.force != usual.force else "",
         value_words(push.moment, "N m") if push.moment != usual.moment else "",

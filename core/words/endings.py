@@ -22,6 +22,8 @@ from slipgrasp.core.kernel.jump import (
     STIFF,
 )
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.core.words.hints import (
@@ -41,6 +43,7 @@ from slipgrasp.core.words.placement import is_far_off
 
 _SINGULAR_ESTIMATE = 1e6
 _NO_FORCE = 1e-6
+_STRAIGHT = 2e-3  # sine of the last joint, of a finger that is nearly straight or folded
 
 
 class _Finding(NamedTuple):
@@ -144,13 +147,30 @@ def _explain_separation(end: _End) -> _Finding:
 
 
 def _explain_left_face(end: _End) -> _Finding:
+    if isinstance(end.scenario, SpatialScenario):
+        return _explain_left_edge(end, end.scenario)
     slip = float(end.last.slip[0, end.contact])
     message = f"the {end.finger_name} fingertip slid off the end of its face"
     return _Finding(message, slip, abs(slip))
 
 
+def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
+    finger, at = scenario.fingers[end.contact], 2 * end.contact
+    slip = (float(end.last.slip[0, at]), float(end.last.slip[0, at + 1]))
+    edges = edges_of(spatial_contact(scenario.object, finger).outline)
+    distances = [a * slip[0] + b * slip[1] + c for a, b, c in edges]
+    edge = distances.index(min(distances))
+    where = f"edge {edge} of {finger.face}"
+    message = f"the {end.finger_name} fingertip slid over {where}"
+    return _Finding(message, distances[edge], 0.0)
+
+
 def _explain_singular(end: _End) -> _Finding:
-    angle = float(end.last.joint_position[0, 2 * end.contact + 1])
+    joints = end.last.shape.joints_per_finger
+    angle = float(end.last.joint_position[0, joints * end.contact + joints - 1])
+    if end.last.shape.in_space and abs(math.sin(angle)) > _STRAIGHT:
+        message = f"the tip of the {end.finger_name} finger came onto the axis of its base"
+        return _Finding(message, None, None)
     became = "straight" if math.cos(angle) > 0.0 else "folded"
     return _Finding(f"the {end.finger_name} finger became {became}", angle, 0.0)
 

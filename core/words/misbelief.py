@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.unknowns import name_unknown, parse_unknown, unit_of_unknown
@@ -36,7 +38,8 @@ def describe_misbelief(scenario: Scenario, last: Trace) -> str:
 
 def turns(last: Trace) -> bool:
     """Whether the object turns in the one row of a trace."""
-    return abs(float(last.object_velocity[0, 2])) >= _TURNING
+    spin = last.object_velocity[0, 3 if last.shape.in_space else 2 :]
+    return bool(np.abs(spin).max() >= _TURNING)
 
 
 def worst_beliefs(

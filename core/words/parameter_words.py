@@ -7,6 +7,8 @@ from typing import Any
 
 _WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
 _COORDINATES = ("x", "y", "theta")
+_IN_SPACE = ("x", "y", "z", "turn x", "turn y", "turn z")
+_QUATERNION = ("x", "y", "z", "qw", "qx", "qy", "qz")
 _BELIEFS = {
     "initial": "believed at first",
     "minimum": "believed at least",
@@ -21,12 +23,13 @@ _SPELLED = {
 }
 
 
-def key_words(key: str, names: Sequence[str]) -> str:
+def key_words(key: str, names: Sequence[str], *, in_space: bool = False) -> str:
     """A dotted key in words: ``fingers.0.link_masses.1`` as ``left link mass 2``.
 
     Args:
         key: The key.
         names: What the fingers are called.
+        in_space: Whether it is of a scenario in space.
     """
     parts = key.split(".")
     words: list[str] = []
@@ -38,11 +41,17 @@ def key_words(key: str, names: Sequence[str]) -> str:
         elif parts[i - 1] == "fingers":
             words.append(names[int(part)])
         elif parts[i - 1] in _WITH_COORDINATES:
-            words.append(_COORDINATES[int(part)])
+            words.append(_coordinate(parts[i - 1], int(part), in_space))
         else:
             words.append(str(int(part) + 1))
     text = " ".join(words).replace("_", " ")
     return text.replace("controller kind", "control law").replace("controller parameters", "law")
+
+
+def _coordinate(name: str, index: int, in_space: bool) -> str:
+    if not in_space:
+        return _COORDINATES[index]
+    return (_QUATERNION if name == "start" else _IN_SPACE)[index]
 
 
 def belief_words(field: str, unknown: str) -> str:

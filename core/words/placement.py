@@ -9,38 +9,47 @@ import numpy as np
 
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import outline, smallest_extent
+from slipgrasp.core.scenario.spatial import SpatialObject
+from slipgrasp.core.scenario.spatial_geometry import base_corners
 from slipgrasp.core.words.phrases import joined
 
 _SHARE = 0.1  # of the object's smallest extent
 
 
-def is_far_off(body: ObjectParameters, error: Sequence[float]) -> bool:
+def is_far_off(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> bool:
     """Whether an object is off its desired pose by more than a tenth of its size.
 
     Args:
         body: The object.
-        error: Desired minus actual pose, x, y, theta [m, m, rad].
+        error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
     """
     return bool(_offsets(body, error))
 
 
-def describe_offset(body: ObjectParameters, error: Sequence[float]) -> str:
+def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> str:
     """How far an object is off, such as ``34 mm from where it was wanted``; empty if it is near.
 
     Args:
         body: The object.
-        error: Desired minus actual pose, x, y, theta [m, m, rad].
+        error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
     """
     offsets = _offsets(body, error)
     return f"{joined(offsets)} from where it was wanted" if offsets else ""
 
 
-def _offsets(body: ObjectParameters, error: Sequence[float]) -> list[str]:
+def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> list[str]:
     """The distance, and the angle where it moves a corner as far; only what is large."""
-    x, y, angle = error
-    large = _SHARE * smallest_extent(body)
-    distance = math.hypot(x, y)
-    swing = abs(angle) * float(np.hypot(*outline(body).T).max())
+    if isinstance(body, SpatialObject):
+        distance, angle = math.hypot(*error[:3]), math.hypot(*error[3:])
+        corners = np.array(base_corners(body))
+        half = 0.5 * body.height
+        radius = math.hypot(float(np.hypot(*corners.T).max()), half)
+        large = _SHARE * min(float(np.ptp(corners, axis=0).min()), body.height)
+    else:
+        distance, angle = math.hypot(*error[:2]), error[2]
+        radius = float(np.hypot(*outline(body).T).max())
+        large = _SHARE * smallest_extent(body)
+    swing = abs(angle) * radius
     return [
         *[_rounded(distance)] * (distance > large),
         *[f"{abs(math.degrees(angle)):.0f}°"] * (swing > large),

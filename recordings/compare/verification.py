@@ -86,7 +86,8 @@ def verify(
     Raises:
         ScenarioError: If this version cannot simulate the scenario.
     """
-    whole, present = not _is_cut_short(result), present_provenance()
+    whole = not _is_cut_short(result)
+    present = present_provenance(in_space=result.scenario.in_space)
     bit_for_bit = result.provenance.kernel == present.kernel
     replayed = own_kind_in(result.scenario) is not None and not with_law
     simulation = Simulation.replaying(result) if replayed else Simulation(result.scenario)

@@ -20,16 +20,16 @@ from slipgrasp.recordings.file.schemas import (
     SAMPLE_TOPICS,
     TICKS,
     Topic,
+    format_of,
     own_topics,
     signals_of,
 )
 from slipgrasp.recordings.file.state_hash import StateHash
-from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 Columns = Mapping[str, NDArray[Any]]
 
 
-def layouts_of(shape: TraceShape, version: int = FORMAT_VERSION) -> dict[Topic, MessageLayout]:
+def layouts_of(shape: TraceShape, version: int) -> dict[Topic, MessageLayout]:
     """The layouts of our own messages in a format, in the order of their channels."""
     layouts: dict[Topic, MessageLayout] = {}
     for channel, topic in enumerate(own_topics(version), start=1):
@@ -67,8 +67,9 @@ class ChunkWriter:
         self._shape = shape
         self._documents = np.frombuffer(documents, "<u8")
         self._state = StateHash()
-        self.layouts = layouts_of(shape)
-        self._samples = [self.layouts[topic] for topic in SAMPLE_TOPICS]
+        self.layouts = layouts_of(shape, format_of(shape))
+        names = {topic.name for topic in SAMPLE_TOPICS}
+        self._samples = [each for topic, each in self.layouts.items() if topic.name in names]
         self._row_type = np.dtype([(lay.topic.name, lay.record_type) for lay in self._samples])
 
     @property

@@ -241,7 +241,8 @@ class Contents:
                 raise self._damaged(f"the samples of {topic.name} lie at other times")
             arrays |= columns
         phases = (values for values in arrays.values() if values.dtype == np.int8)
-        if any((np.abs(values) > 1).any() for values in phases):
+        known = ContactPhase.known(in_space=self.shape.in_space)
+        if not all(np.isin(values, known).all() for values in phases):
             raise self._damaged("it holds a phase that does not exist")
         if not all(np.isfinite(values).all() for values in arrays.values()):
             raise self._damaged("it holds a number that is not finite")
@@ -250,7 +251,7 @@ class Contents:
         num_samples = len(arrays[TIME_SIGNAL.name])
         missing = [signal for signal in SIGNALS if signal.name not in arrays]
         arrays |= {signal.name: self._zeros(signal, num_samples) for signal in missing}
-        absent = frozenset(signal.name for signal in missing)
+        absent = frozenset(signal.name for signal in missing if self.shape.has(signal))
         return Trace(shape=self.shape, absent=absent, **arrays)
 
     def _zeros(self, signal: Signal, count: int) -> NDArray[Any]:

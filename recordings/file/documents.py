@@ -25,8 +25,8 @@ from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.scenario.own_laws import Diagnostic, LawIdentity
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
+from slipgrasp.recordings.file.schemas import format_of
 from slipgrasp.recordings.file.state_hash import digest_of
-from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 PROFILE = "slipgrasp"
 STUDY_PROFILE = "slipgrasp-study"
@@ -56,7 +56,7 @@ def start_document(
     """Versions of format and program, seed of the noise, and the widths of the signals."""
     law = provenance.law
     return {
-        "format": str(FORMAT_VERSION),
+        "format": str(format_of(shape)),
         "program": provenance.program,
         "kernel": provenance.kernel,
         **({} if law is None else {"law": json.dumps(asdict(law))}),
@@ -65,6 +65,7 @@ def start_document(
         "display_rate": repr(display_rate),
         "contacts": str(shape.num_contacts),
         "unknowns": json.dumps(shape.unknowns),
+        **({"space": "1"} if shape.in_space else {}),
     }
 
 
@@ -93,7 +94,7 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     diagnostics = _read(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
     if len(diagnostics) > MAX_DIAGNOSTICS:
         raise ValueError("more diagnostics than a law can have")
-    return TraceShape(num_contacts, unknowns, diagnostics)
+    return TraceShape(num_contacts, unknowns, diagnostics, "space" in start)
 
 
 def scenario_document(scenario: Scenario) -> bytes:

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
-from slipgrasp.core.trace.trace import SIGNALS, Signal
+from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 from slipgrasp.recordings.file.state_hash import HASH_BYTES
 from slipgrasp.recordings.file.versions import (
     FIRST_FORMAT_WITH,
     FIRST_FORMAT_WITH_TICKS,
-    FORMAT_VERSION,
+    PLANAR_FORMAT,
+    SPATIAL_FORMAT,
 )
 
 TIME_SIGNAL = SIGNALS[0]
@@ -74,14 +75,16 @@ def signals_in(version: int) -> tuple[Signal, ...]:
 
 def _topic(group: str, version: int) -> Topic:
     fields = [Field("t", "double", False, f"{TIME_SIGNAL.text} [{TIME_SIGNAL.unit}]")]
-    fields += [_field(signal) for signal in signals_in(version) if signal.topic == group]
+    fields += [_field(signal, version) for signal in signals_in(version) if signal.topic == group]
     return Topic(f"/slipgrasp/{group}", group.capitalize(), tuple(fields))
 
 
-def _field(signal: Signal) -> Field:
+def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
-    unit = f" [{signal.unit}]" if signal.unit else ""
-    return Field(signal.name, kind, signal.per != "", signal.text + unit)
+    unit, text = signal.unit, signal.text
+    if version == SPATIAL_FORMAT:
+        unit, text = signal.spatial_unit or unit, signal.spatial_text or text
+    return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 
 
 def signals_of(topic: Topic) -> tuple[Signal, ...]:
@@ -95,8 +98,14 @@ def _sample_topics(version: int) -> tuple[Topic, ...]:
     return tuple(_topic(group, version) for group in groups)
 
 
-SAMPLE_TOPICS = _sample_topics(FORMAT_VERSION)
-"""One message per sample and topic, all at the same times."""
+SAMPLE_TOPICS = _sample_topics(PLANAR_FORMAT)
+"""One message per sample and topic, all at the same times; in every format of the same names."""
+
+
+def format_of(shape: TraceShape) -> int:
+    """The format in which runs of a shape are written."""
+    return SPATIAL_FORMAT if shape.in_space else PLANAR_FORMAT
+
 
 PHASE_CHANGES = Topic(
     "/slipgrasp/phase_changes",
@@ -135,7 +144,7 @@ def _checkpoints(version: int) -> Topic:
     return Topic("/slipgrasp/checkpoints", "Checkpoint", fields)
 
 
-CHECKPOINTS = _checkpoints(FORMAT_VERSION)
+CHECKPOINTS = _checkpoints(PLANAR_FORMAT)
 """One message at the end of every chunk: what proves that a file without an end is whole so far."""
 
 
@@ -145,7 +154,7 @@ def own_topics(version: int) -> tuple[Topic, ...]:
     return (*topics, TICKS) if version >= FIRST_FORMAT_WITH_TICKS else topics
 
 
-OWN_TOPICS = own_topics(FORMAT_VERSION)
+OWN_TOPICS = own_topics(PLANAR_FORMAT)
 
 
 @cache

@@ -55,7 +55,8 @@ def read_outline(path: str | PathLike[str]) -> Trace:
     """
     with open_recording(path) as stream:
         shape, version = Reading(stream, str(path)).outline()
-    absent = frozenset(signal.name for signal in set(SIGNALS) - set(signals_in(version)))
+    missing = set(SIGNALS) - set(signals_in(version))
+    absent = frozenset(signal.name for signal in missing if shape.has(signal))
     return replace(Trace.from_rows(shape, np.empty((0, shape.num_columns))), absent=absent)
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-FORMAT_VERSION = 5
-"""Raised when a reader of the previous version could no longer read a file correctly."""
+PLANAR_FORMAT, SPATIAL_FORMAT = 5, 6
+"""What is written of hands in the plane and in space, the least that holds it."""
+
+FORMAT_VERSION = SPATIAL_FORMAT
+"""The newest that is read; raised when the reader before could not read a file correctly."""
 
 FIRST_FORMAT_WITH_SHA256 = 3
 """Samples were hashed with BLAKE2b before, which takes longer where processors have SHA-256."""
@@ -17,6 +20,7 @@ FIRST_FORMAT_WITH = {
     "controllability": 4,
     "commanded_torque": 5,
     "diagnostics": 5,
+    "slip_path": SPATIAL_FORMAT,
 }
 """Signals and metrics that not every format holds, and since when.
 

@@ -117,7 +117,7 @@ class RecordingWriter:
         self._path = path
         self._scenario = scenario
         self._shape = shape
-        self._provenance = provenance or present_provenance()
+        self._provenance = provenance or present_provenance(in_space=scenario.in_space)
         self._overwrite = overwrite
         self._display_rate = display_rate
         self._part_suffix = part_suffix
@@ -221,7 +221,7 @@ class RecordingWriter:
         self._container.add_attachment(PARAMETERS_ATTACHMENT, "application/json", parameters)
         self._documents = documents_hash(start, scenario)
         display: tuple[DisplayLayout, ...] = ()
-        if self._display_rate > 0.0:
+        if self._display_rate > 0.0 and not self._scenario.in_space:
             display = display_layouts(self._scenario, len(OWN_TOPICS) + 1)
         clock = FrameClock(self._display_rate)
         self._chunks = ChunkWriter(self._container, self._shape, self._documents, display, clock)

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.provenance import present_provenance
-from slipgrasp.core.scenario.loading import preset_names, scenario_from_mapping
+from slipgrasp.core.scenario.loading import all_preset_names, scenario_from_mapping
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
 from slipgrasp.recordings.file.documents import parse_json
@@ -48,7 +48,7 @@ class StudyEnd:
 
 def start_document(study: Study) -> dict[str, str]:
     """Versions of format and program, the kernel, and what lists tell of a study."""
-    provenance = present_provenance()
+    provenance = present_provenance(in_space=study.base.in_space)
     return {
         "format": str(STUDY_FORMAT),
         "program": provenance.program,
@@ -78,7 +78,7 @@ def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
     except ScenarioError as error:
         raise ValueError(str(error)) from error
     name = start.get("base", "")
-    return replace(study, base_name=name if name in preset_names() else "")
+    return replace(study, base_name=name if name in all_preset_names() else "")
 
 
 def stop_document(end: StudyEnd, rows_hash: str) -> dict[str, str]:

@@ -76,12 +76,13 @@ def rebuild(
             "'slipgrasp rebuild' on the command line takes as long as it needs"
         )
     if state_hash(result) != row.state_hash:
-        raise RebuildError(f"run {row.index} does not come out as its row says: {_cause(row)}")
+        cause = _cause(row, in_space=scenario.in_space)
+        raise RebuildError(f"run {row.index} does not come out as its row says: {cause}")
     return result
 
 
-def _cause(row: StudyRow) -> str:
-    here = present_provenance().kernel
+def _cause(row: StudyRow, *, in_space: bool) -> str:
+    here = present_provenance(in_space=in_space).kernel
     if row.kernel == here:
         return "its row was altered, or is not of this study"
     return f"another version of the kernel computed it ({row.kernel}, here it is {here})"

@@ -83,7 +83,7 @@ def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> S
         end_time=summary.end_time,
         metrics={name: _finite(value) for name, value in summary.metrics.flattened().items()},
         state_hash=state.digest().hex(),
-        kernel=present_provenance().kernel,
+        kernel=present_provenance(in_space=simulation.scenario.in_space).kernel,
     )
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, HTTPException, Query
 
-from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.core.scenario.loading import all_preset_names, preset_names
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.runs.scenarios import (
     ParametersPublic,
@@ -22,14 +22,14 @@ router = APIRouter(tags=["scenarios"])
 @router.get("/presets")
 def list_presets() -> PresetsPublic:
     """The scenarios that come with the program."""
-    data = [PresetSummary.from_name(name) for name in preset_names()]
+    data = [PresetSummary.from_name(name) for name in all_preset_names()]
     return PresetsPublic(data=data, count=len(data))
 
 
 @router.get("/presets/{name}", responses=ProblemPublic.responses((404,)))
 def read_preset(name: str) -> PresetPublic:
     """A preset with its whole scenario, ready to be edited and posted."""
-    if name not in preset_names():
+    if name not in all_preset_names():
         raise HTTPException(404)
     summary = PresetSummary.from_name(name)
     return PresetPublic(**summary.model_dump(), scenario=find_preset(name).to_mapping())

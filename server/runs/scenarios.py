@@ -10,8 +10,8 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.core.scenario.loading import (
+    all_preset_names,
     load_scenario,
-    preset_names,
     settable_parameters,
 )
 from slipgrasp.core.scenario.parameters import Parameter
@@ -89,7 +89,7 @@ def find_preset(name: str) -> Scenario:
     Raises:
         ScenarioError: If there is none of that name.
     """
-    known = preset_names()
+    known = all_preset_names()
     if name in known:
         return load_scenario(name)
     shown = printable(name)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario.field_errors import nearest, template_keys
-from slipgrasp.core.scenario.loading import preset_names
+from slipgrasp.core.scenario.loading import all_preset_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
 from slipgrasp.recordings.store.annotations import MAX_TAGS, RunTag
@@ -132,7 +132,7 @@ def _unknown_field(name: str) -> FieldError:
 
 
 def _parse_preset(text: str) -> str:
-    return _chosen(text, "preset", ("", *preset_names()))
+    return _chosen(text, "preset", ("", *all_preset_names()))
 
 
 def _parse_controller(text: str) -> str:

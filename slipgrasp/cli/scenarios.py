@@ -62,9 +62,9 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def _list(arguments: argparse.Namespace) -> ExitStatus:
-    from slipgrasp.core.scenario.loading import load_scenario, preset_names
+    from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
 
-    for name in preset_names():
+    for name in all_preset_names():
         print(f"{name}\t{load_scenario(name).title}")
     return ExitStatus.COMPLETED
 

@@ -70,6 +70,11 @@ def _errors(result: RunResult) -> Iterator[str]:
 
 
 def _pose(error: Sequence[float]) -> str:
+    if len(error) > 3:
+        ways, turns = zip("xyz", error[:3], strict=True), zip("xyz", error[3:], strict=True)
+        said = [f"{axis} {_millimetres(value)}" for axis, value in ways]
+        said += [f"turn {axis} {_thousandths(value)} mrad" for axis, value in turns]
+        return ", ".join(said)
     x, y, theta = error
     return f"x {_millimetres(x)}, y {_millimetres(y)}, theta {_thousandths(theta)} mrad"
 

@@ -7,13 +7,15 @@ from pathlib import Path
 from slipgrasp.core.trace.trace import SIGNALS
 from slipgrasp.recordings.file.schemas import OWN_TOPICS, SAMPLE_TOPICS, TICKS
 from slipgrasp.recordings.file.state_hash import state_hash
-from slipgrasp.recordings.file.versions import FORMAT_VERSION
+from slipgrasp.recordings.file.versions import PLANAR_FORMAT, SPATIAL_FORMAT
 
 PAGE = Path(__file__).parents[2] / "docs" / "recordings.md"
 ENTRIES = {
     "": "",
+    "pose": "3",
     "coordinate": "3",
     "contact": "contacts",
+    "tangent": "contacts",
     "joint": "joints",
     "unknown": "unknowns",
     "diagnostic": "diagnostics",
@@ -42,7 +44,9 @@ def test_every_topic_and_field_is_on_the_page():
 
 
 def test_the_page_is_about_the_present_format():
-    assert f"**format {FORMAT_VERSION}**" in PAGE.read_text(encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
+    assert f"**format {PLANAR_FORMAT}**" in page
+    assert f"**format {SPATIAL_FORMAT}**" in page
 
 
 def test_the_hash_is_what_the_page_says(short_run):

@@ -1,17 +1,17 @@
 import pytest
 
-from slipgrasp.core.scenario.loading import load_scenario, preset_names
+from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
 
 
 def test_scenarios_lists_the_presets_with_their_titles(slipgrasp):
     done = slipgrasp("scenarios")
 
     listed = dict(line.split("\t") for line in done.stdout.splitlines())
-    assert listed == {name: load_scenario(name).title for name in preset_names()}
+    assert listed == {name: load_scenario(name).title for name in all_preset_names()}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", all_preset_names())
 def test_a_shown_preset_is_a_file_that_loads_to_the_same_scenario(slipgrasp, tmp_path, name):
     (tmp_path / "mine.toml").write_text(slipgrasp("scenarios", "show", name).stdout)
 

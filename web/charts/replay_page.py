@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sampler
@@ -58,6 +59,7 @@ def write_html(
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
     """
+    refuse_in_space(result.scenario, "replays")
     server = ViewerServer()
     try:
         page = _record(server, result, frame_times(result, fps), progress or _ignore)

@@ -7,7 +7,11 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import ActuationParameters, SensingParameters
+from slipgrasp.core.scenario import (
+    ActuationParameters,
+    ControllerParameters,
+    SensingParameters,
+)
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
@@ -147,9 +151,10 @@ def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, st
     if controller.control_period == 0.0:
         way_out = "set it to the time between control updates, for example 0.001 s"
         yield "controller.control_period", "0 s (continuous control)", way_out
-    for name in ("latency", "prediction", "probing"):
-        if value := getattr(controller, name):
-            yield f"controller.{name}", f"{value:g}", "set it to its default"
+    for name in ("latency", "prediction", "probing", "link_length_ratio"):
+        value, usual = getattr(controller, name), getattr(ControllerParameters(), name)
+        if value != usual:
+            yield f"controller.{name}", f"{value:g}", f"set it to {usual:g}"
     for name, part, perfect in (
         ("sensing", scenario.sensing, SensingParameters()),
         ("actuation", scenario.actuation, ActuationParameters()),

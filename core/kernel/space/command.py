@@ -1,0 +1,141 @@
+"""The torque that a control law commands in space (docs/space.md, Distribution).
+
+Every law here commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^ that its model of the finger
+needs for the demanded acceleration, and contact forces F^ that give the demanded wrench. A law that
+holds asks W F^ = d with every contact inside its cone; the paper's asks the slipping contacts for
+forces on their cones too, G = [W; -D], so that their slip follows as well.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.space.dynamics import combine_links, multiply, update_unit_dynamics
+from slipgrasp.core.kernel.space.flow import set_directions
+from slipgrasp.core.kernel.space.grasp import spatial_grasp
+from slipgrasp.core.kernel.space.kinematics import forces_to_torques, update_kinematics
+from slipgrasp.core.kernel.space.law import LARGEST_TILT, believe, brake_slips, tilt, update_errors
+from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.plant import assemble, object_bias, own_force, to_world
+from slipgrasp.core.kernel.space.state import STATE
+from slipgrasp.core.kernel.space.workspace import DISCRETE, MAX_FORCES, STICK, WORKSPACE
+
+
+@compiled
+def _update_model(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """The controller's model of the hand: believed masses and friction, in the believed phases."""
+    update_kinematics(model.hand, state, work.kin)
+    update_unit_dynamics(model.hand, work.kin, work.unit)
+    believe(model, discrete.estimates, work.believed)
+    combine_links(work.believed, work.unit, work.believed_dynamics)
+    room = work.room
+    set_directions(model, discrete, state, room.gamma)
+    for i in range(model.num_fingers):
+        for axis in range(2):
+            slips = 0.0 if discrete.beliefs[i] == STICK else discrete.slips[i, axis]
+            room.slips[i, axis] = slips
+    assemble(
+        work.kin,
+        work.believed_dynamics,
+        work.believed,
+        room.slips,
+        room.gamma,
+        work.believed_system,
+    )
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
+def spatial_command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
+    """Writes the commanded torque to ``discrete.torques``.
+
+    The phases of ``discrete`` are those before the torque acts.
+
+    Returns:
+        1, or 0 where the law has no answer: its model is singular, or the object has turned so far
+        that the coordinates of its law end.
+    """
+    n, room = model.num_fingers, work.room
+    for i in range(n):
+        discrete.beliefs[i] = discrete.phases[i]
+    _update_model(model, discrete, state, work)
+    update_errors(model, discrete.piece, t, state, room)
+    brake_slips(model, discrete, state, room)
+    if not abs(work.believed_system.determinant) > 0.0 or not tilt(room) < LARGEST_TILT:
+        return 0
+    _ask_wrench(model, state, work)
+    num_rows = _fill_rows(model, work)
+    _set_limits(model, work)
+    violation = spatial_grasp(work.grasp, n, num_rows, model.law.grasp_force)
+    discrete.violation = violation
+    total = 0.0
+    for i in range(n):
+        force = work.grasp.force
+        x, y, z = to_world(work.kin, i, force[3 * i], force[3 * i + 1], force[3 * i + 2])
+        work.tip_forces[i, 0] = x + room.own_force[i, 0]
+        work.tip_forces[i, 1] = y + room.own_force[i, 1]
+        work.tip_forces[i, 2] = z + room.own_force[i, 2]
+        total += x + y + z
+    if not abs(total) < np.inf:
+        return 0
+    forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.torques)
+    return 1
+
+
+@compiled
+def _ask_wrench(model: Record, state: Record, work: Record) -> None:
+    """D = M_o v_o + h_o of the believed object, in ``right``, and f^ of every finger."""
+    room, believed, right = work.room, work.believed, work.believed_system.right
+    object_bias(state, work.believed_system, believed, model.hand.gravity, room.bias)
+    x, y, z = multiply(work.believed_system.body, room.demand[3], room.demand[4], room.demand[5])
+    for k in range(3):
+        right[k] = believed.object_mass * room.demand[k] + room.bias[k]
+    right[3], right[4], right[5] = x + room.bias[3], y + room.bias[4], z + room.bias[5]
+    for i in range(model.num_fingers):
+        fx, fy, fz = own_force(work.kin, work.believed_dynamics, i, room.demand, room.slip_demand)
+        room.own_force[i, 0], room.own_force[i, 1], room.own_force[i, 2] = fx, fy, fz
+
+
+@compiled
+def _fill_rows(model: Record, work: Record) -> int:
+    """[G | d]: the wrench, and where the law does not hold a row per slipping direction."""
+    n, kin, rows, room = model.num_fingers, work.kin, work.grasp.rows, work.room
+    right = work.believed_system.right
+    for k in range(6):
+        rows[k, MAX_FORCES] = right[k]
+    for i in range(n):
+        for k in range(3):
+            sign = 1.0 if k == 2 else -1.0
+            x, y, z = kin.frames[i, k, 0], kin.frames[i, k, 1], kin.frames[i, k, 2]
+            rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+            column = 3 * i + k
+            rows[0, column], rows[1, column], rows[2, column] = sign * x, sign * y, sign * z
+            rows[3, column] = sign * (ry * z - rz * y)
+            rows[4, column] = sign * (rz * x - rx * z)
+            rows[5, column] = sign * (rx * y - ry * x)
+    num_rows = 6
+    if model.law.holds == 1:
+        return num_rows
+    for i in range(n):
+        for axis in range(2):
+            if room.slips[i, axis] == 0.0:
+                continue
+            for column in range(3 * n + 1):
+                rows[num_rows, column] = 0.0
+            rows[num_rows, MAX_FORCES] = 0.0
+            rows[num_rows, 3 * i + axis] = -1.0
+            rows[num_rows, 3 * i + 2] = -work.believed.friction[i] * room.gamma[i, axis]
+            num_rows += 1
+    return num_rows
+
+
+@compiled
+def _set_limits(model: Record, work: Record) -> None:
+    law, grasp = model.law, work.grasp
+    grasp.least, grasp.most = law.minimum_normal_force, law.maximum_normal_force
+    for i in range(model.num_fingers):
+        slipping = work.room.slips[i, 0] + work.room.slips[i, 1] > 0.0
+        free = law.holds == 1 or not slipping
+        grasp.cones[i] = work.believed.friction[i] / law.grip_safety if free else -1.0

@@ -1,0 +1,144 @@
+"""Conditions that end a phase or a run in space: each falls through its level at the event.
+
+Per contact: its phase (distance to the cone in stick, speed in slip), normal force, distance to
+the edges of its face, finger not singular. Then the determinant of M~.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.guards import (
+    ENDING_BAND,
+    FORCE_BAND,
+    FORCE_NOISE,
+    SLIP_BAND,
+    SLIP_NOISE,
+)
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.space.flow import LEAST_SPEED, slip_speed
+from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.selection import friction_margin
+from slipgrasp.core.kernel.space.state import STATE, slip_at, slip_velocity_at
+from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
+
+PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
+PER_CONTACT = 4
+MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1
+BACKWARD = 1e-9  # a slip that has just begun may run back by this before it ends [m/s]
+
+GUARDS = np.dtype(
+    [
+        ("values", np.float64, (MAX_GUARDS,)),
+        ("levels", np.float64, (MAX_GUARDS,)),
+        ("fired", np.int64, (MAX_GUARDS,)),
+    ],
+    align=True,
+)
+
+
+@compiled
+def _distance_to_edge(model: Record, state: Record, i: int) -> float:
+    """Least distance of contact ``i`` to an edge of its face [m], positive inside."""
+    least, first, second = np.inf, state.x[slip_at(i, 0)], state.x[slip_at(i, 1)]
+    for k in range(model.hand.num_edges[i]):
+        edge = model.hand.edges[i, k]
+        least = min(least, edge[0] * first + edge[1] * second + edge[2])
+    return least
+
+
+@compiled
+def _update_values(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """Values of all guards at the state that ``work`` holds."""
+    n, values = model.num_fingers, guards.values
+    for i in range(n):
+        base = PER_CONTACT * i
+        if discrete.phases[i] == STICK:
+            values[base + PHASE] = friction_margin(model, work, i)
+        elif discrete.frozen[i] == 1:
+            along = 0.0
+            for axis in range(2):
+                along += discrete.directions[i, axis] * state.x[slip_velocity_at(n, i, axis)]
+            values[base + PHASE] = along + BACKWARD
+        else:
+            values[base + PHASE] = slip_speed(n, state, i) - LEAST_SPEED
+        values[base + NORMAL_FORCE] = work.forces[i, 2]
+        values[base + FACE] = _distance_to_edge(model, state, i)
+        values[base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
+    values[PER_CONTACT * n] = work.system.determinant
+
+
+@compiled
+def _band(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
+    """Noise and band of guard j: within its band a value does not tell its sign."""
+    i, kind = j // PER_CONTACT, j % PER_CONTACT
+    if i == model.num_fingers or kind == SINGULAR:
+        return 0.0, ENDING_BAND
+    if kind == FACE:
+        return SLIP_NOISE, SLIP_BAND
+    if kind == PHASE and discrete.phases[i] != STICK:
+        return 0.0, 0.0
+    scale = 1.0 + abs(work.forces[i, 2])
+    return FORCE_NOISE * scale, FORCE_BAND * scale
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def spatial_arm(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """After a jump: a guard that starts inside its band may sink to twice the band first."""
+    _update_values(model, discrete, state, work, guards)
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        _, band = _band(model, discrete, work, j)
+        value = guards.values[j]
+        guards.levels[j] = min(-2.0 * band, value - band) if value <= band else 0.0
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def spatial_fired(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> int:
+    """1 if any guard is past its level at this state; marks those."""
+    _update_values(model, discrete, state, work, guards)
+    found = 0
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        noise, _ = _band(model, discrete, work, j)
+        # Not greater, so that what is no number fires too.
+        guards.fired[j] = 0 if guards.values[j] >= guards.levels[j] - noise else 1
+        found |= guards.fired[j]
+    return found
+
+
+@compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def spatial_least(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> float:
+    """The least distance to its level, at this state, among the guards that fired."""
+    _update_values(model, discrete, state, work, guards)
+    least = np.inf
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.fired[j] == 1:
+            least = min(least, guards.values[j] - guards.levels[j])
+    return least
+
+
+@compiled
+def relax(model: Record, discrete: Record, work: Record, guards: Record) -> None:
+    """After a step without event: guards that have left their band are back at level 0."""
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.levels[j] < 0.0:
+            _, band = _band(model, discrete, work, j)
+            if guards.values[j] > band:
+                guards.levels[j] = 0.0
+
+
+@compiled
+def keep_first(model: Record, guards: Record, least: float) -> None:
+    """Of the fired guards keeps those at their level here; the others would come later."""
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.values[j] - guards.levels[j] > max(0.0, least):
+            guards.fired[j] = 0

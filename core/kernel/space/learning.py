@@ -1,0 +1,261 @@
+"""How the laws in space change their estimates at a tick (Eq. 24, 28; composite adaptation).
+
+Composite adaptation takes the equations of the object and of the slipping contacts as rows of least
+squares, one at a time, then the tracking term weighed with the covariance before them
+(`slipgrasp.core.kernel.controllers.composite` is the same law in the plane).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
+from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.space.dynamics import multiply
+from slipgrasp.core.kernel.space.law import (
+    inertia_column,
+    multiply_regressor,
+    unit_force,
+    weights_of_error,
+)
+from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.plant import own_force, to_contact_frame, weigh_error
+from slipgrasp.core.kernel.space.state import SPIN, STATE
+from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+
+# What the composite law remembers from tick to tick, and its intermediate values.
+MEMORY = np.dtype(
+    [
+        ("begun", np.int64),
+        ("covariance", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
+        ("before", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),  # that before the rows of this tick
+        ("estimates", np.float64, (MAX_UNKNOWNS,)),
+        ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
+        ("gain", np.float64, (MAX_UNKNOWNS,)),
+        ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
+        ("wrench", np.float64, (6,)),
+    ],
+    align=True,
+)
+
+SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
+
+
+@compiled
+def _multiply_covariance(count: int, memory: Record) -> float:
+    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
+    spread = 0.0
+    for j in range(count):
+        total = 0.0
+        for k in range(count):
+            total += memory.covariance[j, k] * memory.row[k]
+        memory.gain[j] = total
+        spread += memory.row[j] * total
+    return spread
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, MEMORY, types.float64, types.float64)
+def spatial_take_row(
+    model: Record, discrete: Record, memory: Record, error: float, variance: float
+) -> None:
+    """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates of the tick."""
+    law, count = model.law, model.num_unknowns
+    row, covariance = memory.row, memory.covariance
+    for k in range(count):
+        error -= row[k] * (memory.estimates[k] - discrete.estimates[k])
+    spread = _multiply_covariance(count, memory)
+    if spread == 0.0:
+        return
+    if error * error > SURPRISE * (variance + spread):
+        for k in range(count):
+            if row[k] != 0.0:
+                covariance[k, k] = max(covariance[k, k], law.prior_variances[k])
+        spread = _multiply_covariance(count, memory)
+    scale = 1.0 / (variance + spread)
+    for j in range(count):
+        memory.estimates[j] += scale * memory.gain[j] * error
+        for k in range(j + 1):
+            covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
+            covariance[k, j] = covariance[j, k]
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, MEMORY)
+def spatial_learn(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """Writes to ``work.rates`` how the estimates change until the next tick.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases under the new torque; beliefs, which were those before it.
+        state: At the tick.
+        work: Evaluated there under the torque that acts; the controller's model is up to date.
+        memory: Of the composite law.
+    """
+    law, count = model.law, model.num_unknowns
+    if not law.facts.learns:
+        for k in range(count):
+            work.rates[k] = 0.0
+        return
+    weights_of_error(model, work.room)
+    weigh_error(
+        model.num_fingers, work.kin, work.believed_system, work.room.weights, work.room.weighted
+    )
+    multiply_regressor(model, state, work, work.room.weighted)
+    if law.facts.has_memory:
+        _learn_composite(model, discrete, state, work, memory)
+        return
+    sigma = _pull_back(model, discrete) if law.facts.pulls_back else 0.0
+    for k in range(count):
+        work.rates[k] = law.adaptation_gains[k] * work.rates[k] - sigma * discrete.estimates[k]
+
+
+@compiled
+def _pull_back(model: Record, discrete: Record) -> float:
+    """sigma_s of Eq. 29."""
+    total = 0.0
+    for k in range(model.num_unknowns):
+        total += square(discrete.estimates[k])
+    return min(max(np.sqrt(total) / model.law.estimate_norm_bound - 1.0, 0.0), 1.0)
+
+
+@compiled
+def _learn_composite(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    law, count = model.law, model.num_unknowns
+    if memory.begun == 0:
+        memory.begun = 1
+        for j in range(count):
+            for k in range(count):
+                memory.covariance[j, k] = 0.0
+            memory.covariance[j, j] = law.prior_variances[j]
+    for j in range(count):
+        memory.estimates[j] = discrete.estimates[j]
+        for k in range(count):
+            memory.before[j, k] = memory.covariance[j, k]
+    _find_forces(model, work, memory)
+    _take_object_rows(model, discrete, state, work, memory)
+    _take_slip_rows(model, discrete, work, memory)
+    for j in range(count):
+        tracking = 0.0
+        for k in range(count):
+            tracking += memory.before[j, k] * work.rates[k]
+        memory.gain[j] = tracking
+    _forget(law, count, memory)
+    for k in range(count):
+        learnt = (memory.estimates[k] - discrete.estimates[k]) / law.period
+        work.rates[k] = learnt + memory.gain[k]
+
+
+@compiled
+def _find_forces(model: Record, work: Record, memory: Record) -> None:
+    """Forces of the fingertips on the object, world axes, that the believed fingers tell."""
+    for k in range(6):
+        memory.wrench[k] = 0.0
+    for i in range(model.num_fingers):
+        x, y, z = own_force(
+            work.kin, work.believed_dynamics, i, work.acceleration, work.slip_acceleration
+        )
+        fx, fy = work.tip_forces[i, 0] - x, work.tip_forces[i, 1] - y
+        fz = work.tip_forces[i, 2] - z
+        memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2] = fx, fy, fz
+        rx, ry, rz = work.kin.arms[i, 0], work.kin.arms[i, 1], work.kin.arms[i, 2]
+        memory.wrench[0] += fx
+        memory.wrench[1] += fy
+        memory.wrench[2] += fz
+        memory.wrench[3] += ry * fz - rz * fy
+        memory.wrench[4] += rz * fx - rx * fz
+        memory.wrench[5] += rx * fy - ry * fx
+
+
+@compiled
+def _take_object_rows(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """The equations of the object: three forces, three moments."""
+    n, a, believed, x = model.num_fingers, work.acceleration, work.believed, state.x
+    variance, reach = model.law.force_variance, 0.0
+    for i in range(n):
+        for k in range(3):
+            reach += square(work.kin.arms[i, k]) / n
+    body = work.believed_system.body
+    ax, ay, az = multiply(body, a[3], a[4], a[5])
+    lx, ly, lz = multiply(body, x[SPIN], x[SPIN + 1], x[SPIN + 2])
+    wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
+    mass, lift = believed.object_mass, a[2] + model.hand.gravity
+    needed = (
+        mass * a[0],
+        mass * a[1],
+        mass * lift,
+        ax + wy * lz - wz * ly,
+        ay + wz * lx - wx * lz,
+        az + wx * ly - wy * lx,
+    )
+    for row in range(6):
+        _fill_object_row(model, state, work, memory, row)
+        noise = variance if row < 3 else variance * reach
+        spatial_take_row(model, discrete, memory, memory.wrench[row] - needed[row], noise)
+
+
+@compiled
+def _fill_object_row(model: Record, state: Record, work: Record, memory: Record, row: int) -> None:
+    kin, a, unknowns = work.kin, work.acceleration, model.unknowns
+    for k in range(unknowns.count):
+        kind, i, link = unknowns.kinds[k], unknowns.fingers[k], unknowns.links[k]
+        memory.row[k] = 0.0
+        if kind == OBJECT_MASS and row < 3:
+            memory.row[k] = a[row] + (model.hand.gravity if row == 2 else 0.0)
+        elif kind == OBJECT_INERTIA and row >= 3:
+            moment = inertia_column(kin, state, a, link)
+            memory.row[k] = moment[row - 3]
+        elif kind == LINK_MASS:
+            fx, fy, fz = unit_force(kin, work, i, link)
+            rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+            wrench = (fx, fy, fz, ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
+            memory.row[k] = wrench[row]
+
+
+@compiled
+def _take_slip_rows(model: Record, discrete: Record, work: Record, memory: Record) -> None:
+    """Every slipping contact lies on its cone: F_n mu = -g . F_t, in the phases of now."""
+    unknowns, kin = model.unknowns, work.kin
+    for i in range(model.num_fingers):
+        if discrete.phases[i] == STICK:
+            continue
+        g0, g1 = work.gamma[i, 0], work.gamma[i, 1]
+        x, y, normal = to_contact_frame(
+            kin, i, memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2]
+        )
+        along, mu = -(g0 * x + g1 * y), work.believed.friction[i]
+        for k in range(unknowns.count):
+            memory.row[k] = 0.0
+            if unknowns.fingers[k] != i:
+                continue
+            if unknowns.kinds[k] == FRICTION:
+                memory.row[k] = normal
+            else:
+                fx, fy, fz = unit_force(kin, work, i, unknowns.links[k])
+                ux, uy, un = to_contact_frame(kin, i, fx, fy, fz)
+                memory.row[k] = -(g0 * ux + g1 * uy) - mu * un
+        spatial_take_row(model, discrete, memory, along - mu * normal, model.law.force_variance)
+
+
+@compiled
+def _forget(law: Record, count: int, memory: Record) -> None:
+    """Lets the covariance grow, but none of its variances beyond that of the start."""
+    covariance = memory.covariance
+    for j in range(count):
+        for k in range(count):
+            covariance[j, k] /= law.forgetting
+    for j in range(count):
+        most = law.prior_variances[j]
+        if covariance[j, j] > most:
+            scale = np.sqrt(most / covariance[j, j])
+            for k in range(count):
+                covariance[j, k] *= scale
+                covariance[k, j] *= scale

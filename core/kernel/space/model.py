@@ -1,0 +1,247 @@
+"""The constants of a run in space as the kernel reads them, and how a scenario gives them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compiler import call, compiled_apart
+from slipgrasp.core.kernel.elementary import exp, log
+from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
+from slipgrasp.core.kernel.model import (
+    FACTS,
+    FRICTION,
+    LINK_MASS,
+    NUMERICS,
+    OBJECT_INERTIA,
+    OBJECT_MASS,
+    UNKNOWNS,
+)
+from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
+from slipgrasp.core.kernel.space.motion import MOTION, pack_motion
+from slipgrasp.core.kernel.space.state import count_states
+from slipgrasp.core.scenario import LAW_FACTS, MAX_UNKNOWNS
+from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.spatial import SpatialController, SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
+from slipgrasp.core.scenario.unknowns import parse_unknown
+
+MAX_EDGES = 12
+MAX_SLIPS = 2 * MAX_FINGERS
+MAX_COORDINATES = 6 + MAX_SLIPS
+FORGETTING_TIME = 1e-3  # [s]
+INERTIA_DEVIATION, DEVIATION = 0.1, 3.0
+
+_KINDS = {
+    "object_mass": OBJECT_MASS,
+    "object_inertia": OBJECT_INERTIA,
+    "friction": FRICTION,
+    "link_mass": LINK_MASS,
+}
+
+# Geometry of fingers, contacts and faces.
+HAND = np.dtype(
+    [
+        ("num_fingers", np.int64),
+        ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
+        ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
+        ("link_moments", np.float64, (MAX_FINGERS, 2)),  # inertia per mass about that joint [m^2]
+        ("own_moments", np.float64, (MAX_FINGERS, 2)),  # the same about the centre of mass [m^2]
+        ("bases", np.float64, (MAX_FINGERS, 3)),  # [m]
+        ("elbows", np.float64, (MAX_FINGERS,)),  # sign of sin q3
+        ("least_radii", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis [m]
+        ("anchors", np.float64, (MAX_FINGERS, 3)),  # object frame [m]
+        ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n in the object frame
+        ("num_edges", np.int64, (MAX_FINGERS,)),
+        ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
+        ("gravity", np.float64),  # [m/s^2]
+    ],
+    align=True,
+)
+
+# Masses and friction; one such set is true, another is what the controller believes.
+TRUTH = np.dtype(
+    [
+        ("num_fingers", np.int64),
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # [kg]
+        ("object_mass", np.float64),  # [kg]
+        ("inertias", np.float64, (3,)),  # about the body axes [kg m^2]
+        ("friction", np.float64, (MAX_FINGERS,)),
+    ],
+    align=True,
+)
+
+# Gains and settings of the control law.
+LAW = np.dtype(
+    [
+        ("facts", FACTS),
+        ("period", np.float64),  # [s]
+        ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
+        ("velocity_gains", np.float64, (MAX_COORDINATES,)),  # K_v
+        ("adaptation_gains", np.float64, (MAX_UNKNOWNS,)),  # Gamma
+        ("lyapunov_11", np.float64, (MAX_COORDINATES,)),  # diagonal blocks of P, Eq. 25
+        ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
+        ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
+        ("grasp_force", np.int64),  # 1: the least inside the cones, 0: none
+        ("holds", np.int64),  # 1: every contact inside its cone, slipping or not
+        ("link_mass_ratio", np.float64),
+        ("grip_safety", np.float64),
+        ("minimum_normal_force", np.float64),  # [N]
+        ("maximum_normal_force", np.float64),  # inf where none [N]
+        ("estimate_norm_bound", np.float64),  # phi_0
+        ("slip_stop", np.float64),  # K_f [m/s^2]
+        ("forgetting", np.float64),  # per control period
+        ("force_variance", np.float64),  # [N^2]
+        ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
+    ],
+    align=True,
+)
+
+# Everything constant over one stretch of a run.
+MODEL = np.dtype(
+    [
+        ("num_fingers", np.int64),  # n
+        ("num_unknowns", np.int64),  # p
+        ("num_states", np.int64),  # of the integrated state
+        ("num_diagnostics", np.int64),
+        ("hand", HAND),
+        ("truth", TRUTH),
+        ("load", np.float64, (6,)),  # force and moment of pulses [N, N m]
+        ("attitude", np.float64, (4,)),  # at the start: the desired rotation counts from it
+        ("unknowns", UNKNOWNS),  # the link of an inertia is its axis
+        ("law", LAW),
+        ("motion", MOTION),
+        ("numerics", NUMERICS),
+        ("num_methods", np.int64),
+        ("methods", METHOD, (3,)),  # in rising order
+    ],
+    align=True,
+)
+
+
+@compiled_apart(types.float64, types.float64, types.float64)
+def spatial_power(base: float, exponent: float) -> float:
+    """A positive number to any power."""
+    return exp(exponent * log(base))
+
+
+def pack_model(scenario: SpatialScenario, load: list[float]) -> Record:
+    """The constants of a stretch.
+
+    Args:
+        scenario: What holds during the stretch.
+        load: Force and moment of the pulses that act, six numbers [N, N m].
+    """
+    model = make_record(MODEL)
+    n, p = len(scenario.fingers), len(scenario.estimates)
+    model.num_fingers = model.hand.num_fingers = model.truth.num_fingers = n
+    model.num_unknowns = model.unknowns.count = p
+    model.num_states = count_states(n)
+    model.hand.gravity = scenario.simulation.gravity
+    model.load[:] = load
+    start = scenario.trajectory.start[3:]
+    length = math.sqrt(sum(part * part for part in start))
+    model.attitude[:] = [part / length for part in start]
+    model.truth.object_mass = scenario.object.mass
+    model.truth.inertias[:] = scenario.object.inertias
+    for i in range(n):
+        _pack_finger(scenario, i, model)
+    _pack_unknowns(scenario, model.unknowns)
+    _pack_law(scenario, model)
+    _pack_numerics(scenario, model)
+    pack_motion(scenario.trajectory, model.motion)
+    return model
+
+
+def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
+    finger, hand, truth = scenario.fingers[i], model.hand, model.truth
+    for link in range(2):
+        length, fraction = finger.link_lengths[link], finger.link_centre_fractions[link]
+        own = finger.link_inertia_fractions[link]
+        hand.link_lengths[i, link] = length
+        hand.link_centres[i, link] = fraction * length
+        hand.own_moments[i, link] = own * (length * length)
+        hand.link_moments[i, link] = (fraction * fraction + own) * (length * length)
+        truth.link_masses[i, link] = finger.link_masses[link]
+    hand.bases[i] = finger.base
+    hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
+    hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
+    contact = spatial_contact(scenario.object, finger)
+    hand.anchors[i] = contact.anchor
+    hand.frames[i] = contact.tangent_x, contact.tangent_y, contact.normal
+    edges = edges_of(contact.outline)
+    hand.num_edges[i] = len(edges)
+    hand.edges[i, : len(edges)] = edges
+    truth.friction[i] = finger.friction
+
+
+def _pack_unknowns(scenario: SpatialScenario, unknowns: Record) -> None:
+    for k, estimate in enumerate(scenario.estimates):
+        unknown = parse_unknown(scenario, estimate.parameter)
+        assert unknown is not None, "validated scenarios name only what can be estimated"
+        unknowns.kinds[k] = _KINDS[unknown.kind]
+        unknowns.fingers[k], unknowns.links[k] = unknown.finger, unknown.link
+        unknowns.minimum[k] = -np.inf if estimate.minimum is None else estimate.minimum
+        unknowns.maximum[k] = np.inf if estimate.maximum is None else estimate.maximum
+
+
+def _pack_law(scenario: SpatialScenario, model: Record) -> None:
+    controller, law, n = scenario.controller, model.law, model.num_fingers
+    for fact in LAW_FACTS:
+        law.facts[fact] = getattr(law_of(controller.kind), fact)
+    law.period = controller.control_period
+    size = 6 + 2 * int(n)
+    law.position_gains[:6] = controller.position_gain
+    law.velocity_gains[:size] = controller.velocity_gain
+    weights = np.broadcast_to(np.asarray(controller.lyapunov_weight), (size,))
+    for k in range(size):
+        _pack_lyapunov(law, k, float(weights[k]))
+    law.grasp_force = int(controller.grasp_force == "minimum")
+    law.holds = int(controller.distribution == "hold")
+    law.link_mass_ratio = controller.link_mass_ratio
+    law.grip_safety = controller.grip_safety
+    law.minimum_normal_force = controller.minimum_normal_force
+    most = controller.maximum_normal_force
+    law.maximum_normal_force = np.inf if most is None else most
+    law.estimate_norm_bound = controller.estimate_norm_bound
+    _pack_learning(controller, model)
+
+
+def _pack_lyapunov(law: Record, k: int, weight: float) -> None:
+    """Blocks of P of Eq. 25 for diagonal gains; where K_p = 0 its limit (docs/model.md)."""
+    position_gain, velocity_gain = float(law.position_gains[k]), float(law.velocity_gains[k])
+    p11 = p12 = 0.0
+    if position_gain > 0.0:
+        p12 = weight / (2.0 * position_gain)
+    p22 = (weight / 2.0 + p12) / velocity_gain
+    if position_gain > 0.0:
+        p11 = position_gain * p22 + velocity_gain * p12
+    law.lyapunov_11[k], law.lyapunov_12[k], law.lyapunov_22[k] = p11, p12, p22
+
+
+def _pack_learning(controller: SpatialController, model: Record) -> None:
+    law, unknowns = model.law, model.unknowns
+    has_memory = bool(law.facts.has_memory)
+    law.slip_stop = controller.slip_stop if has_memory else 0.0
+    spans = controller.control_period / FORGETTING_TIME
+    law.forgetting = call(spatial_power, controller.forgetting, spans)
+    law.force_variance = controller.force_noise * controller.force_noise
+    gains = np.broadcast_to(np.asarray(controller.adaptation_gain), (unknowns.count,))
+    law.adaptation_gains[: unknowns.count] = gains
+    given = controller.initial_deviation
+    for k in range(unknowns.count):
+        usual = INERTIA_DEVIATION if unknowns.kinds[k] == OBJECT_INERTIA else DEVIATION
+        deviation = given[k] if isinstance(given, tuple) else usual if given is None else given
+        law.prior_variances[k] = deviation * deviation
+
+
+def _pack_numerics(scenario: SpatialScenario, model: Record) -> None:
+    simulation, numerics = scenario.simulation, model.numerics
+    for name in NUMERICS.names or ():
+        numerics[name] = getattr(simulation, name)
+    methods = (BS32, RK43, DOPRI5)
+    model.num_methods = len(methods)
+    for rank, method in enumerate(methods):
+        model["methods"][rank] = method

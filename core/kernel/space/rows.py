@@ -1,0 +1,418 @@
+"""Rows of the trace of a hand in space, and the sums over them that metrics follow from."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Sequence
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import square
+from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.space.dynamics import combine_links, stored_energy, update_unit_dynamics
+from slipgrasp.core.kernel.space.flow import set_directions, spatial_plant
+from slipgrasp.core.kernel.space.kinematics import joint_angle
+from slipgrasp.core.kernel.space.law import believe, lyapunov_value, true_value, update_errors
+from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
+from slipgrasp.core.kernel.space.model import MAX_COORDINATES, MODEL
+from slipgrasp.core.kernel.space.plant import assemble
+from slipgrasp.core.kernel.space.selection import friction_margin
+from slipgrasp.core.kernel.space.state import (
+    POSITION,
+    STATE,
+    VELOCITY,
+    dissipated_at,
+    path_at,
+    slip_at,
+    slip_velocity_at,
+    supplied_at,
+)
+from slipgrasp.core.kernel.space.workspace import (
+    DISCRETE,
+    MAX_FORCES,
+    MAX_ROWS,
+    STICK,
+    WORKSPACE,
+)
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
+
+
+def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int]:
+    """Columns of signals: a number, and how many more per finger and unknown."""
+
+    def columns(n: int, p: int) -> int:
+        shape = TraceShape(n, ("",) * p, in_space=True)
+        return sum(shape.width(signal) for signal in signals)
+
+    none = columns(0, 0)
+    return none, columns(1, 0) - none, columns(0, 1) - none
+
+
+# First column of every signal, by its name, and the end of a row.
+_Places = namedtuple("_Places", [signal.name for signal in SIGNALS])
+AT = _Places._make(_columns_before(SIGNALS[:index]) for index in range(len(SIGNALS)))
+END = _columns_before(SIGNALS)
+
+LARGEST = 1e300
+DEPENDENT = 1e-10
+MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS, in_space=True).num_columns
+
+# The state of one row with all that belongs to it, and the row itself.
+ROW = np.dtype(
+    [
+        ("time", np.float64),  # [s]
+        ("state", STATE),
+        ("discrete", DISCRETE),
+        ("kinetic_energy", np.float64),  # [J]
+        ("potential_energy", np.float64),  # [J]
+        ("length", np.int64),
+        ("values", np.float64, (MAX_COLUMNS,)),
+        ("vectors", np.float64, (MAX_FORCES, MAX_ROWS)),  # columns of B~ J_c^T
+        ("matrix", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
+        ("order", np.int64, (MAX_COORDINATES,)),
+        ("right", np.float64, (MAX_COORDINATES,)),
+        ("solution", np.float64, (MAX_COORDINATES,)),
+    ],
+    align=True,
+)
+
+# Sums so far, and what the last row adds to the integrals (by the trapezoidal rule).
+TALLY = np.dtype(
+    [
+        ("rows", np.int64),
+        ("start", np.float64),  # time of the first row [s]
+        ("time", np.float64),  # of the last row [s]
+        ("error", np.float64, (6,)),  # of the last row [m, rad]
+        ("effort_rate", np.float64),  # [N^2 m^2]
+        ("slipping", np.int64),  # contacts that slip
+        ("last_slip", np.float64),  # time of the last row with a slipping contact [s]
+        ("slip_path", np.float64, (MAX_FINGERS,)),  # [m]
+        ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
+        ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
+        ("squared_error", np.float64, (6,)),  # integral
+        ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
+        ("violations", np.int64),  # rows whose command leaves the estimated cones
+        ("first_violation", np.float64),  # [s]
+    ],
+    align=True,
+)
+
+
+@compiled_apart(types.int64, MODEL, ROW, WORKSPACE)
+def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
+    """Evaluates plant and errors at the state of ``row``; 0 where anything is not finite."""
+    n, discrete = model.num_fingers, row.discrete
+    spatial_plant(model, discrete, row.state, work)
+    update_errors(model, discrete.piece, row.time, row.state, work.room)
+    kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
+    row.kinetic_energy, row.potential_energy = kinetic, potential
+    total = kinetic + potential
+    for k in range(model.num_states):
+        total += abs(row.state.x[k])
+    for k in range(6):
+        total += abs(work.acceleration[k])
+    for i in range(n):
+        total += abs(work.slip_acceleration[i, 0]) + abs(work.slip_acceleration[i, 1])
+        for k in range(3):
+            total += abs(work.forces[i, k]) + abs(discrete.torques[i, k])
+    for k in range(model.num_unknowns):
+        total += abs(discrete.estimates[k])
+    return 1 if abs(total) < np.inf else 0
+
+
+@compiled_apart(types.void, MODEL, ROW, WORKSPACE)
+def spatial_fill(model: Record, row: Record, work: Record) -> None:
+    """Writes the values of an evaluated row."""
+    n, x = model.num_fingers, row.state.x
+    _set(model, row, AT.times, 0, row.time)
+    for k in range(7):
+        _set(model, row, AT.object_pose, k, x[POSITION + k])
+    rank = _find_controllable(model, row, work)
+    _set(model, row, AT.input_rank, 0, rank)
+    for k in range(6):
+        _set(model, row, AT.object_velocity, k, x[VELOCITY + k])
+        _set(model, row, AT.object_acceleration, k, work.acceleration[k])
+        _set(model, row, AT.tracking_error, k, work.room.error[k])
+        _set(model, row, AT.external_wrench, k, model.load[k])
+    for i in range(n):
+        _set_contact(model, row, work, i)
+    _set_controller(model, row, work)
+    _set(model, row, AT.kinetic_energy, 0, row.kinetic_energy)
+    _set(model, row, AT.potential_energy, 0, row.potential_energy)
+    _set(model, row, AT.supplied_energy, 0, x[supplied_at(n)])
+    _set(model, row, AT.dissipated_energy, 0, x[dissipated_at(n)])
+    row.length = _column(model, END)
+
+
+@compiled
+def _column(model: Record, place: tuple[int, int, int]) -> int:
+    return place[0] + place[1] * model.num_fingers + place[2] * model.num_unknowns
+
+
+@compiled
+def _set(model: Record, row: Record, place: tuple[int, int, int], k: int, value: float) -> None:
+    """Writes entry ``k`` of a signal."""
+    row.values[_column(model, place) + k] = value
+
+
+@compiled
+def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
+    """What belongs to contact ``i`` and to the joints of its finger."""
+    n, discrete, x = model.num_fingers, row.discrete, row.state.x
+    for axis in range(2):
+        k = 2 * i + axis
+        _set(model, row, AT.slip, k, x[slip_at(i, axis)])
+        _set(model, row, AT.slip_velocity, k, x[slip_velocity_at(n, i, axis)])
+        _set(model, row, AT.slip_acceleration, k, work.slip_acceleration[i, axis])
+        _set(model, row, AT.tangential_force, k, work.forces[i, axis])
+    _set(model, row, AT.slip_path, i, x[path_at(n, i)])
+    _set(model, row, AT.phase, i, discrete.phases[i])
+    _set(model, row, AT.believed_phase, i, discrete.beliefs[i])
+    _set(model, row, AT.normal_force, i, work.forces[i, 2])
+    _set(model, row, AT.friction_margin, i, friction_margin(model, work, i))
+    _set(model, row, AT.friction_coefficient, i, model.truth.friction[i])
+    for joint in range(3):
+        k = 3 * i + joint
+        _set(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
+        _set(model, row, AT.joint_velocity, k, work.kin.rates[i, joint])
+        _set(model, row, AT.joint_torque, k, discrete.torques[i, joint])
+        _set(model, row, AT.commanded_torque, k, discrete.torques[i, joint])
+
+
+@compiled
+def _set_controller(model: Record, row: Record, work: Record) -> None:
+    truth, unknowns, discrete = model.truth, model.unknowns, row.discrete
+    for k in range(model.num_unknowns):
+        _set(model, row, AT.estimates, k, discrete.estimates[k])
+        _set(model, row, AT.true_parameters, k, true_value(truth, unknowns, k))
+    value = lyapunov_value(model, discrete.estimates, work.room)
+    _set(model, row, AT.lyapunov_value, 0, _finite(value))
+    _set(model, row, AT.grasp_violation, 0, discrete.violation)
+    _fill_inertia(model, work.kin, work.dynamics, truth, discrete, work.system, row)
+    _set(model, row, AT.inertia_condition, 0, _condition(model, row))
+    update_unit_dynamics(model.hand, work.kin, work.unit)
+    believe(model, discrete.estimates, work.believed)
+    combine_links(work.believed, work.unit, work.believed_dynamics)
+    room = work.room
+    set_directions(model, discrete, row.state, room.gamma)
+    assemble(
+        work.kin,
+        work.believed_dynamics,
+        work.believed,
+        discrete.slips,
+        room.gamma,
+        work.believed_system,
+    )
+    _fill_inertia(
+        model,
+        work.kin,
+        work.believed_dynamics,
+        work.believed,
+        discrete,
+        work.believed_system,
+        row,
+    )
+    _set(model, row, AT.estimated_inertia_condition, 0, _condition(model, row))
+
+
+@compiled
+def _finite(value: float) -> float:
+    """A value that says how large something is, where a singular matrix makes it infinite."""
+    return value if value < LARGEST else LARGEST
+
+
+@compiled
+def _fill_inertia(
+    model: Record,
+    kin: Record,
+    dynamics: Record,
+    truth: Record,
+    discrete: Record,
+    system: Record,
+    row: Record,
+) -> None:
+    """M~ of Eq. 18, ``(6 + 2n, 6 + 2n)``, in ``row.matrix``."""
+    n, matrix = model.num_fingers, row.matrix
+    size = 6 + 2 * n
+    for a in range(size):
+        for b in range(size):
+            matrix[a, b] = 0.0
+    for k in range(3):
+        matrix[k, k] = truth.object_mass
+    body = system.body
+    matrix[3, 3], matrix[3, 4], matrix[3, 5] = body[0], body[1], body[2]
+    matrix[4, 3], matrix[4, 4], matrix[4, 5] = body[1], body[3], body[4]
+    matrix[5, 3], matrix[5, 4], matrix[5, 5] = body[2], body[4], body[5]
+    for i in range(n):
+        _add_columns(kin, dynamics.inertia[i], system, discrete, i, matrix)
+
+
+@compiled
+def _add_columns(
+    kin: Record, inertia: Floats, system: Record, discrete: Record, i: int, matrix: Floats
+) -> None:
+    """What a finger adds: forces per acceleration of the object and of its two slips."""
+    rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+    for b in range(8):
+        if b < 3:
+            ux, uy, uz = (
+                (1.0 if b == 0 else 0.0),
+                (1.0 if b == 1 else 0.0),
+                (1.0 if b == 2 else 0.0),
+            )
+        elif b == 3:
+            ux, uy, uz = 0.0, -rz, ry
+        elif b == 4:
+            ux, uy, uz = rz, 0.0, -rx
+        elif b == 5:
+            ux, uy, uz = -ry, rx, 0.0
+        else:
+            ux, uy, uz = kin.frames[i, b - 6, 0], kin.frames[i, b - 6, 1], kin.frames[i, b - 6, 2]
+        fx = inertia[0] * ux + inertia[1] * uy + inertia[2] * uz
+        fy = inertia[1] * ux + inertia[3] * uy + inertia[4] * uz
+        fz = inertia[2] * ux + inertia[4] * uy + inertia[5] * uz
+        column = b if b < 6 else 2 * i + b
+        matrix[0, column] += fx
+        matrix[1, column] += fy
+        matrix[2, column] += fz
+        matrix[3, column] += ry * fz - rz * fy
+        matrix[4, column] += rz * fx - rx * fz
+        matrix[5, column] += rx * fy - ry * fx
+        for axis in range(2):
+            line = 6 + 2 * i + axis
+            if discrete.slips[i, axis] == 0.0:
+                matrix[line, column] = 1.0 if line == column else 0.0
+            else:
+                e = system.normals[i, axis]
+                matrix[line, column] = e[0] * fx + e[1] * fy + e[2] * fz
+
+
+@compiled
+def _condition(model: Record, row: Record) -> float:
+    """Condition in the 1-norm of ``row.matrix``, which is factored in its place."""
+    size, largest, inverse = 6 + 2 * model.num_fingers, 0.0, 0.0
+    for b in range(size):
+        total = 0.0
+        for a in range(size):
+            total += abs(row.matrix[a, b])
+        largest = max(largest, total)
+    if not abs(factor_dense(row.matrix, size, row.order)) > 0.0:
+        return LARGEST
+    for b in range(size):
+        for a in range(size):
+            row.right[a] = 1.0 if a == b else 0.0
+        solve_dense(row.matrix, size, row.order, row.right, row.solution)
+        total = 0.0
+        for a in range(size):
+            total += abs(row.solution[a])
+        inverse = max(inverse, total)
+    return _finite(largest * inverse)
+
+
+@compiled
+def _find_controllable(model: Record, row: Record, work: Record) -> int:
+    """Rank of B~ = [W; -D] J_c^-T, and the share of each acceleration that torques can produce."""
+    n, kin, vectors, discrete = model.num_fingers, work.kin, row.vectors, row.discrete
+    lines = 6
+    for i in range(n):
+        lines += int(discrete.slips[i, 0] + discrete.slips[i, 1])
+    at = 6
+    for i in range(n):
+        rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+        for k in range(3):
+            vector = vectors[3 * i + k]
+            for line in range(lines):
+                vector[line] = 0.0
+            x, y, z = (
+                (1.0 if k == 0 else 0.0),
+                (1.0 if k == 1 else 0.0),
+                (1.0 if k == 2 else 0.0),
+            )
+            vector[0], vector[1], vector[2] = x, y, z
+            vector[3], vector[4], vector[5] = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x
+            line = at
+            for axis in range(2):
+                if discrete.slips[i, axis] != 0.0:
+                    vector[line] = work.system.normals[i, axis, k]
+                    line += 1
+        at += int(discrete.slips[i, 0] + discrete.slips[i, 1])
+    rank = 0
+    for candidate in range(3 * n):
+        rank += _keep_independent(vectors, lines, rank, candidate)
+        if rank == lines:
+            break
+    for k in range(6):
+        share = 0.0
+        for j in range(rank):
+            share += square(vectors[j, k])
+        _set(model, row, AT.controllability, k, 1.0 if rank == lines else share)
+    return rank
+
+
+@compiled
+def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
+    """Moves a vector behind the ``count`` orthonormal ones if it is independent of them."""
+    whole, rest = 0.0, 0.0
+    for k in range(length):
+        whole += square(vectors[candidate, k])
+    for _ in range(2):
+        for j in range(count):
+            part = 0.0
+            for k in range(length):
+                part += vectors[j, k] * vectors[candidate, k]
+            for k in range(length):
+                vectors[candidate, k] -= part * vectors[j, k]
+    for k in range(length):
+        rest += square(vectors[candidate, k])
+    if rest <= square(DEPENDENT) * whole:
+        return 0
+    inverse = 1.0 / np.sqrt(rest)
+    for k in range(length):
+        vectors[count, k] = inverse * vectors[candidate, k]
+    return 1
+
+
+@compiled_apart(types.void, MODEL, ROW, WORKSPACE, TALLY)
+def spatial_tally(model: Record, row: Record, work: Record, tally: Record) -> None:
+    """Adds an evaluated row.
+
+    The first row only assumes stick before the first selection: where a second row at the
+    same time follows, the friction margin of the first does not count.
+    """
+    n, discrete = model.num_fingers, row.discrete
+    if tally.rows == 0:
+        tally.start = tally.time = row.time
+    elif tally.rows == 1 and row.time == tally.start:
+        for i in range(n):
+            tally.least_margin[i] = np.inf
+    half_step = 0.5 * (row.time - tally.time)
+    effort_rate = 0.0
+    tally.slipping = 0
+    for i in range(n):
+        tally.slip_path[i] = row.state.x[path_at(n, i)]
+        if tally.rows == 0 or work.forces[i, 2] > tally.peak_normal_force[i]:
+            tally.peak_normal_force[i] = work.forces[i, 2]
+        if discrete.phases[i] == STICK:
+            margin = friction_margin(model, work, i)
+            tally.least_margin[i] = min(tally.least_margin[i], margin)
+        else:
+            tally.slipping += 1
+        for joint in range(3):
+            effort_rate += square(discrete.torques[i, joint])
+    for k in range(6):
+        error = work.room.error[k]
+        tally.squared_error[k] += half_step * (square(error) + square(tally.error[k]))
+        tally.error[k] = error
+    tally.effort += half_step * (effort_rate + tally.effort_rate)
+    tally.effort_rate = effort_rate
+    if tally.slipping > 0:
+        tally.last_slip = row.time
+    if discrete.violation > 0.0:
+        if tally.violations == 0:
+            tally.first_violation = row.time
+        tally.violations += 1
+    tally.time = row.time
+    tally.rows += 1

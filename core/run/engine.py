@@ -1,0 +1,114 @@
+"""What of a run in progress differs between hands in the plane and hands in space."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from slipgrasp.core.kernel import advance as kernel
+from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.kernel.run import last_row, make_run
+from slipgrasp.core.kernel.state import StateParts, parts_of
+from slipgrasp.core.run.schedule import Schedule, Timetable
+from slipgrasp.core.scenario import Change, Scenario
+
+
+class Engine(Protocol):
+    """The kernel that computes a run, with its records.
+
+    Attributes:
+        timetable: What holds when.
+        run: Everything that changes.
+        outlet: Buffers for rows, phase changes and ticks.
+    """
+
+    timetable: Timetable
+    run: Any
+    outlet: Any
+
+    def pack(self) -> Any:
+        """The constants of the present stretch."""
+        ...
+
+    def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
+        """Advances the run by one piece; the status of the kernel."""
+        ...
+
+    def pass_instant(self) -> list[Change]:
+        """Goes over to the next stretch; the timed changes that take place."""
+        ...
+
+    def cross_edge(self, contact: int) -> bool:
+        """Goes over to where a fingertip is beyond an edge; False if the face ends there."""
+        ...
+
+    @property
+    def estimates(self) -> Floats:
+        """Estimates of the controller, as a view."""
+        ...
+
+    def last_row(self, model: Record) -> Floats:
+        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        ...
+
+
+def make_engine(scenario: Scenario, *, keeps_rows: bool) -> Engine:
+    """The engine of a run that has not begun."""
+    if not scenario.in_space:
+        return PlanarEngine(scenario, keeps_rows=keeps_rows)
+    # Compiled, and loaded, where someone asks for a hand in space only.
+    from slipgrasp.core.run.space_engine import SpatialEngine
+
+    return SpatialEngine(scenario, keeps_rows=keeps_rows)
+
+
+class PlanarEngine:
+    """The kernel of hands in the plane."""
+
+    def __init__(self, scenario: Scenario, *, keeps_rows: bool) -> None:
+        self._schedule = Schedule(scenario)
+        self.timetable: Timetable = self._schedule
+        self.run, self.outlet = make_run(self._schedule.table, keeps_rows=keeps_rows)
+
+    def pack(self) -> Any:
+        """The constants of the present stretch."""
+        return self._schedule.pack()
+
+    def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
+        """Advances the run by one piece; the status of the kernel."""
+        return kernel.advance_run(
+            model,
+            self.run,
+            self.outlet,
+            self.timetable.stretch_end,
+            first=first,
+            same_ticks=same_ticks,
+            max_steps=max_steps,
+        )
+
+    def pass_instant(self) -> list[Change]:
+        """Goes over to the next stretch; the timed changes that take place."""
+        return self._schedule.pass_instant(*self._slips())
+
+    def cross_edge(self, contact: int) -> bool:
+        """Goes over to where a fingertip is beyond an edge; False if the face ends there."""
+        return self._schedule.cross_edge(contact, *self._slips())
+
+    @property
+    def estimates(self) -> Floats:
+        """Estimates of the controller, as a view."""
+        return self._state().estimates
+
+    def last_row(self, model: Record) -> Floats:
+        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        return last_row(model, self.run)
+
+    def _slips(self) -> tuple[np.ndarray, np.ndarray]:
+        """Slip of every fingertip and its velocity [m, m/s]."""
+        state = self._state()
+        return state.slip, state.slip_velocity
+
+    def _state(self) -> StateParts:
+        present = self.timetable.present
+        return parts_of(self.run.step.start, len(present.fingers), len(present.estimates))

@@ -1,0 +1,64 @@
+"""The kernel of hands in space; to import it declares its compiled units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.kernel.space import advance as kernel
+from slipgrasp.core.kernel.space.model import pack_model
+from slipgrasp.core.kernel.space.run import last_row, make_run
+from slipgrasp.core.run.schedule import Timetable, is_acting
+from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
+
+
+class SpatialEngine:
+    """The kernel of hands in space."""
+
+    def __init__(self, scenario: Scenario, *, keeps_rows: bool) -> None:
+        self.timetable = Timetable(scenario)
+        self.run, self.outlet = make_run(_spatial(scenario), keeps_rows=keeps_rows)
+
+    def pack(self) -> Any:
+        """The constants of the present stretch."""
+        present, load = _spatial(self.timetable.present), [0.0] * 6
+        for pulse in present.pulses:
+            if is_acting(pulse, self.timetable.begin):
+                wrench = (*pulse.force, *pulse.moment)
+                load = [sum(pair) for pair in zip(load, wrench, strict=True)]
+        return pack_model(present, load)
+
+    def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
+        """Advances the run by one piece; the status of the kernel."""
+        return kernel.advance_run(
+            model,
+            self.run,
+            self.outlet,
+            self.timetable.stretch_end,
+            first=first,
+            same_ticks=same_ticks,
+            max_steps=max_steps,
+        )
+
+    def pass_instant(self) -> list[Change]:
+        """Goes over to the next stretch; the timed changes that take place."""
+        return self.timetable.end_stretch()
+
+    def cross_edge(self, contact: int) -> bool:
+        """No face goes on beyond its edge in space."""
+        return False
+
+    @property
+    def estimates(self) -> Floats:
+        """Estimates of the controller, as a view."""
+        return self.run.discrete.estimates[: len(self.timetable.present.estimates)]
+
+    def last_row(self, model: Record) -> Floats:
+        """The last row of a run that keeps none, ``(1, num_columns)``."""
+        return last_row(model, self.run)
+
+
+def _spatial(scenario: Scenario) -> SpatialScenario:
+    assert isinstance(scenario, SpatialScenario), "only scenarios in space come here"
+    return scenario
