@@ -1,4 +1,4 @@
-"""A run as an animated GIF: the hand in real time, and how far its fingertips have slipped."""
+"""A run as an animated GIF: the hand, and how far its fingertips have slipped."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ from slipgrasp.figures.hand_motion import HandMotion, drawable, motion_at
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches
 from slipgrasp.figures.sheet import ending_words, rows_from_start
-from slipgrasp.figures.slip_times import whole_run
+from slipgrasp.figures.slip_times import Window
 from slipgrasp.figures.style import paint, paper_style
+from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.recordings.palette import (
     CONE,
     GHOST,
@@ -47,15 +48,17 @@ _TICK = 0.01
 """GIF counts in hundredths of a second."""
 
 
-def frame_times(result: RunResult, fps: float = 20.0) -> NDArray[np.float64]:
-    """When the frames are taken [s]: from the start of a run to its end, in steps of 0.01 s.
+def frame_times(result: RunResult, fps: float = 20.0, clip: Clip = WHOLE) -> NDArray[np.float64]:
+    """When the frames are taken [s]: every hundredth of a second of the viewer's clock or less.
 
     Args:
         result: The run.
-        fps: Frames per second, at most; rounded so that the film runs in real time.
+        fps: Frames per second, at most; rounded so that the film runs at its speed.
+        clip: Which stretch of the run, and how slowly.
     """
-    start, end = float(result.trace.times[0]), result.end_time
-    return np.append(np.arange(start, end, _step(result, fps)), end)
+    start, end = clip.span(result)
+    step = clip.speed * _step(end - start, fps, clip)
+    return np.append(np.arange(start, end - 1e-9 * step, step), end)
 
 
 def write_gif(
@@ -63,20 +66,28 @@ def write_gif(
     stream: BinaryIO,
     progress: Callable[[float], None] | None = None,
     fps: float = 20.0,
+    clip: Clip = WHOLE,
 ) -> None:
-    """Writes a run as an animated GIF that plays in real time, over and over.
+    """Writes a stretch of a run as an animated GIF that plays over and over.
 
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
+        clip: Which stretch, how slowly, and how high.
+
+    Raises:
+        ClipError: If nothing of the run lies in the clip.
     """
     refuse_in_space(result.scenario, "moving pictures")
-    times = frame_times(result, fps)
-    durations = [round(1000 * _step(result, fps))] * (len(times) - 1) + [_LAST_FRAME]
+    times = frame_times(result, fps, clip)
+    start, end = clip.span(result)
+    durations = [round(1000 * _step(end - start, fps, clip))] * (len(times) - 1) + [_LAST_FRAME]
+    height = clip.height or round(_SIZE[1] * _DPI)
     with paper_style():
-        hand = MovingHand(result, motion_at(result, times))
+        size = round(height * _SIZE[0] / _SIZE[1]), height
+        hand = MovingHand(result, motion_at(result, times), clip, size)
         frames = _frames(hand, len(times), progress)
         next(frames).save(
             stream,
@@ -88,10 +99,9 @@ def write_gif(
         )
 
 
-def _step(result: RunResult, fps: float) -> float:
-    """Time from frame to frame, in whole hundredths of a second."""
-    span = result.end_time - float(result.trace.times[0])
-    least = math.ceil(span / (MAX_FRAMES - 1) / _TICK)
+def _step(span: float, fps: float, clip: Clip) -> float:
+    """Time from frame to frame on the viewer's clock, in whole hundredths of a second."""
+    least = math.ceil(span / clip.speed / (MAX_FRAMES - 1) / _TICK)
     return _TICK * max(round(1.0 / fps / _TICK), least)
 
 
@@ -110,7 +120,7 @@ def _frames(
 
 Pixels = NDArray[np.uint8]
 
-# Size of the picture [inches] and dots per inch.
+# Size of the picture [inches] and dots per inch, unless another one is asked for.
 _SIZE = (6.4, 5.6)
 _DPI = 100
 
@@ -139,11 +149,16 @@ class MovingHand:
     Args:
         result: The run.
         motion: Where everything stands at the times to be drawn.
+        clip: Which stretch of the run they are of.
+        size: Width and height of the picture [px]; letters grow with its height.
     """
 
-    def __init__(self, result: RunResult, motion: HandMotion) -> None:
-        self._motion = motion
-        self._figure = Figure(figsize=_SIZE, dpi=_DPI)
+    def __init__(
+        self, result: RunResult, motion: HandMotion, clip: Clip, size: tuple[int, int]
+    ) -> None:
+        self._motion, self._clip = motion, clip
+        dpi = size[1] / _SIZE[1]
+        self._figure = Figure(figsize=(size[0] / dpi, _SIZE[1]), dpi=dpi)
         self._canvas = FigureCanvasAgg(self._figure)
         hand = self._figure.add_axes((0.0, 0.36, 1.0, 0.56))
         self._span = _show_whole_motion(hand, motion)
@@ -164,7 +179,7 @@ class MovingHand:
         self._body = Polygon(motion.corners[0], **body)
         hand.add_patch(self._ghost)
         hand.add_patch(self._body)
-        chart = _draw_chart(self._figure, result)
+        chart = _draw_chart(self._figure, result, Window(*clip.span(result)))
         self._cursor = chart.axvline(0.0, color=paint(MARK), linewidth=0.8)
         count = motion.slip.shape[1]
         self._fingers = [_add_finger(hand, chart, i) for i in range(count)]
@@ -201,7 +216,7 @@ class MovingHand:
         self._ghost.set_xy(motion.desired[frame])
         self._body.set_xy(motion.corners[frame])
         self._cursor.set_xdata([time, time])
-        self._clock.set_text(f"$t$ = {time:.2f} s")
+        self._clock.set_text(self._clip.clock(time).replace("t", "$t$", 1))
         is_last = frame == len(motion.times) - 1
         self._ending.set_text(self._last_words if is_last else "")
         for i, finger in enumerate(self._fingers):
@@ -239,7 +254,9 @@ def _show_whole_motion(axes: Axes, motion: HandMotion) -> float:
     """Sets the limits so that nothing ever leaves the picture; returns its larger span [m]."""
     points = np.concatenate([motion.joints.reshape(-1, 2), motion.corners.reshape(-1, 2)])
     low, high = points.min(axis=0), points.max(axis=0)
-    size = np.array(_SIZE) * axes.get_position().size
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    size = figure.get_size_inches() * axes.get_position().size
     # One scale for both directions: the larger of what width and height need.
     scale = float(((1.0 + 2.0 * _MARGIN) * (high - low) / size).max())
     middle, half = 0.5 * (low + high), 0.5 * scale * size
@@ -250,10 +267,9 @@ def _show_whole_motion(axes: Axes, motion: HandMotion) -> float:
     return span
 
 
-def _draw_chart(figure: Figure, result: RunResult) -> Axes:
-    """The slips of the whole run, the phases above them, and what the colours mean."""
+def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
+    """The slips in a stretch of the run, the phases above them, and what the colours mean."""
     contacts = range(result.trace.shape.num_contacts)
-    window = whole_run(result)
     strip = figure.add_axes((0.1, 0.325, 0.87, 0.035))
     draw_lanes(strip, result, contacts, window)
     name_lanes(strip, result, contacts, offset=0.008)

@@ -14,6 +14,8 @@ from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
+from slipgrasp.recordings.clip import WHOLE, Clip
+
 if TYPE_CHECKING:
     import pyarrow
 
@@ -40,7 +42,7 @@ class ExportFormat:
         contents: What a file holds; of a picture what it is.
         media_type: Media type of a file.
         writer: ``module:function`` that writes a run to a stream of bytes that is seekable;
-            that of a moving picture also takes ``progress`` and ``fps``.
+            that of a moving picture also takes ``progress``, ``fps`` and ``clip``.
         fps: Frames per second unless asked otherwise; None of data.
         description: What the REST interface says of it, which offers the formats of data.
         is_text: Whether it can be shown in a terminal, and written without seeking.
@@ -63,6 +65,7 @@ class ExportFormat:
         stream: BinaryIO,
         progress: Callable[[float], None] | None = None,
         fps: float | None = None,
+        clip: Clip = WHOLE,
     ) -> None:
         """Writes a run.
 
@@ -71,13 +74,14 @@ class ExportFormat:
             stream: Where the file goes.
             progress: Told the share that is done, from 0 to 1, where it takes long.
             fps: Frames per second of a moving picture.
+            clip: What it shows.
         """
         module, _, function = self.writer.partition(":")
         write = getattr(import_module(module), function)
         if self.fps is None:
             write(result, stream)
         else:
-            write(result, stream, progress, fps=fps or self.fps)
+            write(result, stream, progress, fps=fps or self.fps, clip=clip)
 
 
 EXPORT_FORMATS = (
@@ -123,6 +127,22 @@ EXPORT_FORMATS = (
         media_type="image/gif",
         writer="slipgrasp.figures.animation:write_gif",
         fps=20.0,
+    ),
+    ExportFormat(
+        name="mp4",
+        title="MP4",
+        contents="a film (H.264)",
+        media_type="video/mp4",
+        writer="slipgrasp.figures.film:write_mp4",
+        fps=30.0,
+    ),
+    ExportFormat(
+        name="webm",
+        title="WebM",
+        contents="a film (VP9)",
+        media_type="video/webm",
+        writer="slipgrasp.figures.film:write_webm",
+        fps=30.0,
     ),
 )
 """All of them, in the order in which they are offered."""

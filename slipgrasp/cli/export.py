@@ -7,6 +7,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 from slipgrasp.cli.arguments import add_data_directory, recording_path
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
+from slipgrasp.recordings.clip import Clip
 from slipgrasp.recordings.export import EXPORT_FORMATS, MOVING_FORMATS, ExportFormat
 
 if TYPE_CHECKING:
@@ -67,8 +69,34 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help=f"frames per second of {names}, at most {MOST_FRAMES_PER_SECOND:g} (default: {rates})"
         "; fewer where a run is too long for that many",
     )
+    _add_clip(parser)
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
+
+
+def _add_clip(parser: argparse.ArgumentParser) -> None:
+    """What a moving picture shows."""
+    clip = parser.add_argument_group("of what moves")
+    clip.add_argument("--start", metavar="T", type=float, help="from this time on [s]")
+    clip.add_argument("--end", metavar="T", type=float, help="up to this time [s]")
+    clip.add_argument(
+        "--speed",
+        metavar="X",
+        type=Fraction,
+        default=Fraction(1),
+        help="simulated seconds per second, such as 1/32 (default: 1)",
+    )
+    height = "height of a GIF (default: 560) or a film (default: 720), such as 1080"
+    clip.add_argument("--height", metavar="PX", type=int, help=height)
+
+
+def _clip_of(arguments: argparse.Namespace) -> Clip:
+    return Clip(
+        start=arguments.start,
+        end=arguments.end,
+        speed=float(arguments.speed),
+        height=arguments.height,
+    )
 
 
 def _frames_per_second(text: str) -> float:
@@ -80,7 +108,7 @@ def _frames_per_second(text: str) -> float:
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path | None = arguments.output
-    chosen = FORMATS[arguments.format or _format_of(output)]
+    chosen, clip = FORMATS[arguments.format or _format_of(output)], _clip_of(arguments)
     if not chosen.is_text and output is None and sys.stdout.isatty():
         raise CommandError(f"{chosen.name} is not for a terminal; name a file with --output")
     if output is not None and output.exists() and not arguments.force:
@@ -95,7 +123,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         chosen.write(result, sys.stdout.buffer)
     else:
         with Progress(f"writing the {chosen.name} file") as progress:
-            _write(result, chosen, arguments, progress.update)
+            _write(result, chosen, arguments, clip, progress.update)
     return ExitStatus.COMPLETED
 
 
@@ -113,16 +141,20 @@ def _format_of(output: Path | None) -> str:
 
 
 def _write(
-    result: RunResult, chosen: ExportFormat, arguments: argparse.Namespace, update: Update
+    result: RunResult,
+    chosen: ExportFormat,
+    arguments: argparse.Namespace,
+    clip: Clip,
+    update: Update,
 ) -> None:
     if arguments.output is None:
         # Not every format can be written to a pipe as it grows.
         with tempfile.TemporaryFile() as stream:
-            chosen.write(result, stream, update, arguments.fps)
+            chosen.write(result, stream, update, arguments.fps, clip)
             stream.seek(0)
             shutil.copyfileobj(stream, sys.stdout.buffer)
         return
     from slipgrasp.recordings.file.atomic_file import atomic_file
 
     with atomic_file(arguments.output, overwrite=arguments.force) as stream:
-        chosen.write(result, stream, update, arguments.fps)
+        chosen.write(result, stream, update, arguments.fps, clip)

@@ -2,6 +2,9 @@
 
 import io
 import json
+import math
+import re
+import sys
 import zipfile
 
 import numpy as np
@@ -12,8 +15,11 @@ from PIL import Image
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.frames import MissingPackageError
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.animation import MAX_FRAMES, frame_times, write_gif
+from slipgrasp.figures.film import write_mp4, write_webm
+from slipgrasp.recordings.clip import Clip, ClipError
 from slipgrasp.recordings.export import EXPORT_FORMATS, write_csv, write_npz, write_parquet
 from slipgrasp.recordings.palette import PHASES
 
@@ -73,11 +79,21 @@ def test_npz_holds_every_column_and_the_documents_without_pickles(any_run):
     assert names == units.keys() | documents
 
 
-BEGINS = {"csv": b"t,", "parquet": b"PAR1", "npz": b"PK", "html": b"<", "gif": b"GIF89a"}
+BEGINS = {
+    "csv": b"t,",
+    "parquet": b"PAR1",
+    "npz": b"PK",
+    "html": b"<",
+    "gif": b"GIF89a",
+    "mp4": b"\x00\x00\x00",
+    "webm": b"\x1aE\xdf\xa3",
+}
 
 
 @pytest.mark.parametrize("chosen", EXPORT_FORMATS, ids=lambda chosen: chosen.name)
 def test_every_format_of_the_table_is_written_by_the_writer_that_it_names(short_run, chosen):
+    if chosen.name in ("mp4", "webm"):
+        pytest.importorskip("av")
     content = written(chosen.write, short_run, fps=1.0).getvalue()
     assert content and content.startswith(BEGINS.get(chosen.name, b""))
 
@@ -153,3 +169,51 @@ def test_a_long_run_has_no_more_frames_than_allowed_and_still_lasts_as_long():
 
     assert MAX_FRAMES / 2 < len(times) <= MAX_FRAMES
     assert times[-1] == 60.0
+
+
+SLOW = Clip(start=0.02, end=0.06, speed=1 / 32, height=240)
+
+
+def test_a_clip_shows_its_stretch_at_its_speed(short_run):
+    frames = list(frames_of(written(write_gif, short_run, fps=25.0, clip=SLOW)))
+
+    times = frame_times(short_run, 25.0, SLOW)
+    assert (times[0], times[-1]) == (0.02, 0.06)
+    assert len(frames) == len(times) == 33
+    assert sum(duration for duration, _ in frames[:-1]) == pytest.approx(1000 * 32 * 0.04)
+    assert frames[0][1].shape[0] == 240
+
+
+@pytest.mark.parametrize("write", [write_mp4, write_webm])
+def test_a_film_has_the_size_the_frames_and_the_duration_that_were_asked_for(short_run, write):
+    av = pytest.importorskip("av")
+    with av.open(written(write, short_run, clip=SLOW)) as film:
+        pictures = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+        # The last picture stays for as long as each of the others.
+        shown = film.duration / av.time_base * (len(pictures) - 1) / len(pictures)
+    assert shown == pytest.approx(32 * 0.04, abs=0.01)
+    assert len(pictures) == 1 + math.ceil(30 * 32 * 0.04)
+    assert {picture.shape for picture in pictures} == {(240, 426, 3)}
+    # The object moves on: no two of the first and the last third are alike.
+    assert (pictures[0] != pictures[-1]).any(axis=-1).sum() > 100
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"speed": 0.0}, "the speed is 0; allowed: 0.0001 … 100"),
+        ({"speed": float("nan")}, "the speed is nan"),
+        ({"height": 5000}, "the height is 5000 px; allowed: 240 … 2160"),
+        ({"start": 3.0, "end": 2.0}, "from 3 s to "),
+        ({"start": 99.0}, "is empty; the run lasts from 0 s to "),
+    ],
+)
+def test_a_clip_that_cannot_be_says_why(short_run, wrong, words):
+    with pytest.raises(ClipError, match=re.escape(words)):
+        written(write_gif, short_run, clip=Clip(**wrong))
+
+
+def test_without_its_encoder_a_film_says_what_to_install(short_run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(MissingPackageError, match="pip install av"):
+        written(write_mp4, short_run)

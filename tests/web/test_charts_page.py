@@ -82,11 +82,11 @@ def test_charts_zoom_together_read_the_play_head_and_hide_lines(page: Page) -> N
     wait_until(lambda: shown_times(page) == (start, end), "the slip is not shown again")
 
 
-def test_picture_charts_and_replay_arrive_as_files(page: Page, tmp_path: Path) -> None:
+def test_picture_charts_and_clip_arrive_as_files(page: Page, tmp_path: Path) -> None:
     pause_at(page, 0.05)
     page.get_by_text("Export", exact=True).click()
     contents: dict[str, bytes] = {}
-    for label in ("View (PNG)", "Charts (SVG)", "Replay (HTML)"):
+    for label in ("View (PNG)", "Charts (SVG)", "Clip (HTML)"):
         with page.expect_download() as download:
             page.get_by_role("button", name=label).click()
         path = tmp_path / download.value.suggested_filename
@@ -95,7 +95,7 @@ def test_picture_charts_and_replay_arrive_as_files(page: Page, tmp_path: Path) -
     assert list(contents) == [
         "slipgrasp-paper-case-2-50ms.png",
         "slipgrasp-paper-case-2-charts.svg",
-        "slipgrasp-paper-case-2-replay.html",
+        "slipgrasp-paper-case-2-clip.html",
     ]
     picture, drawing, replay = contents.values()
     pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"))

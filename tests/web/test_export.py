@@ -13,6 +13,7 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.clip import Clip
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
@@ -21,17 +22,17 @@ from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
     CancelExport,
     ExportCharts,
+    ExportClip,
     ExportFailed,
     ExportFinished,
     ExportMoved,
     ExportPicture,
-    ExportReplay,
 )
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.playback import slip_window
+from slipgrasp.web.model.playback import TimeWindow, slip_window
 from slipgrasp.web.model.view import ChartsView, Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.export_panel import ExportPanel
-from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.export import ExportReducer, clip_of
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from tests.waiting import PATIENCE
@@ -135,26 +136,26 @@ def test_the_charts_arrive_as_one_drawing(office: Office) -> None:
     assert not exporting.is_failure
 
 
-def test_a_replay_tells_how_far_it_is_and_arrives(office: Office) -> None:
-    office.take(ExportReplay())
+def test_a_clip_tells_how_far_it_is_and_arrives(office: Office) -> None:
+    office.take(ExportClip("html", 480))
     shares = office.finish()
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     (file,) = office.delivered
-    assert file.name == f"{STEM}-replay.html"
+    assert file.name == f"{STEM}-clip.html"
     assert file.content.lstrip().lower().startswith(b"<!doctype html")
 
 
 def test_only_one_file_is_made_at_a_time(office: Office) -> None:
-    office.take(ExportReplay())
+    office.take(ExportClip("html", 480))
     assert office.take(ExportCharts()).number == 1
     assert office.take(ExportPicture()).pictures == 0
     office.finish()
-    assert [file.name for file in office.delivered] == [f"{STEM}-replay.html"]
+    assert [file.name for file in office.delivered] == [f"{STEM}-clip.html"]
 
 
 def test_a_cancelled_export_ends_and_the_next_one_works(office: Office) -> None:
-    office.take(ExportReplay())
+    office.take(ExportClip("html", 480))
     office.take(CancelExport())
     office.finish()
     assert office.delivered == []
@@ -230,3 +231,12 @@ def test_files_of_the_server_are_offered_once_the_run_is_kept(
     failed = Exporting(message="<b>broken</b>", is_failure=True)
     panel.update(replace(view, exporting=failed))
     assert any("&lt;b&gt;broken" in text for text in client.texts)
+
+
+def test_a_clip_is_what_is_played_as_it_is_played(short: RunResult) -> None:
+    view = view_of(short)
+    assert view.playback is not None
+    window = TimeWindow(0.01, 0.03)
+    played = replace(view.playback, window=window, speed=1 / 64)
+    clip = clip_of(replace(view, playback=played), 1080)
+    assert clip == Clip(start=0.01, end=0.03, speed=1 / 64, height=1080)

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.playback import (
     SPEEDS,
     Playback,
@@ -21,7 +24,11 @@ from slipgrasp.web.model.playback import (
     whole_window,
     window_of,
 )
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState, show
 
+EMPTY = ViewState(
+    Draft.from_preset("paper-case-2"), RunStatus(RunStage.SIMULATING), WindowChoice.SLIP
+)
 WINDOW = TimeWindow(1.0, 3.0)
 PLAYING = Playback(time=1.5, window=WINDOW, speed=0.5, playing=True)
 
@@ -95,7 +102,7 @@ def test_a_closer_look_stays_when_the_run_changes_but_never_leaves_it(case_1: Ru
     assert window_of(case_1, WindowChoice.CLOSER, TimeWindow(8.0, 9.0)) == TimeWindow(0.0, 7.0)
 
 
-@pytest.mark.parametrize("length", [0.02, 0.2, 7.0, 60.0])
+@pytest.mark.parametrize("length", [0.006, 0.02, 0.2, 7.0, 60.0])
 def test_one_pass_takes_some_seconds_at_the_proposed_speed(length: float) -> None:
     speed = speed_for(TimeWindow(0.0, length))
     assert speed in SPEEDS.values()
@@ -111,3 +118,27 @@ def test_stepping_visits_every_stored_time_once(case_2: RunResult) -> None:
     assert neighbouring_time(case_2, visited[-1], -1) == visited[-2]
     assert neighbouring_time(case_2, 0.0, -1) == 0.0
     assert math.isclose(neighbouring_time(case_2, 7.0, 1), 7.0)
+
+
+def test_a_slip_of_milliseconds_fills_the_window_and_plays_for_seconds() -> None:
+    result = simulate(with_values(load_scenario("wet-patch"), {"simulation.duration": 4.0}))
+    begin, end = (change.time for change in result.phase_changes[:2])
+    assert end - begin < 0.005
+    playback = start_playback(result)
+    assert (end - begin) / playback.window.length > 0.5
+    assert 2.0 < (end - begin) / playback.speed < 10.0
+
+
+def test_another_run_is_played_at_a_speed_that_suits_it_unless_one_was_chosen(
+    case_1: RunResult, case_2: RunResult
+) -> None:
+    short = simulate(with_values(load_scenario("wet-patch"), {"simulation.duration": 4.0}))
+    first = show(EMPTY, Shown(1, case_2, 0.0), RunStage.PREVIEW, afresh=True)
+    assert first.playback is not None
+    then = show(first, Shown(2, short, 0.0), RunStage.PREVIEW, afresh=False)
+    assert then.playback is not None
+    assert then.playback.speed == speed_for(then.playback.window) < first.playback.speed
+    chosen = replace(first, playback=replace(first.playback, speed=1.0))
+    kept = show(chosen, Shown(2, short, 0.0), RunStage.PREVIEW, afresh=False)
+    assert kept.playback is not None
+    assert kept.playback.speed == 1.0

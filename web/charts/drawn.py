@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.web.charts.charts import Chart, charts_of
+from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts
 from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
 from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.view import ChartsView
@@ -18,16 +19,22 @@ from slipgrasp.web.model.view import ChartsView
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChartedRun:
-    """A run with its charts by tab."""
+    """A run with its charts by tab, and the signals that were chosen for the last one."""
 
     trace: Trace
     tabs: Mapping[str, tuple[Chart, ...]]
+    chosen: tuple[str, ...]
 
     @classmethod
-    def of(cls, result: RunResult, known: Sequence[ChartedRun] = ()) -> ChartedRun:
-        """The run with all its charts; made only if it is not among those that are known."""
+    def of(
+        cls, result: RunResult, known: Sequence[ChartedRun] = (), chosen: tuple[str, ...] = ()
+    ) -> ChartedRun:
+        """The run with all its charts; made only as far as it is not among those known."""
         made = next((run for run in known if run.trace is result.trace), None)
-        return made or cls(result.trace, charts_of(result))
+        if made is not None and made.chosen == chosen:
+            return made
+        tabs = charts_of(result) if made is None else made.tabs
+        return cls(result.trace, {**tabs, CHOSEN_TAB: chosen_charts(result, chosen)}, chosen)
 
     def find(self, key: str) -> Chart | None:
         """The chart with a key; None if this run has none."""

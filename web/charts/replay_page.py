@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from html import escape
 from typing import BinaryIO
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.scenario.spatial import refuse_in_space
+from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sampler
@@ -31,25 +31,14 @@ _TITLE = "<title>"
 _END_OF_TITLE = "</title>"
 
 
-def frame_times(result: RunResult, fps: float = 30.0) -> NDArray[np.float64]:
-    """When the frames are taken [s], evenly from the start of a run to its end.
-
-    Args:
-        result: The run.
-        fps: Frames per second; fewer where a run is too long for that many.
-    """
-    start, end = float(result.trace.times[0]), result.end_time
-    wanted = math.ceil((end - start) * fps) + 1
-    return np.linspace(start, end, min(max(wanted, 2), MAX_FRAMES))
-
-
 def write_html(
     result: RunResult,
     stream: BinaryIO,
     progress: Callable[[float], None] | None = None,
     fps: float = 30.0,
+    clip: Clip = WHOLE,
 ) -> None:
-    """Writes a run as a page that plays its scene in real time, over and over.
+    """Writes a stretch of a run as a page that plays its scene over and over.
 
     The file holds everything it needs; it can be opened offline.
 
@@ -58,11 +47,16 @@ def write_html(
         stream: Where the file goes.
         progress: Told the share that is done, from 0 to 1.
         fps: Frames per second, at most; see `MAX_FRAMES`.
+        clip: Which stretch, and how slowly.
+
+    Raises:
+        ClipError: If nothing of the run lies in the clip.
     """
     refuse_in_space(result.scenario, "replays")
+    times = clip.times(result, fps, MAX_FRAMES)
     server = ViewerServer()
     try:
-        page = _record(server, result, frame_times(result, fps), progress or _ignore)
+        page = _record(server, result, times, progress or _ignore, clip)
     finally:
         server.stop()
     stream.write(_with_title(page, _title(result)).encode())
@@ -77,6 +71,7 @@ def _record(
     result: RunResult,
     times: NDArray[np.float64],
     progress: Callable[[float], None],
+    clip: Clip,
 ) -> str:
     """The page of a scene that is moved through all frames."""
     scene, sampler = Scene(server), Sampler(result.trace)
@@ -85,9 +80,9 @@ def _record(
     clock = _add_words(server, result, layout)
     scene.update(sampler.at(float(times[0])))
     serializer = server.get_scene_serializer()
-    interval = float(times[1] - times[0])
+    interval = float(times[1] - times[0]) / clip.speed
     for i, time in enumerate(times.tolist()):
-        clock.text = f"t = {time:.2f} s"
+        clock.text = clip.clock(time)
         scene.update(sampler.at(time))
         serializer.insert_sleep(interval)
         progress((i + 1) / len(times))

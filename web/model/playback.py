@@ -13,6 +13,10 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 
 SPEEDS: dict[str, float] = {
+    "1/1000": 1 / 1000,
+    "1/512": 1 / 512,
+    "1/256": 1 / 256,
+    "1/128": 1 / 128,
     "1/64": 1 / 64,
     "1/32": 1 / 32,
     "1/16": 1 / 16,
@@ -24,7 +28,7 @@ SPEEDS: dict[str, float] = {
     "4": 4.0,
 }
 
-_SHORTEST_WINDOW = 0.02
+_SHORTEST_WINDOW = 0.002
 _SHARE_AFTER_SLIP = 0.35
 _SHARE_BEFORE_SLIP = 0.1
 _SECONDS_PER_PASS = 6.0
@@ -158,7 +162,7 @@ def slip_window(result: RunResult) -> TimeWindow:
     last = float(trace.times[min(slipping[-1] + 1, len(trace) - 1)])
     length = max((last - first) * (1.0 + _SHARE_AFTER_SLIP), _SHORTEST_WINDOW)
     start = whole.clamp(first - _SHARE_BEFORE_SLIP * length)
-    return TimeWindow(start, whole.clamp(_round_up(first + length)))
+    return TimeWindow(start, whole.clamp(first + _round_up(length)))
 
 
 def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values())) -> float:
@@ -199,7 +203,7 @@ def neighbouring_time(result: RunResult, time: float, direction: int) -> float:
 
 
 def _round_up(time: float) -> float:
-    """The next time with two significant digits [s]."""
+    """The next duration with two significant digits [s]."""
     if time <= 0.0:
         return time
     step = 10.0 ** (math.floor(math.log10(time)) - 1)

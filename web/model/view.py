@@ -18,6 +18,7 @@ from slipgrasp.web.model.playback import (
     Playback,
     TimeWindow,
     WindowChoice,
+    speed_for,
     start_playback,
     whole_window,
     window_of,
@@ -48,17 +49,24 @@ class Comparing:
 
 @dataclass(frozen=True, slots=True)
 class ChartsView:
-    """Which lines are hidden.
+    """Which lines are hidden, and which signals were added.
 
     Attributes:
         hidden: Each as the key of its chart and its own key.
+        chosen: Names of signals that have charts of the user's choice.
     """
 
     hidden: frozenset[tuple[str, str]] = frozenset()
+    chosen: tuple[str, ...] = ()
 
     def toggled(self, chart: str, line: str) -> ChartsView:
         """With one line hidden, or back."""
         return replace(self, hidden=self.hidden ^ {(chart, line)})
+
+    def with_signal_toggled(self, name: str) -> ChartsView:
+        """With a signal added, or taken out again."""
+        kept = tuple(each for each in self.chosen if each != name)
+        return replace(self, chosen=kept if name in self.chosen else (*kept, name))
 
     def hidden_in(self, chart: str) -> frozenset[str]:
         """Keys of the lines that are hidden in a chart."""
@@ -235,7 +243,10 @@ def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
     Else a knob that is moved there would from then on act elsewhere.
     """
     if playback.playing:
-        return playback.within(window)
+        # Unless the user has chosen a speed, it is the one that suits what is shown.
+        is_own = playback.speed != speed_for(playback.window)
+        speed = playback.speed if is_own else speed_for(window)
+        return replace(playback.within(window), speed=speed)
     time = whole_window(shown.result).clamp(playback.time)
     return playback.within(TimeWindow(min(window.start, time), max(window.end, time)))
 

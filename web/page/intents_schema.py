@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
 
 from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage, ToggleLine
+from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage, ToggleLine, ToggleSignal
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -61,6 +61,7 @@ _POSTED: tuple[type[Intent], ...] = (
     MeasurePage,
     OpenLink,
     ToggleLine,
+    ToggleSignal,
     ListRecordings,
     ChooseRecording,
     OpenRecording,

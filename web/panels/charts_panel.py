@@ -9,6 +9,7 @@ from itertools import zip_longest
 import viser
 
 from slipgrasp.web.charts.charts import CHART_TABS
+from slipgrasp.web.charts.chosen import CHOSEN_TAB, search_html
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
 from slipgrasp.web.charts.html import note_html, readings_html
 from slipgrasp.web.charts.plot import Plot
@@ -45,7 +46,8 @@ class ChartsPanel:
         self._client = client
         self._group = client.gui.add_tab_group()
         self._tabs = {
-            name: _Tab(client.gui, self._group.add_tab(name), height) for name in CHART_TABS
+            name: _Tab(client.gui, self._group.add_tab(name), height)
+            for name in (*CHART_TABS, CHOSEN_TAB)
         }
         self._shown: Shown | None = None
         self._ghost: Ghost | None = None
@@ -59,7 +61,7 @@ class ChartsPanel:
         if view.shown is None or view.playback is None:
             return
         playback, now = view.playback, time.monotonic()
-        run = self._take_runs(view.shown, view.ghost)
+        run = self._take_runs(view.shown, view.ghost, view.charts.chosen)
         drawing = (playback.window, view.charts, view.appearance.dark)
         is_new = drawing != self._drawn
         if not (is_new or self._must_read(playback, now)):
@@ -70,6 +72,7 @@ class ChartsPanel:
                 label = view.ghost.label if view.ghost else ""
                 for name, tab in self._tabs.items():
                     tab.draw(pages[name], label, dark=view.appearance.dark)
+                self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
                 self._drawn = drawing
             changes = [change.time for change in view.shown.result.scenario.changes]
             for name, tab in self._tabs.items():
@@ -80,14 +83,15 @@ class ChartsPanel:
         """Takes everything off the page."""
         self._group.remove()
 
-    def _take_runs(self, shown: Shown, ghost: Ghost | None) -> ChartedRun:
+    def _take_runs(self, shown: Shown, ghost: Ghost | None, chosen: tuple[str, ...]) -> ChartedRun:
         """The charts of the run; those of another one are yet to be drawn."""
-        if self._run is None or shown is not self._shown or ghost is not self._ghost:
+        is_same = self._run is not None and self._run.chosen == chosen
+        if self._run is None or not is_same or shown is not self._shown or ghost is not self._ghost:
             # A run that becomes the ghost of the next one has its charts already.
             known = [run for run in (self._run, self._ghost_run) if run is not None]
             self._shown, self._ghost, self._drawn = shown, ghost, None
-            self._run = ChartedRun.of(shown.result, known)
-            self._ghost_run = ChartedRun.of(ghost.shown.result, known) if ghost else None
+            self._run = ChartedRun.of(shown.result, known, chosen)
+            self._ghost_run = ChartedRun.of(ghost.shown.result, known, chosen) if ghost else None
         return self._run
 
     def _must_read(self, playback: Playback, now: float) -> bool:
@@ -104,6 +108,7 @@ class _Tab:
         self._gui, self._tab, self._height = gui, tab, height
         self._plots: list[Plot] = []
         with tab:
+            self._question = gui.add_html("", visible=False)
             self._readings = gui.add_html("")
             self._note = gui.add_html("", visible=False)
 
@@ -119,6 +124,10 @@ class _Tab:
             remarks.insert(0, f"Pale: {ghost_label}.")
         self._note.visible = bool(remarks)
         self._note.content = note_html(remarks)
+
+    def ask(self, html: str) -> None:
+        """Shows something above the charts."""
+        self._question.content, self._question.visible = html, True
 
     def read(self, run: ChartedRun, name: str, seconds: float, changes: Sequence[float]) -> None:
         """Tells what the charts show at the play head [s], and when parameters change [s]."""

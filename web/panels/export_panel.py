@@ -6,14 +6,15 @@ from html import escape
 
 import viser
 
+from slipgrasp.recordings.export import MOVING_FORMATS
 from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.intents.export import (
     CancelExport,
     ExportCharts,
+    ExportClip,
     ExportPicture,
-    ExportReplay,
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import ViewState
@@ -32,13 +33,10 @@ _BUTTONS: tuple[tuple[str, viser.IconName, str, type[Intent]], ...] = (
         "Saves all charts as they stand: this stretch of time, these lines, the pale run too.",
         ExportCharts,
     ),
-    (
-        "Replay (HTML)",
-        viser.Icon.MOVIE,
-        "Saves a page that plays the scene of this run in any browser, without a network.",
-        ExportReplay,
-    ),
 )
+_CLIP = "Saves the stretch of time on the screen, at the speed on the screen, as "
+_CLIPS = {each.title: each for each in MOVING_FORMATS}
+_HEIGHTS = ("480", "720", "1080")
 
 
 class ExportPanel:
@@ -57,6 +55,23 @@ class ExportPanel:
                 button = gui.add_button(label, icon=icon, hint=hint, disabled=True)
                 button.on_click(lambda _, intent=intent: send(intent()))
                 self._buttons.append(button)
+            for title, form in _CLIPS.items():
+                button = gui.add_button(
+                    f"Clip ({title})",
+                    icon=viser.Icon.MOVIE,
+                    hint=f"{_CLIP}{form.contents}.",
+                    disabled=True,
+                )
+                button.on_click(
+                    lambda _, name=form.name: send(ExportClip(name, int(self._height.value)))
+                )
+                self._buttons.append(button)
+            self._height = gui.add_dropdown(
+                "height [px]",
+                _HEIGHTS,
+                initial_value="720",
+                hint="Of the picture in a GIF, an MP4 or a WebM.",
+            )
             self._bar = gui.add_progress_bar(0.0, visible=False)
             self._cancel = gui.add_button(
                 "Cancel", icon=viser.Icon.X, hint="Stops making the file.", visible=False

@@ -8,23 +8,26 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.core.words.phrases import milliseconds
+from slipgrasp.recordings.clip import Clip
+from slipgrasp.recordings.export import MOVING_FORMATS, ExportFormat
 from slipgrasp.web.charts.drawn import ChartedRun, drawn_charts
-from slipgrasp.web.charts.replay_page import write_html
 from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
     CancelExport,
     ExportCharts,
+    ExportClip,
     ExportFailed,
     ExportFinished,
     ExportMoved,
     ExportPicture,
-    ExportReplay,
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.open_recordings import OpenRecordings
+
+_MOVING = {each.name: each for each in MOVING_FORMATS}
 
 
 class ExportReducer(Reducer):
@@ -39,7 +42,7 @@ class ExportReducer(Reducer):
     takes: ClassVar[tuple[type[Intent], ...]] = (
         ExportPicture,
         ExportCharts,
-        ExportReplay,
+        ExportClip,
         CancelExport,
         ExportMoved,
         ExportFinished,
@@ -77,18 +80,26 @@ class ExportReducer(Reducer):
             name = file_name(run, "charts", "svg")
             self._worker.start(number, lambda _: ExportFile(name, self._charts(view, shown)))
             return replace(begun, busy_with="Drawing the charts")
-        name = file_name(run, "replay", "html")
-        self._worker.start(number, lambda tell: ExportFile(name, self._replay(shown, tell)))
-        return replace(begun, busy_with="Recording the replay")
+        assert isinstance(intent, ExportClip)
+        chosen, clip = _MOVING[intent.name], clip_of(view, intent.height)
+        name = file_name(run, "clip", chosen.name)
+        self._worker.start(
+            number, lambda tell: ExportFile(name, self._clip(shown, chosen, clip, tell))
+        )
+        return replace(begun, busy_with=f"Making the {chosen.title}")
 
     def _charts(self, view: ViewState, shown: Shown) -> bytes:
         runs = (shown.result, *((view.ghost.shown.result,) if view.ghost else ()))
         with self._recordings.room_for(*runs):
             return _charts_file(view, shown)
 
-    def _replay(self, shown: Shown, tell: Callable[[float], None]) -> bytes:
+    def _clip(
+        self, shown: Shown, chosen: ExportFormat, clip: Clip, tell: Callable[[float], None]
+    ) -> bytes:
+        stream = io.BytesIO()
         with self._recordings.room_for(shown.result):
-            return _replay_file(shown, tell)
+            chosen.write(shown.result, stream, tell, clip=clip)
+        return stream.getvalue()
 
     def _take_answer(
         self, answer: ExportMoved | ExportFinished | ExportFailed, exporting: Exporting
@@ -111,8 +122,10 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     from slipgrasp.web.charts.figure import ChartsHeading, charts_svg
 
     assert view.playback is not None
-    ghost = ChartedRun.of(view.ghost.shown.result) if view.ghost else None
-    pages = drawn_charts(ChartedRun.of(shown.result), ghost, view.playback.window, view.charts)
+    chosen = view.charts.chosen
+    ghost = ChartedRun.of(view.ghost.shown.result, chosen=chosen) if view.ghost else None
+    run = ChartedRun.of(shown.result, chosen=chosen)
+    pages = drawn_charts(run, ghost, view.playback.window, view.charts)
     heading = ChartsHeading(
         title=shown.name,
         ghost=view.ghost.label if view.ghost else "",
@@ -122,8 +135,9 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     return charts_svg([chart for charts in pages.values() for chart in charts], heading)
 
 
-def _replay_file(shown: Shown, tell: Callable[[float], None]) -> bytes:
-    """The run as a page that plays it."""
-    stream = io.BytesIO()
-    write_html(shown.result, stream, tell)
-    return stream.getvalue()
+def clip_of(view: ViewState, height: int) -> Clip:
+    """The stretch of the run on the screen, at the speed on the screen."""
+    if view.playback is None:
+        return Clip(height=height)
+    window = view.playback.window
+    return Clip(start=window.start, end=window.end, speed=view.playback.speed, height=height)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from slipgrasp.core.trace.frames import MissingPackageError
+from slipgrasp.recordings.clip import ClipError
 from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed, ExportFinished, ExportMoved
@@ -68,7 +70,7 @@ class ExportWorker(Worker):
             answer = ExportFinished(number, make(tell))
         except ExportCancelledError:
             answer = ExportFailed(number, _CANCELLED)
-        except ServiceBusyError as error:
+        except (ServiceBusyError, MissingPackageError, ClipError) as error:
             answer = ExportFailed(number, f"The file could not be made: {error}.")
         except OSError as error:
             answer = ExportFailed(number, f"The file could not be made: {error.strerror or error}.")

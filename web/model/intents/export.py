@@ -19,8 +19,16 @@ class ExportCharts(Intent):
 
 
 @dataclass(frozen=True, slots=True)
-class ExportReplay(Intent):
-    """The user wants the run as a page that plays it."""
+class ExportClip(Intent):
+    """The user wants what is played, as it is played, as a moving picture.
+
+    Attributes:
+        name: Format of the file.
+        height: Of the picture [px].
+    """
+
+    name: str
+    height: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,3 +50,10 @@ class ToggleLine(Intent):
 
     chart: Annotated[str, MaxLen(40)]
     line: Annotated[str, MaxLen(40)]
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleSignal(Intent):
+    """The user wants a signal in the charts, or out of them; the name is not validated yet."""
+
+    name: Annotated[str, MaxLen(80)]

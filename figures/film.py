@@ -1,0 +1,79 @@
+"""A run as a film: the moving picture of the GIF, with more colours and up to 1080 lines and more.
+
+The encoder is FFmpeg's, as the package ``av`` has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import partial
+from typing import Any, BinaryIO
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial import refuse_in_space
+from slipgrasp.core.trace.frames import import_optional
+from slipgrasp.figures.animation import MovingHand
+from slipgrasp.figures.hand_motion import motion_at
+from slipgrasp.figures.style import paper_style
+from slipgrasp.recordings.clip import WHOLE, Clip
+
+MAX_FRAMES = 3600
+"""Most frames of a file, two minutes at 30 per second; a longer one has fewer per second."""
+
+HEIGHT = 720
+_WIDE = 16 / 9
+_CODECS: dict[str, tuple[str, dict[str, str]]] = {
+    "mp4": ("libx264", {"crf": "18", "preset": "medium"}),
+    "webm": ("libvpx-vp9", {"crf": "24", "b:v": "0", "cpu-used": "4"}),
+}
+
+
+def write_film(
+    result: RunResult,
+    stream: BinaryIO,
+    progress: Callable[[float], None] | None = None,
+    fps: float = 30.0,
+    clip: Clip = WHOLE,
+    *,
+    container: str,
+) -> None:
+    """Writes a stretch of a run as a film.
+
+    Args:
+        result: The run.
+        stream: Where the file goes; it must be seekable.
+        progress: Told the share that is done, from 0 to 1.
+        fps: Frames per second of the viewer's clock, at most; see `MAX_FRAMES`.
+        clip: Which stretch, how slowly, and how high; 16:9, `HEIGHT` if it does not say.
+        container: ``mp4`` (H.264) or ``webm`` (VP9).
+
+    Raises:
+        MissingPackageError: If ``av`` is not installed.
+        ClipError: If nothing of the run lies in the clip.
+    """
+    refuse_in_space(result.scenario, "moving pictures")
+    av = import_optional("av")
+    times = clip.times(result, fps, MAX_FRAMES)
+    # Frames at half the colour resolution have an even number of lines.
+    height = (clip.height or HEIGHT) // 2 * 2
+    size = round(height * _WIDE / 2) * 2, height
+    codec, options = _CODECS[container]
+    file: Any = av.open(stream, "w", format=container)
+    with file, paper_style():
+        hand = MovingHand(result, motion_at(result, times), clip, size)
+        # No whole number of frames fits into the clip: their rate is what gives its speed.
+        rate = Fraction((len(times) - 1) * clip.speed / float(times[-1] - times[0]))
+        rate = rate.limit_denominator(1000)
+        film = file.add_stream(codec, rate=rate, options=options)
+        film.width, film.height, film.pix_fmt = *size, "yuv420p"
+        for frame in range(len(times)):
+            picture = av.VideoFrame.from_ndarray(hand.draw(frame), format="rgb24")
+            file.mux(film.encode(picture))
+            if progress is not None:
+                progress((frame + 1) / len(times))
+        file.mux(film.encode())
+
+
+write_mp4 = partial(write_film, container="mp4")
+write_webm = partial(write_film, container="webm")

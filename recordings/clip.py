@@ -1,0 +1,87 @@
+"""What of a run a moving picture shows: which stretch, how slowly, and how large."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from slipgrasp.core.exceptions import SlipgraspError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from slipgrasp.core.run.result import RunResult
+
+SLOWEST, FASTEST = 1e-4, 100.0
+LEAST_HEIGHT, MOST_HEIGHT = 240, 2160
+
+
+class ClipError(SlipgraspError, ValueError):
+    """A stretch, a speed or a height that no moving picture can have."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clip:
+    """A stretch of a run as it is played.
+
+    Attributes:
+        start: Where it begins [s]; the start of the run if None.
+        end: Where it ends [s]; the end of the run if None.
+        speed: Simulated seconds per second of the viewer's clock.
+        height: Height of the picture [px]; as the format has it if None.
+    """
+
+    start: float | None = None
+    end: float | None = None
+    speed: float = 1.0
+    height: int | None = None
+
+    def __post_init__(self) -> None:
+        if not SLOWEST <= self.speed <= FASTEST:
+            raise ClipError(f"the speed is {self.speed:g}; allowed: {SLOWEST:g} … {FASTEST:g}")
+        if self.height is not None and not LEAST_HEIGHT <= self.height <= MOST_HEIGHT:
+            raise ClipError(
+                f"the height is {self.height} px; allowed: {LEAST_HEIGHT} … {MOST_HEIGHT}"
+            )
+
+    def span(self, result: RunResult) -> tuple[float, float]:
+        """Where it begins and ends in a run [s].
+
+        Raises:
+            ClipError: If nothing of the run lies in it.
+        """
+        first, last = float(result.trace.times[0]), result.end_time
+        start = first if self.start is None else max(self.start, first)
+        end = last if self.end is None else min(self.end, last)
+        whole = self.start is None and self.end is None
+        if not (start < end or whole):
+            raise ClipError(
+                f"the clip from {start:g} s to {end:g} s is empty; the run lasts from {first:g} s "
+                f"to {last:g} s"
+            )
+        return start, end
+
+    def times(self, result: RunResult, fps: float, most: int) -> NDArray[np.float64]:
+        """Evenly spaced times of frames, from its start to its end [s].
+
+        Args:
+            result: The run.
+            fps: Frames per second of the viewer's clock; fewer where there would be too many.
+            most: Most frames.
+        """
+        # The table of formats, which a help reads, is imported without NumPy.
+        import numpy as np
+
+        start, end = self.span(result)
+        wanted = math.ceil((end - start) / self.speed * fps) + 1
+        return np.linspace(start, end, min(max(wanted, 2), most))
+
+    def clock(self, time: float) -> str:
+        """A time of it in words, fine enough that it changes from frame to frame."""
+        return f"t = {time:.2f} s" if self.speed >= 0.5 else f"t = {1e3 * time:.2f} ms"
+
+
+WHOLE = Clip()
+"""All of a run, in real time."""
