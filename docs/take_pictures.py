@@ -47,6 +47,7 @@ _RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "composite": ("composite-case-2", _UNEQUAL),
     "three fingers": ("three-fingers", {}),
     "wet spot": ("wet-patch", {"controller.kind": "pd-gravity"}),
+    "space": ("spatial-prism", {}),
 }
 _STUDY: dict[str, Any] = {
     "title": "Case I: mass and friction, Q = 1 and 20",
@@ -100,6 +101,11 @@ def show_three_fingers(page: Page, stage: Stage) -> None:
     _replay(page, stage, "three fingers", 0.005)
 
 
+def show_space(page: Page, stage: Stage) -> None:
+    """A prism slips through three fingers in space."""
+    _replay(page, stage, "space", 0.06)
+
+
 def show_wet_spot(page: Page, stage: Stage) -> None:
     """The left face has become wet, and its fingertip slips."""
     _replay(page, stage, "wet spot", 3.06)
@@ -145,8 +151,9 @@ STORIES: dict[str, Callable[[Page, Stage], None]] = {
     "laws": show_laws,
     "three-fingers": show_three_fingers,
     "wet-spot": show_wet_spot,
+    "space": show_space,
 }
-_TOLD_LARGE_ONLY = ("laws", "three-fingers", "wet-spot")
+_TOLD_LARGE_ONLY = ("laws", "three-fingers", "wet-spot", "space")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

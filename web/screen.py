@@ -119,7 +119,8 @@ class Screen:
             self._drawn = drawn
             pale = ghost.result if ghost is not None else None
             layout = self._scene.show(shown.result, pale, view.appearance)
-            self._camera.show(*layout.corners(lenses=view.appearance.lenses))
+            low, high = layout.corners(lenses=view.appearance.lenses)
+            self._camera.show(low, high, layout.plane)
         if view.sample is not None and view.playback is not None:
             self._scene.update(view.sample, view.ghost_sample, moving=view.playback.playing)
 

@@ -87,6 +87,7 @@ class Composite:
             gradient: U^T r of Eq. 24, ``(p,)``.
             period: Control period [s].
         """
+        tracking = period * self.covariance @ gradient
         y = now.missing(np.zeros(len(estimates)))
         Y = np.array([y - now.missing(unit) for unit in np.eye(len(estimates))]).T
         deviations = np.full(len(y), self.learning.force_noise)
@@ -98,7 +99,7 @@ class Composite:
             self.covariance = self.covariance - np.outer(gain, row @ self.covariance)
             self.covariance = 0.5 * (self.covariance + self.covariance.T)
         self._forget(self.learning.forgetting ** (period / REFERENCE_PERIOD))
-        return learnt + period * self.covariance @ gradient
+        return learnt + tracking
 
     def _forget(self, kept: float) -> None:
         """Variances grow, at most to their start; correlations stay what they are."""

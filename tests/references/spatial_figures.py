@@ -17,6 +17,7 @@ CASES: dict[str, Callable[[], World]] = {
     "s1": lambda: s1(distribution="softened"),
     "s1h": s1,
     "s1-exact": lambda: s1(distribution="exact"),
+    "s1-exact-pyramid": lambda: s1(distribution="exact", friction="pyramid"),
     "s1-pyramid": lambda: s1(friction="pyramid"),
     "s2": s2,
     "s3": lambda: s3(distribution="softened"),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.loading import parameter_definitions
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.palette import FINGERS, MUTED, Rgb
 from slipgrasp.web.model.sampling import Spot
@@ -76,9 +76,31 @@ class Chart:
 def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     """Slip, slip velocity, and the tangential forces against their cones."""
     trace, names = result.trace, result.scenario.finger_names
+    tangential, symbol = tangential_forces(trace), "Fₜ" if trace.shape.in_space else "Fₓ"
     limits = trace.friction_coefficient * trace.normal_force
-    forces = _per_finger("force", [f"{name} |Fₓ|" for name in names], abs(trace.tangential_force))
+    forces = _per_finger("force", [f"{name} |{symbol}|" for name in names], tangential)
     cones = _per_finger("limit", [f"{name} μFₙ" for name in names], limits, dashed=True)
+    slips = _slips_in_space if trace.shape.in_space else _slips_in_plane
+    return (
+        *slips(trace, names),
+        Chart(
+            "forces",
+            f"Tangential force |{symbol}| against its limit μFₙ",
+            "N",
+            "The band between a force and its limit is the margin; where it closes, the tip slips.",
+            (*forces, *cones),
+            tuple((f"limit-{i}", f"force-{i}") for i in range(len(names))),
+        ),
+    )
+
+
+def tangential_forces(trace: Trace) -> Values:
+    """Size of the tangential force of every contact, ``(rows, contacts)`` [N]."""
+    forces = trace.tangential_force.reshape(len(trace), trace.shape.num_contacts, -1)
+    return np.linalg.norm(forces, axis=2)
+
+
+def _slips_in_plane(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
     return (
         Chart(
             "slip",
@@ -96,13 +118,37 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
             tuple(_per_finger("velocity", names, 1e3 * trace.slip_velocity)),
             least=_LEAST_LENGTH,
         ),
+    )
+
+
+def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
+    """Both slips of every contact, and the speed of their way."""
+    slip = 1e3 * trace.slip.reshape(len(trace), -1, 2)
+    speed = 1e3 * np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
+    both = [
+        line
+        for k, axis in enumerate(("sₓ", "s_y"))
+        for line in _per_finger(
+            f"slip-{'xy'[k]}", [f"{name} {axis}" for name in names], slip[:, :, k], dashed=k > 0
+        )
+    ]
+    return (
         Chart(
-            "forces",
-            "Tangential force |Fₓ| against its limit μFₙ",
-            "N",
-            "The band between a force and its limit is the margin; where it closes, the tip slips.",
-            (*forces, *cones),
-            tuple((f"limit-{i}", f"force-{i}") for i in range(len(names))),
+            "slip",
+            "Slip along both tangents",
+            "mm",
+            "How far each fingertip has slid on its face: sₓ, towards the object's z axis, solid, "
+            "and s_y across it dashed. Flat means that it sticks.",
+            tuple(both),
+            least=_LEAST_LENGTH,
+        ),
+        Chart(
+            "slip-velocity",
+            "Slip speed",
+            "mm/s",
+            "How fast each fingertip slides on its face; exactly zero while it sticks.",
+            tuple(_per_finger("velocity", names, speed)),
+            least=_LEAST_LENGTH,
         ),
     )
 
@@ -110,43 +156,50 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
 def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
     """Errors of the object's pose, and what the joints do about them."""
     trace, names = result.trace, result.scenario.finger_names
-    errors = 1e3 * trace.tracking_error
-    torques = trace.joint_torque.reshape(len(trace), -1, JOINTS_PER_FINGER)
+    joints_per_finger, in_space = trace.shape.joints_per_finger, trace.shape.in_space
+    torques = trace.joint_torque.reshape(len(trace), -1, joints_per_finger)
     joints = [
         line
-        for k in range(JOINTS_PER_FINGER)
+        for k in range(joints_per_finger)
         for line in _per_finger(
             f"joint-{k + 1}", [f"{name} {k + 1}" for name in names], torques[:, :, k], dashed=k > 0
         )
     ]
+    errors, ways = 1e3 * trace.tracking_error, 3 if in_space else 2
     return (
         Chart(
             "position-error",
             "Position error, desired − actual",
             "mm",
             "How far the object's centre is from where it should be.",
-            (
-                Line("x", "x", FINGERS[0], errors[:, 0]),
-                Line("y", "y", FINGERS[1], errors[:, 1]),
-            ),
+            tuple(_axes("xyz"[:ways], errors[:, :ways])),
             least=_LEAST_LENGTH,
         ),
         Chart(
             "turn-error",
             "Orientation error, desired − actual",
             "mrad",
-            "How far the object is turned away from how it should stand.",
-            (Line("theta", "θ", FINGERS[2], errors[:, 2]),),
+            "How far the object is turned away from how it should stand"
+            + (": a rotation vector in the axes of the world." if in_space else "."),
+            tuple(_axes("xyz", errors[:, ways:]))
+            if in_space
+            else (Line("theta", "θ", FINGERS[2], errors[:, 2]),),
             least=_LEAST_LENGTH,
         ),
         Chart(
             "torques",
             "Joint torques",
             "N m",
-            "What the controller commands: the first joint of a finger solid, the second dashed.",
+            "What the controller commands: the first joint of a finger solid, "
+            f"the {'others' if in_space else 'second'} dashed.",
             tuple(joints),
         ),
     )
+
+
+def _axes(names: str, values: Values) -> Iterator[Line]:
+    for i, name in enumerate(names):
+        yield Line(name, name, FINGERS[i], values[:, i])
 
 
 def estimate_charts(result: RunResult) -> tuple[Chart, ...]:

@@ -16,11 +16,11 @@ from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
-from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.model.spatial_sampling import make_sampler
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
-from slipgrasp.web.scene.shapes import position
+from slipgrasp.web.scene.space.layout import SpatialLayout
 
 MAX_FRAMES = 1800
 """Most frames of a file, one minute at 30 per second; a longer run has fewer per second."""
@@ -74,7 +74,7 @@ def _record(
     clip: Clip,
 ) -> str:
     """The page of a scene that is moved through all frames."""
-    scene, sampler = Scene(server), Sampler(result.trace)
+    scene, sampler = Scene(server), make_sampler(result.trace)
     layout = scene.show(result)
     _frame(server, layout)
     clock = _add_words(server, result, layout)
@@ -89,16 +89,20 @@ def _record(
     return serializer.as_html()
 
 
-def _frame(server: ViewerServer, layout: SceneLayout) -> None:
+def _frame(server: ViewerServer, layout: SceneLayout | SpatialLayout) -> None:
     room = np.array([0.0, _ROOM_FOR_WORDS])
-    framing = frame_box(layout.low - room, layout.high + 1.6 * room, _SMALLEST_PICTURE)
+    framing = frame_box(
+        layout.low - room, layout.high + 1.6 * room, _SMALLEST_PICTURE, layout.plane
+    )
     server.initial_camera.fov = FIELD_OF_VIEW
     server.initial_camera.up = (0.0, 0.0, 1.0)
     server.initial_camera.position = framing.position
     server.initial_camera.look_at = framing.look_at
 
 
-def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> viser.LabelHandle:
+def _add_words(
+    server: ViewerServer, result: RunResult, layout: SceneLayout | SpatialLayout
+) -> viser.LabelHandle:
     """How the run went above the scene, and a clock below, which is returned."""
     middle = 0.5 * (layout.low[0] + layout.high[0])
     words = (
@@ -110,7 +114,7 @@ def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> 
         server.scene.add_label(
             f"/words/{name}",
             text,
-            position=position(np.array([middle, height])),
+            position=layout.plane.place((float(middle), float(height))),
             font_screen_scale=size,
             anchor="center-center",
         )

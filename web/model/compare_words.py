@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from slipgrasp.core.run.metrics import METRICS
-from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS
+from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SIGNALS, SPATIAL_COORDINATES
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.compare.differences import SignalDifference
 
@@ -99,9 +99,18 @@ def metric_words(name: str) -> tuple[str, str]:
     return _METRIC_WORDS.get(name, name.replace("_", " ")), _METRIC_UNITS.get(name, "")
 
 
-def coordinate_words(name: str) -> list[tuple[str, str]]:
-    """Of a metric with one value per coordinate: the letter and the unit of each."""
-    return list(zip(_COORDINATES.values(), _METRIC_UNITS[name].split(", "), strict=True))
+def coordinate_words(name: str, count: int) -> list[tuple[str, str]]:
+    """Of a metric with one value per coordinate: the letter and the unit of each.
+
+    Args:
+        name: Name of the metric.
+        count: How many coordinates there are: 3 in the plane, 6 in space.
+    """
+    units = _METRIC_UNITS[name].split(", ")
+    if count == len(_COORDINATES):
+        return list(zip(_COORDINATES.values(), units, strict=True))
+    letters = [key.replace("_", " ") for key in SPATIAL_COORDINATES]
+    return list(zip(letters, [units[0]] * 3 + [units[-1]] * 3, strict=True))
 
 
 def column_words(column: SignalDifference, names: Sequence[str]) -> str:
@@ -118,10 +127,12 @@ def column_words(column: SignalDifference, names: Sequence[str]) -> str:
 def _label(column: SignalDifference, names: Sequence[str]) -> str:
     signal, parts = _SIGNALS[column.signal], column.name.split("_")
     per = signal.per
-    if per == "coordinate":
-        return _COORDINATES[parts[-1]]
-    if per == "contact":
-        return names[int(parts[-1])]
+    if per in ("pose", "coordinate"):
+        turn = "turn " if "turn" in parts else ""
+        return turn + _COORDINATES.get(parts[-1], parts[-1])
+    if per in ("contact", "tangent", "path"):
+        axis = f" {parts[-2]}" if parts[-2] in ("x", "y") else ""
+        return names[int(parts[-1])] + axis
     if per == "joint":
         return f"{names[int(parts[-2])]} {int(parts[-1]) + 1}"
     if per == "unknown":

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from slipgrasp.core.scenario import Patch, Pulse, Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.scenario.spatial import SpatialPulse
 
 
 class DisturbanceKind(StrEnum):
@@ -47,9 +48,10 @@ class Disturbance:
         return replace(self, values={**self.values, key: value})
 
 
-def push_at(time: float) -> Disturbance:
+def push_at(time: float, *, in_space: bool = False) -> Disturbance:
     """A push as long and strong as is usual, from some time on [s]."""
-    return Disturbance("pulses", _plain_values(Pulse(time=time)))
+    pulse = SpatialPulse(time=time) if in_space else Pulse(time=time)
+    return Disturbance("pulses", _plain_values(pulse))
 
 
 def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Disturbance:
@@ -62,7 +64,8 @@ def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Dist
         time: When the spot appears [s].
     """
     finger = scenario.fingers[contact]
-    centre = round(finger.contact_offset + slip, 6)
+    offset = finger.contact_offset
+    centre = round((offset[0] if isinstance(offset, tuple) else offset) + slip, 6)
     return Disturbance(
         "patches", _plain_values(Patch(face=finger.face, centre=centre, start_time=time))
     )
@@ -81,12 +84,21 @@ def disturbance_words(disturbance: Disturbance) -> str:
     """What happens, such as ``push (0, -5) N for 0.05 s``."""
     values = disturbance.values
     if disturbance.place == "pulses":
-        force = f"({values['force.0']:g}, {values['force.1']:g}) N"
-        turning = f" and {values['moment']:g} N m" if values["moment"] else ""
-        return f"push {force}{turning} for {values['duration']:g} s"
+        force, moment = _vector(values, "force"), _vector(values, "moment")
+        turning = f" and {_vector_words(moment)} N m" if any(moment) else ""
+        return f"push {_vector_words(force)} N{turning} for {values['duration']:g} s"
     face = str(values["face"]).replace("-", " ")
     until = "" if values["end_time"] is None else f" until {values['end_time']} s"
     return f"wet spot on {face}, friction × {values['friction_factor']:g}{until}"
+
+
+def _vector(values: Mapping[str, Any], name: str) -> list[float]:
+    return [value for key, value in values.items() if key.partition(".")[0] == name]
+
+
+def _vector_words(vector: Sequence[float]) -> str:
+    words = ", ".join(f"{value:g}" for value in vector)
+    return words if len(vector) == 1 else f"({words})"
 
 
 def is_of_disturbance(key: str) -> bool:
@@ -112,7 +124,7 @@ def disturbance_parameters(disturbances: Sequence[Disturbance]) -> Iterator[Para
         yield replace(template_keys()[template_key(key)], key=key, value=number)
 
 
-def _plain_values(entry: Pulse | Patch) -> dict[str, Any]:
+def _plain_values(entry: Pulse | SpatialPulse | Patch) -> dict[str, Any]:
     """The values of an entry by key; a vector has a key per component."""
     values: dict[str, Any] = {}
     for name, value in asdict(entry).items():

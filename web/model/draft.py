@@ -14,6 +14,7 @@ from slipgrasp.core.scenario.loading import (
     load_scenario,
     parameter_definitions,
     preset_names,
+    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.scenario.own_laws import LAW, LAW_PARAMETERS, law_names, law_parameters
@@ -36,6 +37,11 @@ _PLACE_OF_CHANGE = re.compile(r"changes\.\d+\.(?P<what>value: |time)")
 def change_time(play_head: float) -> float:
     """The time of a change that is made where the play head stands: to the microsecond [s]."""
     return round(play_head, _DECIMALS_OF_TIME)
+
+
+def offered_presets() -> tuple[str, ...]:
+    """Names of the presets that one can start from, those in space last."""
+    return (*preset_names(), *spatial_preset_names())
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +94,9 @@ class Draft:
         Raises:
             ScenarioError: If there is none of that name.
         """
-        if name not in preset_names():
+        if name not in offered_presets():
             # A name comes from a browser; a path must not be opened for it.
-            known = ", ".join(preset_names())
+            known = ", ".join(offered_presets())
             message = f"there is no preset of that name; presets: {known}"
             raise ScenarioError(
                 [FieldError(field="scenario", value=None, limit=known, message=message)]
@@ -188,7 +194,7 @@ class Draft:
             return self.edits[key]
         if is_of_law(key):
             return self._law_parameter(time, key)
-        if key in row_parameters():
+        if key in row_parameters(in_space=self.base.in_space):
             return rows_of(self.base, key)
         return _plain(_definitions(self.base)[key].value)
 

@@ -10,6 +10,7 @@ from enum import StrEnum
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
@@ -22,12 +23,15 @@ PHASE_WORDS = {
     ContactPhase.STICK: "sticks",
     ContactPhase.SLIP_FORWARD: "slips forward",
     ContactPhase.SLIP_BACKWARD: "slips backward",
+    ContactPhase.SLIP: "slips",
 }
 PHASE_HINTS = {
     ContactPhase.STICK: "The fingertip moves with the face",
     ContactPhase.SLIP_FORWARD: "The fingertip slips forward: clockwise around the object",
     ContactPhase.SLIP_BACKWARD: "The fingertip slips backward: counterclockwise around the object",
+    ContactPhase.SLIP: "The fingertip slides on its face, in a direction that may turn",
 }
+_IN_SPACE = (ContactPhase.STICK, ContactPhase.SLIP)
 
 
 class EventKind(StrEnum):
@@ -56,6 +60,13 @@ class RunEvent:
     kind: EventKind
     text: str
     phase: ContactPhase | None = None
+
+
+def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
+    """Phases that a contact of a scenario may have."""
+    if scenario.in_space:
+        return _IN_SPACE
+    return tuple(phase for phase in PHASE_WORDS if phase is not ContactPhase.SLIP)
 
 
 def events_of(result: RunResult) -> list[RunEvent]:
@@ -101,15 +112,32 @@ def _what_it_does(result: RunResult, change: PhaseChange) -> str:
 
 def _way(result: RunResult, change: PhaseChange) -> str:
     """Where to the fingertip slips on its face, as one sees it at that time."""
+    row = min(int(np.searchsorted(result.trace.times, change.time)), len(result.trace) - 1)
+    if result.scenario.in_space:
+        return _way_on_face(result, change, row)
     frame = contact_frame(result.scenario.object, result.scenario.fingers[change.contact])
-    row = int(np.searchsorted(result.trace.times, change.time))
-    angle = float(result.trace.object_pose[min(row, len(result.trace) - 1), 2])
+    angle = float(result.trace.object_pose[row, 2])
     (tx, ty), sign = frame.tangent, int(change.to_phase)
-    x = sign * (math.cos(angle) * tx - math.sin(angle) * ty)
-    y = sign * (math.sin(angle) * tx + math.cos(angle) * ty)
-    if abs(y) >= abs(x):
-        return "up" if y > 0.0 else "down"
-    return "to the right" if x > 0.0 else "to the left"
+    return _direction_words(
+        sign * (math.cos(angle) * tx - math.sin(angle) * ty),
+        sign * (math.sin(angle) * tx + math.cos(angle) * ty),
+    )
+
+
+def _way_on_face(result: RunResult, change: PhaseChange, row: int) -> str:
+    """The same in space, seen from outside the object: its first tangent points up."""
+    slips = result.trace.slip_velocity[row:, 2 * change.contact : 2 * change.contact + 2]
+    moving = slips[np.any(slips != 0.0, axis=1)]
+    if len(moving) == 0:
+        return "on its face"
+    up, right = moving[0].tolist()
+    return f"{_direction_words(right, up)} on its face"
+
+
+def _direction_words(right: float, up: float) -> str:
+    if abs(up) >= abs(right):
+        return "up" if up > 0.0 else "down"
+    return "to the right" if right > 0.0 else "to the left"
 
 
 def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
@@ -118,7 +146,8 @@ def _timed_changes(result: RunResult) -> Iterator[RunEvent]:
         if change.key == LAW:
             text = f"the control law becomes {law_change_words(draft, change)}"
         else:
-            words = key_words(change.key, result.scenario.finger_names)
+            scenario = result.scenario
+            words = key_words(change.key, scenario.finger_names, in_space=scenario.in_space)
             text = f"{words} becomes {change.value}"
         yield RunEvent(change.time, EventKind.CHANGE, text)
 

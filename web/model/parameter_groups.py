@@ -111,7 +111,8 @@ def _placed(
     definitions: Mapping[str, Parameter], names: Sequence[str]
 ) -> Iterator[tuple[str, bool, Entry]]:
     single = (parameter for parameter in definitions.values() if not is_of_rows(parameter.key))
-    for parameter in sorted((*single, *row_parameters().values()), key=_rank):
+    rows = row_parameters(in_space=_are_in_space(definitions))
+    for parameter in sorted((*single, *rows.values()), key=_rank):
         is_open = _is_main(parameter)
         label = knob_label(parameter, definitions, names)
         as_text = parameter.kind == "number-or-list" and parameter.optional
@@ -209,7 +210,13 @@ def knob_label(
     if parameter.key == "controller.kind":
         return key_words(parameter.key, names)
     inside = parts[2:] if parts[0] == "fingers" else parts[1:]
-    return key_words(".".join(inside or parts), names) + unit_words(parameter.unit)
+    words = key_words(".".join(inside or parts), names, in_space=_are_in_space(definitions))
+    return words + unit_words(parameter.unit)
+
+
+def _are_in_space(definitions: Mapping[str, Parameter]) -> bool:
+    """Whether parameters are those of a scenario in space: its object has a height."""
+    return "object.height" in definitions
 
 
 def value_words(scenario: Scenario, key: str, value: str) -> str:
@@ -222,4 +229,5 @@ def value_words(scenario: Scenario, key: str, value: str) -> str:
     """
     template = template_keys().get(template_key(key))
     unit = template.unit if template else ""
-    return f"{key_words(key, scenario.finger_names)} {value}{unit_after(unit)}"
+    words = key_words(key, scenario.finger_names, in_space=scenario.in_space)
+    return f"{words} {value}{unit_after(unit)}"

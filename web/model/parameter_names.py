@@ -47,7 +47,8 @@ class ParameterNames:
         head = _quiet_head(key)
         if self._tails[key.removeprefix(head)] > 1:
             head = ""  # such as the noise of the sensors, and that which the law expects
-        return key_words(key, names).removeprefix(head.replace(".", " "))
+        words = key_words(key, names, in_space=self._scenario.in_space)
+        return words.removeprefix(head.replace(".", " "))
 
     def unit(self, key: str) -> str:
         """The unit of a parameter, ``1`` for pure numbers."""

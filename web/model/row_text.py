@@ -13,12 +13,14 @@ from typing import Any
 from slipgrasp.core.scenario import Scenario, SetPoint
 from slipgrasp.core.scenario.field_errors import full_scenario
 from slipgrasp.core.scenario.parameters import Parameter, iterate_lists
+from slipgrasp.core.scenario.spatial import SpatialSetPoint, full_spatial_scenario
 
 
 @cache
-def row_parameters() -> dict[str, Parameter]:
-    """The lists of rows that a scenario has, by dotted key."""
-    return {parameter.key: parameter for parameter in iterate_lists(full_scenario())}
+def row_parameters(*, in_space: bool = False) -> dict[str, Parameter]:
+    """The lists of rows that a scenario has, in the plane or in space, by dotted key."""
+    full = full_spatial_scenario() if in_space else full_scenario()
+    return {parameter.key: parameter for parameter in iterate_lists(full)}
 
 
 def is_of_rows(key: str) -> bool:
@@ -36,7 +38,9 @@ def rows_of(scenario: Scenario, key: str) -> list[Any]:
     part: Any = scenario
     for name in key.split("."):
         part = getattr(part, name)
-    return [asdict(row) if isinstance(row, SetPoint) else list(row) for row in part]
+    return [
+        asdict(row) if isinstance(row, (SetPoint, SpatialSetPoint)) else list(row) for row in part
+    ]
 
 
 def numbers_of(row: Any) -> list[Any]:
@@ -51,16 +55,19 @@ def parse_rows(key: str, text: str) -> Any:
         key: Dotted key of the list.
         text: What the user wrote.
     """
-    example = rows_of(full_scenario(), key)[0]
     try:
         rows = [[float(number) for number in row.split(",")] for row in _parts(text)]
     except ValueError:
         return text
-    if isinstance(example, list):
-        return rows
-    if any(len(row) != len(numbers_of(example)) for row in rows):
-        return text
-    return [_like(example, iter(row)) for row in rows]
+    for full in (full_scenario(), full_spatial_scenario()):
+        if key not in row_parameters(in_space=full.in_space):
+            continue
+        example = rows_of(full, key)[0]
+        if isinstance(example, list):
+            return rows
+        if all(len(row) == len(numbers_of(example)) for row in rows):
+            return [_like(example, iter(row)) for row in rows]
+    return text
 
 
 def _parts(text: str) -> list[str]:

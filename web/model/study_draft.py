@@ -11,11 +11,12 @@ from typing import Any
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
-from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.words.parameter_words import key_words
+from slipgrasp.web.model.draft import offered_presets
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.slider_range import slider_range
 
@@ -217,7 +218,7 @@ def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
     first, second = draft.axes
     if first.key == second.key:
         raise _twice(names.words(first.key))
-    is_preset = origin in preset_names() and load_scenario(origin) == scenario
+    is_preset = origin in offered_presets() and load_scenario(origin) == scenario
     vary: dict[str, Any] = {axis.key: _range(axis) for axis in draft.axes}
     if draft.compares:
         key, values = COMPARISONS[draft.comparison]

@@ -25,7 +25,8 @@ from slipgrasp.web.model.playback import (
 )
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.run_list import RunList
-from slipgrasp.web.model.sampling import Sample, Sampler
+from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSampler, make_sampler
 from slipgrasp.web.model.study import StudyView
 
 Pair = tuple[int, int]
@@ -127,10 +128,10 @@ class Shown:
     result: RunResult
     elapsed: float
     replay: Replay | None = None
-    sampler: Sampler = field(init=False)
+    sampler: Sampler | SpatialSampler = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sampler", Sampler(self.result.trace))
+        object.__setattr__(self, "sampler", make_sampler(self.result.trace))
 
     @property
     def name(self) -> str:
@@ -204,16 +205,16 @@ class ViewState:
         return self.draft.origin == label and not self.draft.is_touched
 
     @cached_property
-    def sample(self) -> Sample | None:
+    def sample(self) -> AnySample | None:
         """The instant of the run that is shown, at the play head."""
         return self._sample_of(self.shown)
 
     @cached_property
-    def ghost_sample(self) -> Sample | None:
+    def ghost_sample(self) -> AnySample | None:
         """The instant of the pale run, at the play head."""
         return self._sample_of(self.ghost.shown if self.ghost else None)
 
-    def _sample_of(self, shown: Shown | None) -> Sample | None:
+    def _sample_of(self, shown: Shown | None) -> AnySample | None:
         if shown is None or self.playback is None:
             return None
         return shown.sampler.at(self.playback.time)

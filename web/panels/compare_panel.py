@@ -331,7 +331,7 @@ def _is_amount(value: Any) -> bool:
 
 
 def _coordinate_rows(name: str, a: tuple[float, ...], b: tuple[float, ...]) -> Iterator[str]:
-    for (letter, unit), mine, other in zip(coordinate_words(name), a, b, strict=True):
+    for (letter, unit), mine, other in zip(coordinate_words(name, len(a)), a, b, strict=True):
         scale = scale_of(unit)
         yield _amounts_row(f"{letter} [{scale.unit}]", scale, mine, other, is_member=True)
 

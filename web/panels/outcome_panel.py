@@ -14,7 +14,7 @@ from slipgrasp.core.run.verdict import Verdict, describe_run
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import milliseconds
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
-from slipgrasp.web.model.colours import css, sign, tone
+from slipgrasp.web.model.colours import css, sign, tone, word
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
@@ -56,8 +56,8 @@ class OutcomePanel:
 def welcome_html() -> str:
     """What one sees, for who is here for the first time; the page's script knows who is not."""
     sticks, forward, backward = (
-        f"<b style='color:{sign(PHASES[phase])}'>{word}</b>"
-        for phase, word in (
+        f"<b style='color:{word(PHASES[phase])}'>{name}</b>"
+        for phase, name in (
             (ContactPhase.STICK, "blue"),
             (ContactPhase.SLIP_FORWARD, "orange"),
             (ContactPhase.SLIP_BACKWARD, "pink"),
@@ -181,11 +181,11 @@ def _metrics_html(result: RunResult) -> str:
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))
-    x, y, tilt = result.metrics.final_tracking_error
-    rms = math.hypot(*result.metrics.rms_tracking_error[:2])
+    final, ways = result.metrics.final_tracking_error, 3 if result.scenario.in_space else 2
+    rms = math.hypot(*result.metrics.rms_tracking_error[:ways])
     tracking = (
-        f"Object off its desired pose: {1e3 * math.hypot(x, y):.1f} mm and "
-        f"{abs(math.degrees(tilt)):.1f}° at the end, {1e3 * rms:.1f} mm rms."
+        f"Object off its desired pose: {1e3 * math.hypot(*final[:ways]):.1f} mm and "
+        f"{math.degrees(math.hypot(*final[ways:])):.1f}° at the end, {1e3 * rms:.1f} mm rms."
     )
     return f"<table><tr><th></th>{head}</tr>{rows}</table>{_paragraph(tracking, _SMALL)}"
 

@@ -10,7 +10,7 @@ import viser
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.palette import CONE, GHOST, PHASES, Rgb
 from slipgrasp.web.model.colours import BELIEVED_CONE, PUSH, WATER, css, sign
-from slipgrasp.web.model.events import PHASE_HINTS, PHASE_WORDS
+from slipgrasp.web.model.events import PHASE_HINTS, PHASE_WORDS, phases_in
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
@@ -110,8 +110,8 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
     )
     phases = "".join(
         f'<span title="{PHASE_HINTS[phase]}"><i style="color:{sign(PHASES[phase])}">■</i> '
-        f"{word}</span>"
-        for phase, word in PHASE_WORDS.items()
+        f"{PHASE_WORDS[phase]}</span>"
+        for phase in phases_in(shown.result.scenario)
     )
     pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
     return (

@@ -9,9 +9,8 @@ import viser
 
 from slipgrasp.core.run.verdict import scenario_title
 from slipgrasp.core.scenario.law_choice import LAW
-from slipgrasp.core.scenario.loading import preset_names
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words
-from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
+from slipgrasp.web.model.draft import Draft, TimedEdit, change_time, offered_presets
 from slipgrasp.web.model.editing import Reach
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent, Send
@@ -160,7 +159,7 @@ def _what_it_shows(draft: Draft) -> str:
 def _origins(draft: Draft, *opened: str) -> tuple[str, ...]:
     """What the user can start from: what was opened, and the presets."""
     others = dict.fromkeys((draft.origin, *opened))
-    return (*(name for name in others if name not in preset_names()), *preset_names())
+    return (*(name for name in others if name not in offered_presets()), *offered_presets())
 
 
 def _resting_time(playback: Playback | None) -> float | None:

@@ -26,6 +26,7 @@ _CELLS = 480
 _NUM_TICKS = 6
 _MARK_WIDTH = 0.012
 _TOLD_EVENTS = 6
+_NO_PHASE = -9
 _SIGNS = {
     EventKind.SLIP: "▼",
     EventKind.STICK: "▲",
@@ -104,7 +105,7 @@ def phase_spans(
     first = np.searchsorted(slipping, rows[:-1])
     slips = np.append(slipping, len(times))[first] <= rows[1:]
     phases = np.where(slips, np.append(phase[slipping], 0)[first], 0)
-    starts = np.flatnonzero(np.diff(phases, prepend=2) != 0)
+    starts = np.flatnonzero(np.diff(phases, prepend=_NO_PHASE) != 0)
     for start, end in zip(starts, [*starts[1:], cells], strict=True):
         yield int(start), int(end - start), ContactPhase(int(phases[start]))
 

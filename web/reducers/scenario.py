@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario.field_errors import shortened
+from slipgrasp.core.scenario.field_errors import shortened, single_error
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.core.scenario.own_laws import law_names
@@ -37,6 +37,8 @@ from slipgrasp.web.model.view import RunStatus, Shown, ViewState, with_status
 from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5
+_MASSES = ("object.mass", "object.inertia")
+_MASSES_IN_SPACE = ("object.mass", *(f"object.inertias.{k}" for k in range(3)))
 """What a pour multiplies mass and inertia by."""
 _DIGITS = 6
 
@@ -110,11 +112,11 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     draft, moment = view.draft, change_time(view.playback.time)
     match intent.kind:
         case DisturbanceKind.PUSH:
-            return draft.with_disturbance(push_at(moment))
+            return draft.with_disturbance(push_at(moment, in_space=draft.base.in_space))
         case DisturbanceKind.WET_SPOT:
             return _wetted(draft, view.shown, moment, intent.contact)
         case DisturbanceKind.POUR:
-            for key in ("object.mass", "object.inertia"):
+            for key in _MASSES_IN_SPACE if draft.base.in_space else _MASSES:
                 draft = _multiplied(draft, moment, key, _POURED)
             return draft
 
@@ -128,7 +130,7 @@ def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> D
         contact = int(np.argmin(trace.friction_margin[spot.row]))
     if contact not in contacts or trace.shape.num_contacts != len(contacts):
         return draft
-    slip = float(spot.read(trace.slip)[contact])
+    slip = float(spot.read(trace.slip)[contact * trace.slip.shape[1] // len(contacts)])
     return draft.with_disturbance(wet_spot(draft.base, contact, slip, moment))
 
 
@@ -198,7 +200,11 @@ def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:
     """The view with the scenario of a file, or with what is wrong with it."""
     label = f"file {shortened(name)}"
     try:
-        draft = Draft.starting_from(label, scenario_from_toml(content, label))
+        scenario = scenario_from_toml(content, label)
+        if scenario.in_space:
+            words = f"'{label}' is of a hand in space, which the page does not draw yet"
+            raise single_error("object.height", None, None, f"{words}; 'slipgrasp run' does it")
+        draft = Draft.starting_from(label, scenario)
     except ScenarioError as error:
         return replace(view, editing=replace(view.editing, file_errors=error.errors))
     return _with_draft(replace(view, editing=replace(view.editing, file_errors=())), draft)

@@ -1,4 +1,4 @@
-"""A camera that looks at the hand from the front, until the user takes it over."""
+"""A camera that looks at the hand as its picture was laid out, until the user takes it over."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.web.model.page_layout import Picture
+from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 FIELD_OF_VIEW = math.radians(22.0)
 _FREE_SHARE = 0.3
@@ -18,29 +19,36 @@ _TOLERANCE = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """Where a camera that looks along the model's depth stands, and what it looks at [m]."""
+    """Where a camera that looks at a plane stands, and what it looks at [m]."""
 
     centre: tuple[float, float]
     distance: float
+    plane: ViewPlane = FRONT
 
     @property
     def position(self) -> tuple[float, float, float]:
         """The camera in viewer coordinates."""
-        return (self.centre[0], -self.distance, self.centre[1])
+        return self.plane.place(self.centre, self.distance)
 
     @property
     def look_at(self) -> tuple[float, float, float]:
         """The middle of the picture in viewer coordinates."""
-        return (self.centre[0], 0.0, self.centre[1])
+        return self.plane.place(self.centre)
 
 
-def frame_box(low: NDArray[np.float64], high: NDArray[np.float64], picture: Picture) -> Framing:
+def frame_box(
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    picture: Picture,
+    plane: ViewPlane = FRONT,
+) -> Framing:
     """The nearest camera that sees a whole box, above what a panel covers.
 
     Args:
-        low: Lower left corner of the box in the model's plane [m].
+        low: Lower left corner of the box in the plane [m].
         high: Its upper right corner [m].
         picture: Size of the picture.
+        plane: The plane that it looks at.
     """
     height = max(picture.height, 1)
     free = max(height - picture.covered, _FREE_SHARE * height)
@@ -49,7 +57,7 @@ def frame_box(low: NDArray[np.float64], high: NDArray[np.float64], picture: Pict
     whole = half * height / free
     centre = 0.5 * (low + high)
     middle = (float(centre[0]), float(centre[1] - (whole - half)))
-    return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW))
+    return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW), plane)
 
 
 def stands_at(position: tuple[float, float, float], framing: Framing) -> bool:
@@ -70,17 +78,22 @@ class FrontCamera:
         self._framing: Framing | None = None
         self._arrived = False
         self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._plane = FRONT
         self._free = True
 
-    def show(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+    def show(
+        self, low: NDArray[np.float64], high: NDArray[np.float64], plane: ViewPlane = FRONT
+    ) -> None:
         """Frames a box, the first time and whenever its size changes.
 
         Args:
             low: Its lower left corner [m].
             high: Its upper right corner [m].
+            plane: The plane that it is in.
         """
-        if self._box is None or not np.allclose((low, high), self._box):
-            self._box = (low, high)
+        same = self._box is not None and np.allclose((low, high), self._box)
+        if not same or plane != self._plane:
+            self._box, self._plane = (low, high), plane
             self.frame()
 
     def measure(self, picture: Picture) -> None:
@@ -108,7 +121,7 @@ class FrontCamera:
         if self._box is None:
             return
         self._free = True
-        self._framing = frame_box(*self._box, self._picture)
+        self._framing = frame_box(*self._box, self._picture, self._plane)
         self._arrived = False
         self._camera.fov = FIELD_OF_VIEW
         self._camera.up_direction = (0.0, 0.0, 1.0)

@@ -78,6 +78,16 @@ def lens_background(normal: tuple[float, float], ground: Rgb, solid: Rgb) -> Pix
     return np.concatenate([colour, alpha], axis=-1).round().astype(np.uint8)
 
 
+@functools.lru_cache(maxsize=8)
+def round_patch(colour: Rgb) -> Pixels:
+    """A disc of one colour, shape ``(size, size, 4)``."""
+    steps = (np.arange(_SIZE) + 0.5) / _SIZE * 2.0 - 1.0
+    rim = (1.0 - np.hypot(steps[None, :], steps[:, None])) * 0.5 * _SIZE
+    alpha = 255.0 * np.clip(rim, 0.0, 1.0)[..., None]
+    ink = np.broadcast_to(np.array(colour, dtype=float), (_SIZE, _SIZE, 3))
+    return np.concatenate([ink, alpha], axis=-1).round().astype(np.uint8)
+
+
 @functools.lru_cache(maxsize=64)
 def lettering(text: str, ink: Rgb) -> Pixels:
     """One line of words on nothing, shape ``(height, width, 4)``."""

@@ -12,6 +12,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import joint_points, outline
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
@@ -40,6 +41,11 @@ class SceneLayout:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     hand_high: NDArray[np.float64]
+
+    @property
+    def plane(self) -> ViewPlane:
+        """The model's plane in the world."""
+        return FRONT
 
     def corners(self, *, lenses: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower left and upper right corner of the picture, with the lenses or without [m]."""

@@ -179,18 +179,26 @@ def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> Run
         layout: Where everything is.
         force_scale: How much longer than usual the user wants the arrows of forces.
     """
-    unknowns = result.trace.shape.unknowns
-    keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
-    full = _full_scale(result)
+    full = full_scale(result)
     return RunFacts(
         full=full._replace(force=full.force / force_scale),
-        beliefs=tuple(unknowns.index(key) if key in unknowns else None for key in keys),
+        beliefs=beliefs_of(result),
         magnification=layout.magnification,
     )
 
 
-def _full_scale(result: RunResult) -> FullScale:
-    """Round numbers, so that arrows of similar runs compare; a short peak may be longer."""
+def beliefs_of(result: RunResult) -> tuple[int | None, ...]:
+    """Where the estimate of each contact's friction stands, None where it is known."""
+    unknowns = result.trace.shape.unknowns
+    keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
+    return tuple(unknowns.index(key) if key in unknowns else None for key in keys)
+
+
+def full_scale(result: RunResult) -> FullScale:
+    """What arrows of full length stand for.
+
+    Round numbers, so that arrows of similar runs compare; a short peak may be longer.
+    """
     forces = np.abs(result.trace.normal_force)
     usual = max(float(np.median(forces)), 0.4 * float(forces.max()))
     speed = float(np.abs(result.trace.slip_velocity).max())

@@ -23,6 +23,8 @@ FEASIBLE = 1e-10  # [N], and share of the forces
 NEWTON_STEPS, NEWTON_ERROR = 30, 1e-13
 MAX_CHANGES = 40
 WITH_ROOM = 1e-6  # that all limits are met by to begin the way to the least forces [N]
+# [1/N]: where many forces violate the limits alike, it is small ones that count.
+SMALL_FORCES = 1e-8
 CONE, LEAST, MOST = range(3)
 _GAP, _FASTER, _BARRIER_STEPS = 1e-13, 0.1, 60
 
@@ -315,7 +317,8 @@ def spatial_barrier(grasp: Record, n: int, weight: float, phase: int) -> float:
     if phase == 1:
         right[free] = -1.0 / weight
         for a in range(free):
-            matrix[a, a] = 1e-12
+            matrix[a, a] = SMALL_FORCES / weight
+            right[a] = -SMALL_FORCES * grasp.point[a] / weight
     for c in range(3 * n):
         value = _widened(grasp, c, extra)
         if value == np.inf:
@@ -413,7 +416,11 @@ def _minimise_violation(grasp: Record, n: int) -> float:
 @compiled
 def _descend(grasp: Record, n: int) -> None:
     """From forces inside all limits to the least ones."""
-    weight = 1.0 / _FASTER
+    # From a weight that the objective does not feel yet: Newton's method then never falls behind.
+    weight = 1.0
+    for j in range(grasp.free):
+        weight += square(grasp.point[j])
+    weight /= _FASTER
     while weight > _GAP:
         weight *= _FASTER
         for _ in range(_BARRIER_STEPS):

@@ -1,0 +1,155 @@
+"""The kernel of hands in space against the NumPy reference: every phase, n = 2, 3, 4.
+
+Neither was written with the other in sight. Both compute in double precision by unlike
+algorithms: the kernel eliminates contact by contact, the reference assembles and inverts.
+"""
+
+import numpy as np
+import pytest
+
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.references.spatial_contact import Problem, moving_directions, select
+from tests.references.spatial_hands import at_rest_where_stuck, cone_phases, random_state
+from tests.references.spatial_law import regressor, tracking_errors
+from tests.references.spatial_run import Simulator
+from tests.references.spatial_scenarios import random_spatial_scenario, world_of
+from tests.spatial_evaluation import SpatialEvaluation
+
+pytestmark = pytest.mark.slow
+
+HANDS = [(n, seed) for n in (2, 3, 4) for seed in range(3)]
+TOLERANCE = 1e-10
+
+
+def sample(n, seed, unknown="masses", **values):
+    rng = np.random.default_rng([n, seed])
+    scenario = with_values(random_spatial_scenario(rng, n, unknown), values)
+    return rng, scenario, world_of(scenario), random_state(rng, n)
+
+
+def close(actual, wanted):
+    np.testing.assert_allclose(actual, wanted, atol=TOLERANCE * (1.0 + np.abs(wanted).max()))
+
+
+@pytest.mark.parametrize(("n", "seed"), HANDS)
+def test_plant_agrees_in_every_phase(n, seed):
+    rng, scenario, world, state = sample(n, seed)
+    for phase in cone_phases(state):
+        torques = rng.uniform(-20.0, 20.0, (n, 3))
+        at = at_rest_where_stuck(state, phase)
+        kin, spin = world.hand.kinematics(at), at.velocity[3:]
+        wanted = world.hand.solve_all_unknowns(kin, world.truth, phase, torques, spin=spin)
+        motion = SpatialEvaluation(scenario, at, phase, world.estimates).plant(torques)
+        close(motion.arms, kin.arms)
+        close(motion.joint_rates, kin.qd)
+        close(motion.acceleration, wanted.acceleration)
+        close(motion.forces, wanted.forces)
+        reduced = world.hand.reduced_form(kin, world.truth, phase, spin)
+        close(motion.determinant, np.linalg.det(reduced.M))
+
+
+@pytest.mark.parametrize(("n", "seed"), HANDS)
+def test_selection_finds_the_same_phases_directions_and_forces(n, seed):
+    rng, scenario, world, state = sample(n, seed)
+    compared = 0
+    for phase in cone_phases(state):
+        at = at_rest_where_stuck(state, phase)
+        kin = world.hand.kinematics(at)
+        for _ in range(4):
+            pressed = rng.uniform([-6.0, -6.0, 2.0], [6.0, 6.0, 30.0], (n, 3))
+            tips = kin.frames @ pressed[:, :, None]
+            torques = (kin.jacobians.transpose(0, 2, 1) @ tips)[:, :, 0]
+            torques += (world.truth.link_masses.T[:, :, None] * kin.bias_per_mass).sum(axis=0)
+            G, c = world.hand.contact_space(kin, at, world.truth, torques)
+            moving, directions = moving_directions(at.slip_velocity, "cone")
+            none = np.zeros((n, 2), bool)
+            found = select(Problem(G, c, world.truth.friction, moving, directions, none))
+            own, motion = SpatialEvaluation(scenario, at, phase, world.estimates).select(torques)
+            assert (own is None) == (found.phase is None)
+            if own is None or found.phase is None:
+                continue
+            compared += 1
+            np.testing.assert_array_equal(own.sticks, found.phase.sticks)
+            np.testing.assert_allclose(own.directions, found.phase.directions, atol=1e-8)
+            scale = 1.0 + np.abs(found.forces).max()
+            np.testing.assert_allclose(motion.forces, found.forces, atol=1e-8 * scale)
+    assert compared > 4
+
+
+def assert_least_excess(evaluation, wanted):
+    """Where no force is inside all cones: as little beyond them, by forces that are no larger."""
+    discrete, n = evaluation.discrete, evaluation.n
+    assert discrete.violation == pytest.approx(wanted.violation, rel=1e-6, abs=1e-7)
+    forces = evaluation.work.grasp.force[: 3 * n]
+    assert np.linalg.norm(forces) < np.linalg.norm(wanted.forces) * (1.0 + 1e-4)
+
+
+LAWS = {
+    "hold": {"controller.distribution": "hold", "controller.grip_safety": 1.05},
+    "exact": {"controller.distribution": "exact", "controller.grip_safety": 1.05},
+    "floor": {"controller.distribution": "hold", "controller.minimum_normal_force": 3.0},
+}
+
+
+@pytest.mark.parametrize("unknown", ["masses", "friction"])
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("n", "seed"), HANDS[::2])
+def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(n, seed, law, unknown):
+    _, scenario, world, state = sample(n, seed, unknown, **LAWS[law])
+    state = state._replace(
+        position=world.position,
+        quaternion=np.array(world.quaternion),
+        velocity=0.1 * state.velocity,
+        slip_velocity=0.1 * state.slip_velocity,
+    )
+    for phase in cone_phases(state):
+        at = at_rest_where_stuck(state, phase)
+        kin, spin, desired = world.hand.kinematics(at), at.velocity[3:], world.desired(0.0)
+        believed = world.unknowns.fill(world.estimates)
+        errors = tracking_errors(at, kin.rotation, desired)
+        v = world.law.commanded_acceleration(errors, phase, desired)
+        wanted = world.law.command(world.hand, kin, believed, phase, v, spin)
+        evaluation = SpatialEvaluation(scenario, at, phase, world.estimates)
+        torques = evaluation.command()
+        if wanted.violation > 1e-7:
+            assert_least_excess(evaluation, wanted)
+            continue
+        size = 1.0 + np.abs(wanted.torques).max()
+        np.testing.assert_allclose(torques, wanted.torques, atol=1e-8 * size)
+        own, motion = evaluation.select(torques)
+        if own is None:
+            continue
+        reduced = world.hand.reduced_form(kin, believed, phase, spin).M
+        U, _ = regressor(world.hand, kin, world.unknowns, phase, motion.acceleration, spin)
+        gradient = U.T @ world.law.weighted_errors(reduced, errors)
+        pull = world.law.leakage(world.estimates) * world.estimates
+        close(evaluation.learn(), world.law.adaptation_gain * gradient - pull)
+
+
+RUNS = {
+    "spatial-prism": 0.004,
+    "spatial-composite": 0.009,
+    "spatial-unknown-friction": 0.02,
+}
+
+
+@pytest.mark.parametrize("preset", RUNS)
+def test_runs_agree_through_events_and_ticks(preset):
+    """Slips to 1e-11 m, ends of slips to 1e-9 s, estimates to 1e-8."""
+    duration = RUNS[preset]
+    scenario = with_values(
+        load_scenario(preset), {"simulation.duration": duration, "simulation.output_rate": 1000.0}
+    )
+    simulator = Simulator(world_of(scenario)._replace(tolerance=1e-9))
+    reference = simulator.simulate(duration)
+    result = simulate(scenario)
+    assert result.outcome.value == reference.outcome
+    np.testing.assert_allclose(result.trace.slip[-1], reference.slip.ravel(), atol=1e-11)
+    np.testing.assert_allclose(result.metrics.slip_path, reference.slip_path, atol=1e-11)
+    # The reference's last tick has learnt already.
+    before = result.trace.estimates[-1]
+    assert np.all(np.isfinite(before))
+    ends = [change.time for change in result.phase_changes if change.to_phase == 0]
+    wanted = np.sort(reference.slip_ends[~np.isnan(reference.slip_ends)])
+    np.testing.assert_allclose(ends, wanted, atol=1e-9)

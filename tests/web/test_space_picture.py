@@ -1,0 +1,168 @@
+"""What the page makes of a run in space: instants, charts, words and the picture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import spatial_joint_points
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import PHASES
+from slipgrasp.server.viewer.server import ViewerServer
+from slipgrasp.web.charts.charts import charts_of
+from slipgrasp.web.model.events import events_of, phases_in
+from slipgrasp.web.model.playback import TimeWindow
+from slipgrasp.web.model.spatial_sampling import SpatialSampler, make_sampler
+from slipgrasp.web.panels.strip import phase_spans
+from slipgrasp.web.scene.marks import full_scale
+from slipgrasp.web.scene.scene import Scene
+from slipgrasp.web.scene.space.layout import contacts_of, lay_out_space, spatial
+from slipgrasp.web.scene.space.solids import quaternion_of, rotation_of
+from slipgrasp.web.scene.view_plane import ViewPlane
+
+LENS = "/space/lenses/board/0"
+DURING, AFTER = 0.05, 0.19
+
+
+@pytest.fixture(scope="module")
+def prism() -> RunResult:
+    """The first fifth of a second: all fingertips slip for some 80 ms."""
+    return simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.2}))
+
+
+def node(server: ViewerServer, name: str) -> Any:
+    found = server.scene.get_handle_by_name(name)
+    assert found is not None, name
+    return found
+
+
+def test_an_instant_is_read_between_two_rows_and_ends_every_way_at_its_slip(
+    prism: RunResult,
+) -> None:
+    sampler = make_sampler(prism.trace)
+    assert isinstance(sampler, SpatialSampler)
+    sample, trace = sampler.at(DURING + 0.0011), prism.trace
+    for i, way in enumerate(sample.ways):
+        np.testing.assert_array_equal(way[0], 0.0)
+        np.testing.assert_array_equal(way[-1], sample.slip[i])
+        length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
+        told = np.interp(sample.time, trace.times, trace.slip_path[:, i])
+        assert length == pytest.approx(told, rel=1e-3)
+    turned = Rotation.from_quat(sample.object_pose[[4, 5, 6, 3]])
+    error = np.array(
+        [np.interp(sample.time, trace.times, column) for column in trace.tracking_error.T]
+    )
+    desired = Rotation.from_rotvec(error[3:]) * turned
+    wanted = sample.desired_pose[[4, 5, 6, 3]]
+    np.testing.assert_allclose(
+        (desired.inv() * Rotation.from_quat(wanted)).magnitude(), 0.0, atol=1e-12
+    )
+
+
+def test_fingertips_are_drawn_where_the_contacts_of_the_object_are(prism: RunResult) -> None:
+    sample, scenario = SpatialSampler(prism.trace).at(DURING), spatial(prism)
+    turn = rotation_of(sample.object_pose[3:])
+    for i, contact in enumerate(contacts_of(scenario)):
+        tip = spatial_joint_points(scenario.fingers[i], sample.joint_positions[i])[-1]
+        tangents = np.array([contact.tangent_x, contact.tangent_y])
+        touched = np.array(contact.anchor) + sample.slip[i] @ tangents
+        np.testing.assert_allclose(tip, sample.object_pose[:3] + turn @ touched, atol=1e-6)
+
+
+def test_quaternions_of_axes_turn_into_them() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        axes = Rotation.random(random_state=rng).as_matrix()
+        np.testing.assert_allclose(rotation_of(np.array(quaternion_of(axes))), axes, atol=1e-12)
+
+
+def test_the_first_look_is_upright_and_from_outside(prism: RunResult) -> None:
+    plane = lay_out_space(prism, full_scale(prism)).plane
+    axes = np.array(plane)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+    assert plane.right[2] == 0.0
+    assert plane.towards[2] > 0.0
+    point = np.array([0.3, -0.2, 0.5])
+    across, up = plane.project(point)
+    depth = float(point @ np.array(plane.towards))
+    np.testing.assert_allclose(plane.place((across, up), depth), point, atol=1e-12)
+    front = ViewPlane.seen_from(-np.pi / 2, 0.0)
+    np.testing.assert_allclose(front.right, (1.0, 0.0, 0.0), atol=1e-12)
+
+
+def test_charts_show_both_slips_and_their_limits(prism: RunResult) -> None:
+    charts = {chart.key: chart for tab in charts_of(prism).values() for chart in tab}
+    trace = prism.trace
+    slips = [line.values for line in charts["slip"].lines]
+    np.testing.assert_allclose(slips, 1e3 * trace.slip.T[[0, 2, 4, 1, 3, 5]])
+    assert [line.dashed for line in charts["slip"].lines] == [False] * 3 + [True] * 3
+    forces = charts["forces"].lines
+    for i in range(3):
+        size = np.hypot(*trace.tangential_force.T[2 * i : 2 * i + 2])
+        np.testing.assert_allclose(forces[i].values, size)
+        # The first row is that before the contacts are asked: they stick, and cannot.
+        after = slice(1, None)
+        assert np.all(forces[i].values[after] <= forces[3 + i].values[after] * (1.0 + 1e-9))
+    assert [line.label for line in charts["position-error"].lines] == ["x", "y", "z"]
+    assert len(charts["turn-error"].lines) == 3
+    assert len(charts["torques"].lines) == 9
+
+
+def test_events_say_where_a_fingertip_slips_and_lanes_show_it(prism: RunResult) -> None:
+    texts = [event.text for event in events_of(prism)]
+    assert sum("starts to slip up on its face" in text for text in texts) == 3
+    assert sum("sticks again" in text for text in texts) == 3
+    assert phases_in(prism.scenario) == (ContactPhase.STICK, ContactPhase.SLIP)
+    for i in range(3):
+        spans = list(phase_spans(prism, i, TimeWindow(0.0, 0.2)))
+        assert [phase for _, _, phase in spans] == [ContactPhase.SLIP, ContactPhase.STICK]
+
+
+def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
+    viewer_server: ViewerServer, prism: RunResult
+) -> None:
+    scene, sampler = Scene(viewer_server), SpatialSampler(prism.trace)
+    scene.show(prism)
+    for time, phase in ((DURING, ContactPhase.SLIP), (AFTER, ContactPhase.STICK)):
+        sample = sampler.at(time)
+        scene.update(sample)
+        for name in (f"{LENS}/tip/ball", "/space/object/body/contact0/tip/ball"):
+            assert tuple(node(viewer_server, name).color) == PHASES[phase]
+        friction, velocity = node(viewer_server, f"{LENS}/tip/arrows").points
+        reach = float(np.linalg.norm(friction[1] - friction[0]))
+        rim = float(node(viewer_server, f"{LENS}/tip/cone/disc").scale[0])
+        assert reach == pytest.approx(rim, rel=1e-5) or (
+            phase is ContactPhase.STICK and reach < rim
+        )
+        if phase is ContactPhase.SLIP:
+            along = velocity[1] - velocity[0]
+            np.testing.assert_allclose(velocity[0], friction[1])
+            side = np.cross(along, friction[1] - friction[0])
+            assert np.abs(side).max() < 1e-5 * np.linalg.norm(along) * reach + 1e-9
+    scene.remove()
+
+
+def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
+    viewer_server: ViewerServer, prism: RunResult, case_2: RunResult
+) -> None:
+    scene = Scene(viewer_server)
+    scene.show(prism)
+    scene.update(SpatialSampler(prism.trace).at(DURING))
+    scene.show(case_2, ghost=prism)
+    scene.update(make_sampler(case_2.trace).at(DURING))
+    assert viewer_server.scene.get_handle_by_name("/space") is None
+    assert viewer_server.scene.get_handle_by_name("/pale-space") is None
+    scene.show(prism, ghost=prism)
+    scene.update(SpatialSampler(prism.trace).at(DURING), SpatialSampler(prism.trace).at(AFTER))
+    assert viewer_server.scene.get_handle_by_name("/hand") is None
+    assert node(viewer_server, "/pale-space").visible
+    assert isinstance(prism.scenario, SpatialScenario)
+    scene.remove()
