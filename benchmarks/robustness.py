@@ -74,6 +74,7 @@ class World(NamedTuple):
 def run(docs: Path | None = None) -> list[Table]:
     """The tables of the page, all called ``robustness-``, and its pictures."""
     # Those modules know this one.
+    from benchmarks.robustness_hands import measure_hands
     from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
     from benchmarks.robustness_worlds import measure_worlds
 
@@ -90,6 +91,7 @@ def run(docs: Path | None = None) -> list[Table]:
         measure_verdicts(COUNT),
         *(tabulate_sweep(sweep) for sweep in sweeps),
         *measure_worlds(),
+        measure_hands(),
     ]
 
 

@@ -26,7 +26,7 @@ _RESOLUTION = 130
 def draw_random_objects(worlds: Sequence[World], path: Path) -> None:
     """One row per world, one square per law, one dot per object: blue held, orange lost."""
     laws = list(worlds[0].runs)
-    figure = _figure(2.1 * len(laws) + 0.4, 2.45 * len(worlds) + 0.6)
+    figure = new_figure(2.1 * len(laws) + 0.4, 2.45 * len(worlds) + 0.6)
     axes = figure.subplots(len(worlds), len(laws), sharex=True, sharey=True, squeeze=False)
     for row, world in zip(axes, worlds, strict=True):
         for axis, (law, runs) in zip(row, world.runs.items(), strict=True):
@@ -37,7 +37,7 @@ def draw_random_objects(worlds: Sequence[World], path: Path) -> None:
         row[0].set_ylabel(f"{world.name} world\nfriction right")
     for axis in axes[-1]:
         axis.set_xlabel("friction left")
-    _save(figure, path)
+    save(figure, path)
 
 
 def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: Path) -> None:
@@ -48,7 +48,7 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: P
         maps: Longest slip path [mm] of each law, ``(right, left)``; NaN where it is not held.
         path: Where to write.
     """
-    figure = _figure(4.6 * len(maps) + 1.0, 4.6)
+    figure = new_figure(4.6 * len(maps) + 1.0, 4.6)
     axes = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
     extent = (sides[0], sides[-1], sides[0], sides[-1])
     image = None
@@ -62,12 +62,12 @@ def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: P
         axis.set_xlabel("friction of the left fingertip")
     axes[0].set_ylabel("friction of the right fingertip")
     figure.colorbar(image, ax=axes, label="slip path where held [mm]; grey: lost", shrink=0.9)
-    _save(figure, path)
+    save(figure, path)
 
 
 def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
     """Share held over what is swept, one square per sweep: full lines composite, dashed oracle."""
-    figure = _figure(6.2 * len(sweeps), 4.6)
+    figure = new_figure(6.2 * len(sweeps), 4.6)
     axes = figure.subplots(1, len(sweeps), sharey=True, squeeze=False)[0]
     for axis, measured in zip(axes, sweeps, strict=True):
         for (name, shares), (colour, mark) in zip(measured.held.items(), _SERIES, strict=True):
@@ -78,7 +78,7 @@ def draw_sweeps(sweeps: Sequence[MeasuredSweep], path: Path) -> None:
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
     axes[0].set_ylabel(f"held of {sweeps[0].num_objects} objects [%]")
-    _save(figure, path)
+    save(figure, path)
 
 
 def _draw_series(
@@ -108,12 +108,14 @@ def _scatter(axis: Axes, friction: np.ndarray, held: np.ndarray) -> None:
     axis.set_yticks([0.2, 0.4, 0.6])
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of that size [inch]."""
     figure = Figure((width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path) -> None:
+    """Writes a figure as it is shown in the docs."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_RESOLUTION)

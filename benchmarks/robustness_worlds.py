@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +15,13 @@ from slipgrasp.core.processors import available_processors
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 
 COUNT = 1000
+FEWER = 300  # the first of them, for laws of the field
+FEWEST = 100  # the first of them, for every law in more worlds
 DURATION = 3.0  # a grip that is too strong at first is probed for a second
 EVENT = 1.5  # when something happens to the object [s]
 FIRST_FORCE = 30.0  # normal force of both fingertips at the start [N]
@@ -26,6 +30,13 @@ GRAVITY = 9.81
 SAFETY = 1.05
 
 _PAPER = {"controller.velocity_gain": 10.0, **EXACT}
+FIELD_FILE = Path(__file__).parents[1] / "examples" / "laws" / "field.py"
+# Laws of the field: their classes, and what they are told at the start of the run.
+FIELD_LAWS: dict[str, tuple[str, frozenset[str]]] = {
+    "reactive force": ("ReactiveForce", frozenset({"mass"})),
+    "learnt friction": ("LearntFriction", frozenset({"mass"})),
+    "observed slip": ("ObservedSlip", frozenset({"mass", "friction"})),
+}
 # Every law that is compared: what it sets. A law from elsewhere is one row more.
 LAWS: dict[str, dict[str, Any]] = {
     "plain grip": {"controller.kind": "pd-gravity", **_PAPER},
@@ -33,6 +44,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "theorem 3": {"controller.kind": "theorem-3", **_PAPER},
     "theorem 4": {"controller.kind": "theorem-4", **_PAPER},
     "certainty equivalence": {"controller.kind": "certainty-equivalence", **_PAPER},
+    **{name: {"controller.kind": name.replace(" ", "-")} for name in FIELD_LAWS},
     "composite": {},
     "oracle": {"estimates": []},
 }
@@ -51,12 +63,26 @@ def _noise(velocity: float) -> dict[str, Any]:
     return {
         "sensing.position_noise": 1e-2 * velocity,
         "sensing.velocity_noise": velocity,
+        "sensing.force_noise": 1e2 * velocity,
         "sensing.true_accelerations": False,
     }
 
 
 _LATE = {"controller.latency": 0.03}
 _DETECTED = {"sensing.true_phases": False}
+# Slip as the authors of the reactive force detect it, and the rest of their loop.
+_FOUND_LATE = {
+    **_DETECTED,
+    **_noise(1e-3),
+    "sensing.slip_detector": "threshold",  # sums would find a fast slip sooner
+    "sensing.slip_delay": 0.0204,
+    "sensing.slip_delay_deviation": 0.006,
+}
+_RUB = {
+    f"fingers.{i}.{key}": value
+    for i in range(2)
+    for key, value in (("joint_damping", 0.2), ("joint_friction", 0.5))
+}
 _PUSH = {"pulses": [{"time": EVENT, "duration": 0.05, "force": [0.0, -5.0]}]}
 WORLDS: dict[str, dict[str, Any]] = {
     "ideal": {},
@@ -75,6 +101,15 @@ WORLDS: dict[str, dict[str, Any]] = {
     "friction falls by 40 %, 1 mm/s": {"friction": 0.6, **_noise(1e-3)},
     "mass grows by half, 1 mm/s": {"mass": 1.5, **_noise(1e-3)},
 }
+# As above, with fewer objects.
+MORE_WORLDS: dict[str, dict[str, Any]] = {
+    "links believed 10 % long": {"controller.link_length_ratio": 1.1, **_noise(1e-3)},
+    "links believed 10 % short": {"controller.link_length_ratio": 0.9, **_noise(1e-3)},
+    "joints that rub, 1 mm/s": {**_RUB, **_noise(1e-3)},
+    "slip found after 20 ms, 1 mm/s": _FOUND_LATE,
+    "the same, 17 ms late": {**_FOUND_LATE, "controller.latency": 0.017},
+    "forces off by 2 N, 1 mm/s": {"sensing.force_bias": [2.0, 2.0], **_noise(1e-3)},
+}
 
 
 class Held(NamedTuple):
@@ -85,29 +120,50 @@ class Held(NamedTuple):
         kept: Whether the run went to its end, slipping or not.
         path: Of the longer slipping fingertip [m].
         force: Normal force at the end over the least that friction allows; NaN where not held.
+        safety: Least of mu F_n / |F_x| over the contacts at the end.
     """
 
     held: bool
     kept: bool
     path: float
     force: float
+    safety: float = np.nan
 
 
-def measure_worlds(count: int = COUNT) -> list[Table]:
+def measure_worlds(count: int = COUNT, fewer: int = FEWER, fewest: int = FEWEST) -> list[Table]:
     """What every law holds in every world, and how, for the same objects with two fingers.
 
     Args:
         count: Number of objects.
+        fewer: The same for laws of the field.
+        fewest: The same for every law in more worlds.
     """
+    for name, _ in FIELD_LAWS.values():
+        load_law(f"{FIELD_FILE}:{name}")
     found = {
-        world: {law: hold(law, values, count) for law in LAWS} for world, values in WORLDS.items()
+        world: {law: hold(law, values, fewer if law in FIELD_LAWS else count) for law in LAWS}
+        for world, values in WORLDS.items()
     }
+    for world, values in MORE_WORLDS.items():
+        found[world] = {law: hold(law, values, fewest) for law in LAWS}
+    return tabulate(found)
+
+
+def tabulate(found: Mapping[str, Mapping[str, list[Held]]]) -> list[Table]:
+    """The tables of what was held.
+
+    Args:
+        found: World, law, objects.
+    """
     note = (
-        f"{count} objects; the first normal force of every law is {FIRST_FORCE:g} N, but that of "
-        "the oracle, which is told the truth. Intervals are Wilson's, 95 %."
+        f"{COUNT} objects, the first {FEWER} of them for the laws of the field, and the first "
+        f"{FEWEST} in the last {len(MORE_WORLDS)} worlds. The first normal force of every law is "
+        f"{FIRST_FORCE:g} N, but "
+        "that of the oracle, which is told the truth. The laws of the field are told the mass at "
+        "the start, the observer also the friction. Intervals are Wilson's, 95 %."
     )
     shares = tuple(
-        (world, *(format_share(sum(run.held for run in runs), count) for runs in laws.values()))
+        (world, *(format_share(sum(run.held for run in runs), len(runs)) for runs in laws.values()))
         for world, laws in found.items()
     )
     how = tuple(
@@ -132,8 +188,34 @@ def hold(law: str, world: Mapping[str, Any], count: int) -> list[Held]:
         world: One of the values of `WORLDS`.
         count: Number of objects.
     """
+    return run_objects(_vary(law, world, count))
+
+
+def run_objects(scenarios: Iterable[Scenario]) -> list[Held]:
+    """How every one of these runs went."""
     with ThreadPoolExecutor(available_processors()) as pool:
-        return list(pool.map(_run, _vary(law, world, count)))
+        return list(pool.map(_run, scenarios))
+
+
+def happening(world: Mapping[str, Any], mass: float, frictions: Sequence[float]) -> dict[str, Any]:
+    """Values of a scenario in a world, with the changes of this object in mid-run.
+
+    Args:
+        world: One of the values of `WORLDS`.
+        mass: Of the object [kg].
+        frictions: Of its contacts.
+    """
+    changes = []
+    if "friction" in world:
+        changes = [
+            {"time": EVENT, "parameter": f"fingers.{i}.friction", "value": world["friction"] * mu}
+            for i, mu in enumerate(frictions)
+        ]
+    if "mass" in world:
+        grown = world["mass"] * mass
+        changes = [{"time": EVENT, "parameter": "object.mass", "value": grown}]
+    values = {key: value for key, value in world.items() if key not in ("friction", "mass")}
+    return {**values, "changes": changes}
 
 
 def _vary(law: str, world: Mapping[str, Any], count: int) -> Iterator[Scenario]:
@@ -142,25 +224,25 @@ def _vary(law: str, world: Mapping[str, Any], count: int) -> Iterator[Scenario]:
     believed = {f"estimates.{i}.initial": friction for i in range(2)}
     base = with_values(load_scenario("composite-case-2"), {**SETTINGS, **believed})
     base = with_values(base, LAWS[law])
+    _, told = FIELD_LAWS.get(law, ("", frozenset()))
     for seed, (mass, *frictions) in enumerate(random_objects(count).tolist()):
+        beliefs = [*frictions, mass, INERTIA_PER_MASS * mass]
+        told_of = ["friction", "friction", "mass", "mass"]
         values = {
+            **{
+                f"estimates.{k}.initial": value
+                for k, (value, what) in enumerate(zip(beliefs, told_of, strict=True))
+                if what in told
+            },
             "object.mass": mass,
             "object.inertia": INERTIA_PER_MASS * mass,
             **{f"fingers.{i}.friction": mu for i, mu in enumerate(frictions)},
             "simulation.seed": seed,
             "simulation.duration": DURATION,
             "simulation.output_rate": 20.0,
-            **{key: value for key, value in world.items() if key not in ("friction", "mass")},
+            **happening(world, mass, frictions),
         }
-        changes = [
-            {"time": EVENT, "parameter": f"fingers.{i}.friction", "value": world["friction"] * mu}
-            for i, mu in enumerate(frictions)
-            if "friction" in world
-        ]
-        if "mass" in world:
-            grown = world["mass"] * mass
-            changes = [{"time": EVENT, "parameter": "object.mass", "value": grown}]
-        yield with_values(base, {**values, "changes": changes})
+        yield with_values(base, values)
 
 
 def _run(scenario: Scenario) -> Held:
@@ -172,7 +254,9 @@ def _run(scenario: Scenario) -> Held:
     needed = np.sum(np.abs(trace.tangential_force[-1])) / 2.0 / trace.friction_coefficient[-1].min()
     force = float(trace.normal_force[-1].mean() / needed) if metrics.held else np.nan
     kept = result.outcome is Outcome.COMPLETED
-    return Held(metrics.held, kept, max(metrics.slip_path), force)
+    loads = np.maximum(np.abs(trace.tangential_force[-1]), 1e-9)
+    safety = float((trace.friction_coefficient[-1] * trace.normal_force[-1] / loads).min())
+    return Held(metrics.held, kept, max(metrics.slip_path), force, safety)
 
 
 def _describe(runs: list[Held]) -> str:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.own_laws import LAW, OwnLaw, kinds_in, own_law
+from slipgrasp.core.scenario.own_laws import LAW, LawIdentity, OwnLaw, kinds_in, own_law
 from slipgrasp.core.study.sampling import unit_samples
 
 MAX_RUNS = 1_000_000
@@ -115,6 +115,7 @@ class Study:
         sampling: How the runs are found.
         listed: The runs of a list, each as values by dotted key.
         recordings: Of which runs the recording is kept.
+        computed_by: Which laws of one's own computed it, where it was read from its file.
     """
 
     base: Scenario
@@ -124,6 +125,7 @@ class Study:
     recordings: KeptRecordings = "none"
     title: str = ""
     base_name: str = ""
+    computed_by: tuple[LawIdentity, ...] = ()
 
     @property
     def num_runs(self) -> int:

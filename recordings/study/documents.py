@@ -14,6 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.loading import all_preset_names, scenario_from_mapping
+from slipgrasp.core.scenario.own_laws import LawIdentity
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
 from slipgrasp.recordings.file.documents import parse_json
@@ -23,6 +24,7 @@ STUDY_FORMAT = 1
 STUDY_START = "slipgrasp/study/start"
 STUDY_STOP = "slipgrasp/study/stop"
 DEFINITION = "study.json"
+LAWS = "laws"
 TOPIC = "/slipgrasp/study/runs"
 CHANNEL = 1
 
@@ -47,8 +49,9 @@ class StudyEnd:
 
 
 def start_document(study: Study) -> dict[str, str]:
-    """Versions of format and program, the kernel, and what lists tell of a study."""
+    """Versions of format and program, the kernel, its laws, and what lists tell of a study."""
     provenance = present_provenance(in_space=study.base.in_space)
+    laws = [asdict(law.identity) for law in study.own_laws()]
     return {
         "format": str(STUDY_FORMAT),
         "program": provenance.program,
@@ -57,6 +60,7 @@ def start_document(study: Study) -> dict[str, str]:
         "runs": str(study.num_runs),
         "keys": json.dumps(study.keys),
         "recordings": study.recordings,
+        **({LAWS: json.dumps(laws)} if laws else {}),
     }
 
 
@@ -78,7 +82,18 @@ def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
     except ScenarioError as error:
         raise ValueError(str(error)) from error
     name = start.get("base", "")
-    return replace(study, base_name=name if name in all_preset_names() else "")
+    return replace(
+        study,
+        base_name=name if name in all_preset_names() else "",
+        computed_by=_read_laws(start.get(LAWS, "[]")),
+    )
+
+
+def _read_laws(text: str) -> tuple[LawIdentity, ...]:
+    try:
+        return _law_reader().validate_python(parse_json(text))
+    except ValidationError as error:
+        raise ValueError("the laws in its start document are malformed") from error
 
 
 def stop_document(end: StudyEnd, rows_hash: str) -> dict[str, str]:
@@ -114,6 +129,11 @@ def rows_channel() -> Channel:
         schema_id=CHANNEL,
         metadata={"log_time": "index of the run, not a time"},
     )
+
+
+@cache
+def _law_reader() -> TypeAdapter[Any]:
+    return TypeAdapter(tuple[LawIdentity, ...])
 
 
 @cache

@@ -10,6 +10,7 @@ from slipgrasp.core.executors import Cancelled
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.own_laws import own_law
 from slipgrasp.core.study.definition import Study, apply_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.compare.verification import WALL_TIME
@@ -66,6 +67,7 @@ def rebuild(
             f"run {row.index} was ended by its computing time, after {row.end_time:.4g} s of "
             "simulated time, and would not end there again; simulate its values as a run"
         )
+    _check_laws(study, row)
     scenario = apply_values(study.base, row.values)
     result = simulate(scenario, should_stop=should_stop, wall_limit=wall_limit)
     if result.outcome is Outcome.STOPPED:
@@ -79,6 +81,18 @@ def rebuild(
         cause = _cause(row, in_space=scenario.in_space)
         raise RebuildError(f"run {row.index} does not come out as its row says: {cause}")
     return result
+
+
+def _check_laws(study: Study, row: StudyRow) -> None:
+    """A law of that name that is another one would only show in the end, and without its name."""
+    for then in study.computed_by:
+        now = own_law(then.name)
+        if now is not None and now.identity != then:
+            raise RebuildError(
+                f"run {row.index} was computed with the law '{then.name}', version {then.version}, "
+                f"digest {then.digest[:12]}; here it is version {now.identity.version}, digest "
+                f"{now.identity.digest[:12]}: load the law as it was"
+            )
 
 
 def _cause(row: StudyRow, *, in_space: bool) -> str:

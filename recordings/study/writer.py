@@ -34,6 +34,7 @@ from slipgrasp.recordings.file.documents import STUDY_PROFILE
 from slipgrasp.recordings.study.documents import (
     CHANNEL,
     DEFINITION,
+    LAWS,
     STUDY_START,
     STUDY_STOP,
     StudyEnd,
@@ -178,6 +179,12 @@ class StudyWriter:
         definition = definition_document(self._study)
         if so_far is not None and so_far.definition != definition:
             cause = f"'{self._part.name}' is left of another study; delete it, or move it away"
+            raise RecordingBusyError(self._path, cause)
+        if so_far is not None and so_far.start.get(LAWS) != start_document(self._study).get(LAWS):
+            cause = (
+                f"'{self._part.name}' was begun with another version of its control law; delete it "
+                "to begin anew, or give back the law as it was"
+            )
             raise RecordingBusyError(self._path, cause)
         self._write_head(so_far)
         for payloads in so_far.chunks if so_far is not None else ():

@@ -13,13 +13,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks import memory, onset, scaling
+from benchmarks import claims, memory, onset, scaling
 from benchmarks.__main__ import PARTS, main
 from benchmarks.batch import compare_batches, vary
 from benchmarks.catalogue import measure_catalogue
 from benchmarks.charts import draw_scaling, draw_work_precision, save
 from benchmarks.cluster import Costs, measure_costs_of_a_run, project
 from benchmarks.faults.services import start_service
+from benchmarks.front_ends import measure_front_ends
 from benchmarks.hands import holding_hand
 from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco
@@ -28,6 +29,7 @@ from benchmarks.processes import MemoryWatch, memory_of
 from benchmarks.recording import measure_recording
 from benchmarks.report import Table, format_text, judge, update_page
 from benchmarks.robustness import ORACLE, WORLDS, hold_random_objects, share_held
+from benchmarks.robustness_hands import describe, hold_by_hand
 from benchmarks.speed import compare_speed, profile
 from benchmarks.study import describe_study, make_study
 from benchmarks.study_load import Client, run_over_rest
@@ -41,6 +43,8 @@ from benchmarks.work_precision import (
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import Outcome
+from tests.references.closed_loop import ClosedLoop
+from tests.references.hand import State
 
 pytestmark = pytest.mark.slow
 
@@ -282,6 +286,8 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "robustness.md",
         "verification.md",
         "portability.md",
+        "claims.md",
+        "laws.md",
     )
     pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
@@ -290,10 +296,13 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "cluster",
         "dashboard",
         "robustness",
+        "claims",
     }
     names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
     names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
+    names |= {"claim-1", "claim-2", "claim-3", "robustness-worlds", "robustness-how"}
+    names |= {"robustness-hands"}
     names |= {"robustness-ideal", "robustness-noisy", "robustness-verdicts"}
     names |= {"robustness-noise", "robustness-latency", "outcomes-endings", "outcomes-truth"}
     for name in names:
@@ -411,3 +420,34 @@ def test_the_composite_law_holds_nearly_all_that_the_oracle_holds_and_the_paper_
     assert share_held(runs["theorem-4"]) < 0.2
     assert share_held(runs["theorem-4, as printed"]) < 0.5
     assert max(max(run.metrics.slip_path) for run in runs["composite"]) < 0.02
+
+
+def test_a_tick_is_measured_in_every_front_end():
+    table = measure_front_ends(rounds=1, duration=0.05)
+    costs = [float(row[1]) for row in table.rows]
+    assert len(costs) == 6
+    assert min(costs) > 0.0
+    assert costs[2] > costs[0], "Python costs more than the built-in law"
+
+
+def test_the_noise_that_fails_a_row_is_that_of_its_definition():
+    """White noise through the filter and the vertical row of M~, drawn, against what is said."""
+    scenario = load_scenario("composite-case-2")
+    noise = claims.noise_that_fails(scenario)
+    loop = ClosedLoop.from_scenario(scenario)
+    start = np.array(scenario.trajectory.start)
+    kin = loop.hand.kinematics(State(start, np.zeros(3), np.zeros(2), np.zeros(2)))
+    row = loop.hand.reduced_form(kin, loop.truth, (0, 0)).M[1, :3]
+    drawn = np.random.default_rng(2).normal(0.0, noise, (100_000, 3))
+    share, value, errors = 0.001 / 0.007, np.zeros(3), []
+    for slope in np.diff(drawn, axis=0) / 0.001:
+        value = value + share * (slope - value)
+        errors.append(row @ value)
+    assert np.std(errors[100:]) == pytest.approx(claims.EXPECTED, rel=0.02)
+
+
+def test_a_hand_of_more_fingers_holds_what_it_is_told():
+    (run,) = hold_by_hand(4, "composite", {}, 1)
+    assert run.held
+    assert run.safety > 1.0
+    assert describe([run]).startswith("100.0 %")

@@ -6,13 +6,17 @@ import itertools
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 
 from slipgrasp.core.executors import Cancelled, make_executor
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.law_loading import register_law
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.scenario.own_laws import forget, own_law
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.trace.types import Outcome
@@ -256,3 +260,62 @@ def test_a_row_is_not_complete_before_its_duration() -> None:
     assert row.reason.code == "contradictory_end"
     assert row.reason.message.endswith(f"ended at {simulation.summary().end_time:g} s of 600 s")
     assert row.metrics["held"] is False
+
+
+class Steady:
+    """Carries the object with a fixed grip."""
+
+    version = "1"
+
+    def command(self, seen, memory, out):
+        force = 40.0 * seen.contact_normal
+        force[:, 1] += seen.model.object_mass * seen.model.gravity / len(seen.slip)
+        out.torque[:] = np.einsum("nij,ni->nj", seen.jacobian, force)
+
+
+class Changed(Steady):
+    """The same under another version."""
+
+    name = "steady"
+    version = "2"
+
+
+@pytest.fixture
+def steady_study():
+    register_law(Steady)
+    base = with_law(load_scenario("composite-case-2"), "steady")
+    base = with_values(base, {"simulation.duration": 0.02})
+    yield study_from_mapping(
+        {
+            "base": "base",
+            "vary": {"object.mass": {"min": 0.8, "max": 1.2, "count": 2 * NUM_RUNS}},
+            "recordings": "none",
+        },
+        lambda _: base,
+    )
+    forget("steady")
+
+
+def test_a_study_names_the_law_that_computed_it_and_is_rebuilt_with_no_other(
+    tmp_path, steady_study
+):
+    path = tmp_path / "study.mcap"
+    rows = run_study(steady_study, path)
+    with open_study(path) as reader:
+        study = reader.study
+    (identity,) = study.computed_by
+    assert (identity.name, identity.version) == ("steady", "1")
+    assert identity == own_law("steady").identity
+    assert state_hash(rebuild(study, rows[1])) == rows[1].state_hash
+    register_law(Changed)
+    with pytest.raises(RebuildError, match="computed with the law 'steady', version 1"):
+        rebuild(study, rows[1])
+
+
+def test_a_study_is_not_continued_with_another_version_of_its_law(tmp_path, steady_study):
+    path = tmp_path / "study.mcap"
+    run_study(steady_study, path, stop_after=2)
+    assert part_of(path).exists()
+    register_law(Changed)
+    with pytest.raises(RecordingBusyError, match="another version of its control law"):
+        run_study(steady_study, path)
