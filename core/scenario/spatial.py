@@ -270,7 +270,7 @@ class SpatialController(ControllerParameters):
             changeable=True,
         ),
     ] = 20.0
-    distribution: Annotated[
+    distribution: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
         Literal["exact", "hold", "softened"],
         Quantity(
             "How the contact forces share the wanted wrench: hold (every contact inside its cone, "
