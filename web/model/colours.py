@@ -49,9 +49,15 @@ def sign(colour: Rgb) -> str:
     return f"light-dark({own}, color-mix(in srgb, {own} 80%, white))"
 
 
+def word(colour: Rgb) -> str:
+    """The CSS colour of a word in a colour of the palette: read with ease on any page."""
+    own = css(colour)
+    return f"light-dark(color-mix(in srgb, {own} 65%, black), color-mix(in srgb, {own} 45%, white))"
+
+
 def tone(name: str) -> str:
     """The CSS colour of words that are ``good``, a ``warning`` or ``bad`` news.
 
     A share of the text's own colour keeps them legible on a bright and on a dark page.
     """
-    return f"color-mix(in srgb, {css(_TONES[name])} 75%, currentColor)"
+    return f"color-mix(in srgb, {css(_TONES[name])} 60%, currentColor)"

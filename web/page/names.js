@@ -1,5 +1,5 @@
-// Names for the controls that viser leaves nameless, so that each can be told by ear: a knob by
-// its label and its folder, a button that is only an icon by what it does.
+// Names for what viser leaves nameless, so that it can be told by ear: a knob by its label and its
+// folder, a button that is only an icon by what it does, and the page by what is in it.
 import { onFrame } from "./session_state.js";
 
 const LOOK_EVERY_MS = 500;
@@ -12,10 +12,16 @@ let lookedAt = -Infinity;
 
 /** Begins to name what appears. */
 export function startNames() {
+  const root = document.getElementById("root");
+  root?.setAttribute("role", "main");
+  const heading = document.createElement("h1");
+  heading.textContent = "slipgrasp";
+  heading.className = "sg-unseen";
   onFrame(() => {
     const now = performance.now();
     if (now - lookedAt < LOOK_EVERY_MS) return;
     lookedAt = now;
+    if (root && !heading.isConnected) root.append(heading);
     document.querySelectorAll("label[for]").forEach(nameKnob);
     document.querySelectorAll("button:not([aria-label])").forEach(nameButton);
   });

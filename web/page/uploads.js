@@ -1,4 +1,4 @@
-// Recordings that the user sends: [data-sg-upload='/address'] is a label around a file input.
+// Recordings that the user sends: [data-sg-upload='/address'] is a button around a file input.
 // The file goes to the REST interface as it is, which reads it in full before it keeps it;
 // what it answers stands in the element behind the label.
 import { post } from "./post.js";
@@ -6,7 +6,12 @@ import { post } from "./post.js";
 /** Begins to listen. */
 export function startUploads() {
   document.addEventListener("change", onFile);
+  document.addEventListener("click", onClick);
   document.addEventListener("keydown", onKey);
+}
+
+function onClick(event) {
+  if (event.target.matches?.("[data-sg-upload]")) event.target.querySelector("input").click();
 }
 
 function onKey(event) {
@@ -17,15 +22,15 @@ function onKey(event) {
 }
 
 async function onFile(event) {
-  const label = event.target.closest?.("[data-sg-upload]");
+  const button = event.target.closest?.("[data-sg-upload]");
   const file = event.target.files?.[0];
-  if (!label || !file) return;
+  if (!button || !file) return;
   const input = event.target;
-  const answer = label.nextElementSibling;
+  const answer = button.nextElementSibling;
   input.disabled = true;
   tell(answer, `Sending ${file.name} …`, "");
   try {
-    const run = await send(label.dataset.sgUpload, file);
+    const run = await send(button.dataset.sgUpload, file);
     tell(answer, `${file.name} is kept as ${run.id}.`, "good");
     post({ kind: "list-recordings", page: 0 });
     post({ kind: "choose-recording", run_id: run.id });

@@ -14,7 +14,7 @@ from slipgrasp.core.run.verdict import Verdict, describe_run
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import milliseconds
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
-from slipgrasp.web.model.colours import css, sign, tone
+from slipgrasp.web.model.colours import css, sign, tone, word
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
@@ -56,8 +56,8 @@ class OutcomePanel:
 def welcome_html() -> str:
     """What one sees, for who is here for the first time; the page's script knows who is not."""
     sticks, forward, backward = (
-        f"<b style='color:{sign(PHASES[phase])}'>{word}</b>"
-        for phase, word in (
+        f"<b style='color:{word(PHASES[phase])}'>{name}</b>"
+        for phase, name in (
             (ContactPhase.STICK, "blue"),
             (ContactPhase.SLIP_FORWARD, "orange"),
             (ContactPhase.SLIP_BACKWARD, "pink"),

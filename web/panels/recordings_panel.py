@@ -308,10 +308,10 @@ def upload_html() -> str:
     """
     hint = "Keeps a recording (MCAP) of slipgrasp from another folder; it is read in full before."
     return (
-        "<div class='sg-run-list'><label class='sg-upload' "
+        "<div class='sg-run-list'><span class='sg-upload' "
         f"data-sg-upload='{from_page(UPLOAD_PATH)}' title='{hint}' "
         "tabindex='0' role='button'>⇪ Upload a recording"
-        "<input type='file' accept='.mcap' hidden></label>"
+        "<input type='file' accept='.mcap' hidden></span>"
         "<div class='sg-upload-answer' role='status'></div></div>"
     )
 

@@ -1,0 +1,45 @@
+"""What axe-core finds wrong with the page, for whoever cannot see it well."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from tests.server.serving import RunningServer
+from tests.waiting import wait_until
+from tests.web.conftest import LARGE, PATIENCE, hide_warning
+from tests.web.driving import pause
+
+AXE = Path(__file__).parent / "axe" / "axe.min.js"
+VIOLATIONS = """() => axe.run(document, {resultTypes: ["violations"]}).then(({violations}) =>
+    violations.flatMap(({id, nodes}) => nodes.map(({html}) => `${id}: ${html.slice(0, 200)}`)))"""
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
+]
+
+
+def violations(page: Page) -> list[str]:
+    return list(page.evaluate(VIOLATIONS))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_wrong_with_any_panel(
+    browser: Browser, dashboard: RunningServer, scheme: Literal["light", "dark"]
+) -> None:
+    page = browser.new_page(viewport=LARGE, color_scheme=scheme)
+    page.set_default_timeout(PATIENCE)
+    page.goto(f"{dashboard.url}/?fixedDpr=0.3")
+    page.locator(".sg-transport").wait_for()
+    pause(page)
+    hide_warning(page)
+    page.add_script_tag(path=AXE)
+    for panel in ("Run", "Recordings", "Compare", "Study"):
+        page.get_by_role("tab", name=panel, exact=True).first.click()
+        wait_until(lambda: violations(page) == [], lambda: violations(page))
+    page.close()
