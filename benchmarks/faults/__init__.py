@@ -17,6 +17,7 @@ from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
+from benchmarks.faults.stops import stop_runs
 from benchmarks.faults.viewers import mix_viewers
 from benchmarks.faults.workers import kill_in_a_burst, kill_workers
 from benchmarks.report import Table
@@ -26,11 +27,12 @@ __all__ = ["run"]
 KILLS = 100
 SERVICE_KILLS = 20
 WORKER_KILLS = 100
-DASK_KILLS, DASK_RUNS = 20, 10_000
+DASK_KILLS, DASK_RUNS = 4, 2000
 BURST, BURST_SECONDS = 6, 4.0
 UNWRITABLE_RUNS = 7
 FLIPS = 2000
 CLOCK_RUNS = 50
+STOPS = 40
 IDLE, SLOW, CROWD_SECONDS = 1500, 200, 20.0
 UNFINISHED, UNFINISHED_DURATION = 10, 50.0
 POLITE, RUDE, ROUNDS, WATCH_SECONDS = 56, 8, 4, 8.0
@@ -145,6 +147,13 @@ def _jumping_clock() -> Row:
     )
 
 
+def _stops() -> Row:
+    return (
+        f"{STOPS} endless runs stopped over REST, one after the other",
+        f"95 % have ended and are kept within {stop_runs(STOPS):.2f} s (target 0.5 s)",
+    )
+
+
 def _crowd() -> Row:
     crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
     return (
@@ -195,6 +204,7 @@ CAMPAIGNS: tuple[Callable[[], Row], ...] = (
     _failing_writes,
     _power_cuts,
     _jumping_clock,
+    _stops,
     _crowd,
     _readers,
     _restart,

@@ -204,8 +204,10 @@ class Contents:
         later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
         if not later:
             return {}
-        rate = self._scenario().simulation.output_rate
-        computed = metrics_of_trace(self.trace(), self._phase_changes(), outcome, rate)
+        rate, trace = self._scenario().simulation.output_rate, self.trace()
+        if len(trace) == 0:
+            raise self._damaged("it holds no sample")
+        computed = metrics_of_trace(trace, self._phase_changes(), outcome, rate)
         return {name: getattr(computed, name) for name in later}
 
     def _scenario_document(self) -> bytes:

@@ -14,6 +14,7 @@ from benchmarks.faults.disk import cut_the_power, fail_every_write
 from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
+from benchmarks.faults.stops import stop_runs
 from benchmarks.faults.viewers import mix_viewers
 from slipgrasp.recordings.file.reader import read_recording
 
@@ -61,6 +62,10 @@ def test_a_wall_clock_that_jumps_changes_no_run_and_no_study():
     jumps = jump_while_serving(4)
     assert jumps.runs == 8
     assert 0.0 < jumps.furthest <= 2 * LARGEST_JUMP + 3600.0
+
+
+def test_an_endless_run_is_kept_as_stopped_soon_after_somebody_stops_it():
+    assert stop_runs(2) > 0.0
 
 
 def test_hostile_files_are_refused_in_little_memory(tmp_path):

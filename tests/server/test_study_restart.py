@@ -76,6 +76,12 @@ def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client
     assert "Traceback" not in said
 
 
+def head_of(file: Path) -> tuple[object, ...]:
+    """What the file of a study says before its rows."""
+    with open_study(file) as reader:
+        return reader.library, reader.start, reader.definition.decode()
+
+
 def workers_of(process: subprocess.Popen[str]) -> list[int]:
     threads = Path(f"/proc/{process.pid}/task").iterdir()
     found = [int(pid) for thread in threads for pid in (thread / "children").read_text().split()]
@@ -102,9 +108,11 @@ def test_no_run_is_lost_or_done_twice_whoever_is_killed(tmp_path, undisturbed):
         answer = client.get(f"/studies/{study['id']}/recording")
 
     assert ended["state"] == "completed" and ended["finished"] == 200 and count == 1
-    assert answer.content == undisturbed
-    file = tmp_path / "answer.mcap"
+    file, expected = tmp_path / "answer.mcap", tmp_path / "expected.mcap"
     file.write_bytes(answer.content)
+    expected.write_bytes(undisturbed)
+    assert head_of(file) == head_of(expected)  # It tells more than bytes do.
+    assert answer.content == undisturbed
     with open_study(file) as reader:
         assert [row.index for row in reader.rows()] == list(range(200))
 
