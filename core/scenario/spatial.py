@@ -270,11 +270,12 @@ class SpatialController(ControllerParameters):
             changeable=True,
         ),
     ] = 20.0
-    distribution: Annotated[
-        Literal["exact", "hold"],
+    distribution: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
+        Literal["exact", "hold", "softened"],
         Quantity(
             "How the contact forces share the wanted wrench: hold (every contact inside its cone, "
-            "slipping or not) or exact (forces of slipping contacts on their cones, the paper's).",
+            "slipping or not), exact (forces of slipping contacts on their cones, the paper's) or "
+            "softened (exact but for what only huge forces would give).",
             changeable=True,
             used_by=tuple(law.kind for law in CONTROL_LAWS.values() if law.uses_friction),
         ),

@@ -35,6 +35,10 @@ _COUNTED_IN_SPACE = (
         "contact_restarts",
         "the contact problem was solved from random forces, not from those of stick",
     ),
+    (
+        "softened",
+        "a part of the demand that only huge forces would have given was given up",
+    ),
 )
 
 _GRASP_CODE = "grasp_outside_cones"

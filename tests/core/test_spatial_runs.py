@@ -131,6 +131,39 @@ def test_the_papers_distribution_loses_the_prism_where_its_rows_grow_dependent()
     assert result.reason.time == result.end_time
 
 
+@pytest.mark.parametrize(
+    ("preset", "ends", "paths", "slips", "errors"),
+    [
+        (
+            "spatial-prism",
+            "87.337 230.44 185.48",
+            "3.0605 5.0709 2.2375",
+            "3.057 -0.139 3.305 2.896 1.850 -0.711",
+            "5.954 40.74 28.25 29.47 23.83",
+        ),
+        (
+            "spatial-composite",
+            "10.760 5.370 19.979",
+            "0.0589 0.0254 0.1621",
+            "0.0582 -0.0071 0.0254 0.0007 0.1620 0.0047",
+            "0.352 0.399 -0.085 -0.002 0.000",
+        ),
+    ],
+)
+def test_the_softened_distribution_comes_out_to_the_printed_digits(
+    preset, ends, paths, slips, errors
+):
+    values = {"controller.distribution": "softened"}
+    result = simulate(with_values(load_scenario(preset), values))
+    trace = result.trace
+    assert_printed([1e3 * t for t in slip_ends(result)], ends)
+    assert_printed([1e3 * path for path in result.metrics.slip_path], paths)
+    assert_printed((1e3 * trace.slip[-1]).tolist(), slips)
+    shown = [1e3 * trace.tracking_error[row_at(trace, t), 2] for t in TIMES]
+    assert_printed(shown, errors)
+    assert np.abs(trace.energy_residual).max() < 2e-9
+
+
 def planar_limit(friction_unknown):
     """Two fingers at the x axis that see the object as two planar ones do."""
     mapping = load_scenario("spatial-prism").to_mapping()

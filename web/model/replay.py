@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.recordings.exceptions import RecordingError, RecordingNotFoundError
+from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 from slipgrasp.recordings.store.store import RecordingStore
@@ -52,29 +52,8 @@ def read_run(path: Path, should_stop: Callable[[], bool] = lambda: False) -> Run
         RecordingError: As `open_replay`.
     """
     if path.suffix == PART_SUFFIX:
-        return _drawable(read_unfinished(path).result)
-    return _drawable(read_recording(path, should_stop=should_stop))
-
-
-def _drawable(result: RunResult) -> RunResult:
-    """A run that the page can draw.
-
-    Raises:
-        NotDrawnError: If its hand stands in space.
-    """
-    if result.scenario.in_space:
-        raise NotDrawnError
-    return result
-
-
-class NotDrawnError(RecordingError):
-    """A recording of what the page cannot draw yet."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "it is of a hand in space, which the page does not draw yet; 'slipgrasp export' gives "
-            "it as a table"
-        )
+        return read_unfinished(path).result
+    return read_recording(path, should_stop=should_stop)
 
 
 def open_replay(

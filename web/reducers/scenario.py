@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario.field_errors import shortened, single_error
+from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.core.scenario.own_laws import law_names
@@ -200,11 +200,7 @@ def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:
     """The view with the scenario of a file, or with what is wrong with it."""
     label = f"file {shortened(name)}"
     try:
-        scenario = scenario_from_toml(content, label)
-        if scenario.in_space:
-            words = f"'{label}' is of a hand in space, which the page does not draw yet"
-            raise single_error("object.height", None, None, f"{words}; 'slipgrasp run' does it")
-        draft = Draft.starting_from(label, scenario)
+        draft = Draft.starting_from(label, scenario_from_toml(content, label))
     except ScenarioError as error:
         return replace(view, editing=replace(view.editing, file_errors=error.errors))
     return _with_draft(replace(view, editing=replace(view.editing, file_errors=())), draft)

@@ -79,7 +79,7 @@ from slipgrasp.core.kernel.space.stepper import (
 )
 from slipgrasp.core.kernel.space.workspace import STICK
 
-FREE_ROTATION, RESTARTS = 4, 5  # of the warnings, after those of the plane
+FREE_ROTATION, RESTARTS, SOFTENED = 4, 5, 6  # of the warnings, after those of the plane
 LEAST_STEP = 1e-14
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
@@ -149,6 +149,8 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
     store_tick(model, run, outlet)
     if work.grasp.rank < 6:
         warn(run, FREE_ROTATION)
+    if work.grasp.soft > 0:
+        warn(run, SOFTENED)
     if first == 1:
         # The stick that every run assumes at its start, under the first torque.
         copy_discrete(model, discrete, run.old)

@@ -115,7 +115,9 @@ def _fill_rows(model: Record, work: Record) -> int:
             rows[3, column] = sign * (ry * z - rz * y)
             rows[4, column] = sign * (rz * x - rx * z)
             rows[5, column] = sign * (rx * y - ry * x)
-    num_rows = 6
+    work.grasp.softens, num_rows = model.law.softens, 6
+    if model.law.softens == 1:
+        _scale_moments(model, work)
     if model.law.holds == 1:
         return num_rows
     for i in range(n):
@@ -129,6 +131,20 @@ def _fill_rows(model: Record, work: Record) -> int:
             rows[num_rows, 3 * i + 2] = -work.believed.friction[i] * room.gamma[i, axis]
             num_rows += 1
     return num_rows
+
+
+@compiled
+def _scale_moments(model: Record, work: Record) -> None:
+    """Divides the rows of moments by the mean arm of the contacts."""
+    n, rows, total = model.num_fingers, work.grasp.rows, 0.0
+    for i in range(n):
+        for k in range(3):
+            total += work.kin.arms[i, k] * work.kin.arms[i, k] / n
+    scale = 1.0 / np.sqrt(total)
+    for row in range(3, 6):
+        for column in range(3 * n):
+            rows[row, column] *= scale
+        rows[row, MAX_FORCES] *= scale
 
 
 @compiled

@@ -26,12 +26,16 @@ WITH_ROOM = 1e-6  # that all limits are met by to begin the way to the least for
 # [1/N]: where many forces violate the limits alike, it is small ones that count.
 SMALL_FORCES = 1e-8
 CONE, LEAST, MOST = range(3)
+WEAK, DAMPING = 0.1, 0.1  # sigma_0 and delta_0, moments over the mean arm
 _GAP, _FASTER, _BARRIER_STEPS = 1e-13, 0.1, 60
 
 
 @compiled_apart(types.void, GRASP, types.int64, types.int64)
 def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
-    """Least-norm least-squares solution of G F = d, and a basis of what G does not see."""
+    """Least-norm least-squares solution of G F = d, and a basis of what is free.
+
+    Free is what G does not see and, where the law softens, what weak rows see.
+    """
     size, rows = 3 * n, grasp.rows
     make_rows_orthogonal(rows, num_rows, size)
     largest = 0.0
@@ -44,19 +48,24 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
     for k in range(size):
         grasp.origin[k] = 0.0
         grasp.step[k] = 1.0
-    rank = 0
+    rank = soft = 0
     for p in range(num_rows):
         if not grasp.right[p] > square(RANK_SHARE) * largest:
             continue
         rank += 1
-        share = rows[p, MAX_FORCES] / grasp.right[p]
-        inverse = 1.0 / np.sqrt(grasp.right[p])
+        strength = np.sqrt(grasp.right[p])
+        inverse, wanted = 1.0 / strength, rows[p, MAX_FORCES] / strength
         for k in range(size):
-            grasp.origin[k] += share * rows[p, k]
             rows[p, k] *= inverse
             grasp.step[k] -= square(rows[p, k])
-    grasp.rank, grasp.free = rank, size - rank
-    for j in range(grasp.free):
+        if grasp.softens == 1 and strength < WEAK:
+            _soften(grasp, soft, p, strength, strength * wanted, size)
+            soft += 1
+            continue
+        for k in range(size):
+            grasp.origin[k] += wanted * rows[p, k]
+    grasp.rank, grasp.soft, grasp.free = rank, soft, size - rank + soft
+    for j in range(soft, grasp.free):
         best = 0
         for k in range(size):
             if grasp.step[k] > grasp.step[best]:
@@ -69,7 +78,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
             for p in range(num_rows):
                 if grasp.right[p] > square(RANK_SHARE) * largest:
                     _remove(basis, rows[p], size)
-            for earlier in range(j):
+            for earlier in range(soft, j):
                 _remove(basis, grasp.basis[earlier], size)
         total = 0.0
         for k in range(size):
@@ -78,6 +87,20 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
         for k in range(size):
             basis[k] *= inverse
             grasp.step[k] -= square(basis[k])
+
+
+@compiled
+def _soften(grasp: Record, j: int, p: int, strength: float, wanted: float, size: int) -> None:
+    """Makes a weak row of G a free number that is drawn to what the row asks.
+
+    Of c along the row, c^2 + (strength c - wanted)^2 / delta^2 = w^2 (c - m)^2 + const.
+    """
+    delta = square(DAMPING) * (1.0 - square(strength / WEAK))
+    weight = np.sqrt(1.0 + square(strength) / delta)
+    middle = strength * wanted / (delta * square(weight))
+    for k in range(size):
+        grasp.origin[k] += middle * grasp.rows[p, k]
+        grasp.basis[j, k] = grasp.rows[p, k] / weight
 
 
 @compiled
@@ -466,8 +489,11 @@ def spatial_grasp(grasp: Record, n: int, num_rows: int, least_force: int) -> flo
     spatial_origin(grasp, n, num_rows)
     for j in range(grasp.free):
         grasp.trial[j] = grasp.point[j] = 0.0
+        along = length = 0.0
         for k in range(3 * n):
-            grasp.trial[j] += grasp.basis[j, k] * grasp.force[k]
+            along += grasp.basis[j, k] * (grasp.force[k] - grasp.origin[k])
+            length += square(grasp.basis[j, k])
+        grasp.trial[j] = along / length
     _set_force(grasp, n)
     if least_force == 0 or grasp.free == 0 or _worst_limit(grasp, n) < 0:
         grasp.warm = 0

@@ -86,6 +86,7 @@ LAW = np.dtype(
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
         ("grasp_force", np.int64),  # 1: the least inside the cones, 0: none
         ("holds", np.int64),  # 1: every contact inside its cone, slipping or not
+        ("softens", np.int64),  # 1: gives up what only huge forces would give
         ("link_mass_ratio", np.float64),
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
@@ -200,6 +201,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
         _pack_lyapunov(law, k, float(weights[k]))
     law.grasp_force = int(controller.grasp_force == "minimum")
     law.holds = int(controller.distribution == "hold")
+    law.softens = int(controller.distribution == "softened")
     law.link_mass_ratio = controller.link_mass_ratio
     law.grip_safety = controller.grip_safety
     law.minimum_normal_force = controller.minimum_normal_force

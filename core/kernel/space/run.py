@@ -71,8 +71,8 @@ PROGRESS = np.dtype(
         ("num_changes", np.int64),  # in the buffer
         ("all_changes", np.int64),
         ("last_stick", np.float64),  # time of the last change to stick; -inf if none [s]
-        ("warning_counts", np.int64, (6,)),
-        ("warning_times", np.float64, (6,)),  # first of each [s]
+        ("warning_counts", np.int64, (7,)),
+        ("warning_times", np.float64, (7,)),  # first of each [s]
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # for the next tick
         ("old_phases", np.int64, (MAX_FINGERS,)),
     ],

@@ -56,6 +56,8 @@ GRASP = np.dtype(
         ("rows", np.float64, (MAX_ROWS, MAX_FORCES + 1)),  # [G | d], then orthogonal
         ("rank", np.int64),
         ("free", np.int64),  # numbers in lambda
+        ("softens", np.int64),  # 1: weak rows of G are met as far as they are cheap
+        ("soft", np.int64),  # how many are
         ("origin", np.float64, (MAX_FORCES,)),
         ("basis", np.float64, (MAX_FORCES, MAX_FORCES)),  # column by column
         ("cones", np.float64, (MAX_FINGERS,)),  # mu / safety; negative: no cone
