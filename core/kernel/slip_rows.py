@@ -79,6 +79,10 @@ def _begin(model: Record, run: Record, outlet: Record) -> bool:
     if not is_due or slip.added >= MAX_ADDED_ROWS or 2.0 * rate * LEAST_DISTANCE > 1.0:
         return False
     slip.level, slip.count, slip.since = 1, 0, outlet.num_rows
+    # Rows at output times inside the step just taken are there already.
+    length = run.row.length
+    while slip.since > 0 and outlet.rows[(slip.since - 1) * length] > run.now:
+        slip.since -= 1
     while rate * (2 << slip.level) * LEAST_DISTANCE <= 1.0:
         slip.level += 1
     slip.next = int(run.now * rate * (1 << slip.level)) + 1
