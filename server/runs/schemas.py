@@ -33,7 +33,7 @@ FiniteFloat = Annotated[float, Field(allow_inf_nan=False)]
 FiniteOrNone = Annotated[float | None, BeforeValidator(_finite_or_none)]
 """A quantity that a run which went wrong may not have."""
 
-PhaseName = Literal["stick", "slip_forward", "slip_backward"]
+PhaseName = Literal["stick", "slip_forward", "slip_backward", "slip"]
 
 
 class RunCreate(BaseModel):

@@ -141,6 +141,17 @@ def test_a_run_is_read_again_as_it_was_answered(client, sample_run) -> None:
     assert client.get(f"/runs/{sample_run['id']}").json() == sample_run
 
 
+@pytest.mark.parametrize("preset", ["spatial-box", "spatial-prism"])
+def test_a_hand_in_space_is_simulated_stored_and_told_as_one_in_the_plane(client, preset) -> None:
+    asked = {"scenario": preset, "set": {"simulation.duration": 0.1}}
+    made = client.post("/runs", json=asked).json()
+    assert made["outcome"] == "completed"
+    assert {change["to"] for change in made["phase_changes"]} == {"slip", "stick"}
+    assert client.get(f"/runs/{made['id']}").json() == made
+    signals = client.get(f"/runs/{made['id']}/signals", params={"names": "slip_x_0,slip_y_0"}).json()
+    assert max(signals["signals"]["slip_x_0"]) > 0.0
+
+
 def test_runs_are_listed_newest_first_page_by_page(tmp_path) -> None:
     short = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.1}}
     with serve(patient_settings(tmp_path)) as running, running.client() as client:
