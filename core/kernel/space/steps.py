@@ -1,0 +1,120 @@
+"""Steps in space within tolerance, and where in a step a guard is at its level."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import root
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.space.guards import keep_first, spatial_least
+from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.run import PROGRESS
+from slipgrasp.core.kernel.space.stepper import (
+    longest_step,
+    spatial_error,
+    spatial_step,
+    turns_back,
+)
+from slipgrasp.core.kernel.space.workspace import STICK
+
+LEAST_STEP = 1e-14
+QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
+LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_accept(model: Record, run: Record, until: float) -> float:
+    """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
+    step, discrete, rest = run.step, run.discrete, until - run.now
+    sticks = _all_stick(model, run)
+    h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
+    if not sticks:
+        step.rank = model.num_methods - 1
+    while True:
+        size = rest if h >= rest * (1.0 - 1e-9) else h
+        spatial_step(model, discrete, size, step, run.work)
+        run.steps += 1
+        error = spatial_error(model, size, step)
+        if error <= 1.0 and turns_back(model, discrete, step):
+            error = 16.0
+        if error <= 1.0:
+            _follow_error(model, run, error, size, rest, sticks)
+            return size
+        if sticks and step.rank + 1 < model.num_methods:
+            run.quiet_steps = 0
+            step.rank += 1
+            continue
+        shrink = max(0.2, 0.9 / root(error, 2)) if error < np.inf else 0.1
+        h = size * shrink
+        if h < LEAST_STEP * max(1.0, run.now) and h < rest:
+            return 0.0
+
+
+@compiled
+def _follow_error(
+    model: Record, run: Record, error: float, size: float, rest: float, sticks: bool
+) -> None:
+    """Size of the next step, and in stick the order of its method."""
+    grown = size * min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), 2))
+    # A step cut short by a tick says little of the next one.
+    run.step_size = max(grown, run.step_size) if grown >= size == rest else grown
+    if not sticks:
+        return
+    if error > QUIET:
+        run.quiet_steps = 0
+        run.step.rank = min(run.step.rank + 1, model.num_methods - 1)
+        return
+    run.quiet_steps += 1
+    if run.quiet_steps >= QUIET_STEPS and run.step.rank > 0:
+        run.quiet_steps = 0
+        run.step.rank -= 1
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_locate(model: Record, run: Record, h: float) -> float:
+    """Size of the step at whose end the first of the fired guards is at its level.
+
+    Regula falsi (Illinois) with bisection as a safeguard, every trial a step of the method.
+    """
+    discrete, step, work, guards = run.discrete, run.step, run.work, run.guards
+    low, high = 0.0, h
+    value_high = spatial_least(model, discrete, step.end, work, guards)
+    spatial_step(model, discrete, 0.0, step, work)
+    value_low = spatial_least(model, discrete, step.end, work, guards)
+    width = LOCATION_WIDTH * max(1.0, run.now)
+    nothing = LOCATION_SHARE * max(abs(value_low), abs(value_high))
+    side = 0
+    for trial in range(100):
+        if not value_low > 0.0 or high - low <= width:
+            break
+        at = (low * value_high - high * value_low) / (value_high - value_low)
+        if not low < at < high or trial % 8 == 7:
+            at = 0.5 * (low + high)
+        spatial_step(model, discrete, at, step, work)
+        value = spatial_least(model, discrete, step.end, work, guards)
+        if abs(value) <= nothing:
+            high = at
+            break
+        if value > 0.0:
+            low, value_low = at, value
+            value_high *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            high, value_high = at, value
+            value_low *= 0.5 if side == -1 else 1.0
+            side = -1
+    if not value_low > 0.0:
+        high = 0.0
+    spatial_step(model, discrete, high, step, work)
+    keep_first(model, guards, spatial_least(model, discrete, step.end, work, guards))
+    return high
+
+
+@compiled
+def _all_stick(model: Record, run: Record) -> bool:
+    for i in range(model.num_fingers):
+        if run.discrete.phases[i] != STICK:
+            return False
+    return True
