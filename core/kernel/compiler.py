@@ -171,7 +171,7 @@ def prepare_units(report: Callable[[float], None] | None = None) -> None:
 def _load_units(tell: Callable[[], None]) -> None:
     """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
     second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
-    for unit in _UNITS.values():
+    for unit in all_units():
         if unit.entry is None:
             tell()
             unit.load()
@@ -187,7 +187,7 @@ def share_ready() -> float:
 
 def _missing_units() -> list[Unit]:
     """Units that are still to be compiled."""
-    return [unit for unit in _UNITS.values() if unit.entry is None and not unit.is_kept]
+    return [unit for unit in all_units() if unit.entry is None and not unit.is_kept]
 
 
 def all_units() -> tuple[Unit, ...]:
@@ -220,7 +220,7 @@ def kept_code() -> list[Path]:
 
 def compile_from_the_end() -> None:
     """What the second process does: compiles units into the cache, the last one first."""
-    for unit in _UNITS.values():
+    for unit in all_units():
         # Nothing is called here: any address satisfies the linker.
         add_symbol(unit.symbol, 1)
     for unit in reversed(_UNITS.values()):

@@ -50,10 +50,15 @@ def factor(matrix: Floats, phases: Integers, n: int, factors: Record) -> None:
 @compiled
 def _invert(matrix: Floats, factors: Record) -> None:
     """Inverse of the symmetric leading 3 x 3 block."""
-    block = (matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 2])
-    factors.determinant, inverse = invert_symmetric(block)
+    factors.determinant, inverse = invert_symmetric(_leading_block(matrix))
     for k in range(6):
         factors.inverse[k] = inverse[k]
+
+
+@compiled
+def _leading_block(matrix: Floats) -> Symmetric:
+    """Of the object: symmetric in every phase."""
+    return matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 2]
 
 
 @compiled
@@ -186,6 +191,8 @@ def _scatter_moving(factors: Record, n: int, vector: Floats) -> None:
 @compiled
 def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
     """Condition number in the 1-norm of M~ in its moving coordinates."""
+    if factors.order == 3:
+        return _largest_column_sum(_leading_block(matrix)) * _largest_column_sum(factors.inverse)
     norm, inverse_norm = 0.0, 0.0
     for k in range(3):
         factors.coordinates[k] = k
@@ -199,13 +206,17 @@ def condition(matrix: Floats, factors: Record, n: int, column: Floats) -> float:
 
 
 @compiled
+def _largest_column_sum(symmetric: Symmetric | Floats) -> float:
+    """The 1-norm of a symmetric 3 x 3 matrix."""
+    m01, m02, m12 = abs(symmetric[1]), abs(symmetric[2]), abs(symmetric[4])
+    first, second = abs(symmetric[0]) + m01 + m02, m01 + abs(symmetric[3]) + m12
+    # Zero first: where a singular matrix makes a sum no number, it does not count.
+    return max(0.0, first, second, m02 + m12 + abs(symmetric[5]))
+
+
+@compiled
 def _inverse_column_sum(factors: Record, n: int, j: int, column: Floats) -> float:
     total = 0.0
-    if factors.order == 3:
-        for i in range(3):
-            # Rows 00, 01, 02, 11, 12, 22 of the symmetric inverse.
-            total += abs(factors.inverse[i + j if i * j == 0 else i + j + 1])
-        return total
     for k in range(3 + n):
         column[k] = 0.0
     column[factors.coordinates[j]] = 1.0

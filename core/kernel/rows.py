@@ -124,11 +124,12 @@ def fill_row(model: Record, row: Record, work: Record) -> None:
     _set(model, row, AT.potential_energy, 0, row.potential_energy)
     _set(model, row, AT.supplied_energy, 0, row.state.x[supplied_at(model)])
     _set(model, row, AT.dissipated_energy, 0, row.state.x[dissipated_at(model)])
-    row.length = _column(model, END)
+    row.length = column_of(model, END)
 
 
 @compiled
-def _column(model: Record, place: tuple[int, int, int, int]) -> int:
+def column_of(model: Record, place: tuple[int, int, int, int]) -> int:
+    """Column at which a signal begins, by its entry in `AT`."""
     n, p, d = model.num_fingers, model.num_unknowns, model.num_diagnostics
     return place[0] + place[1] * n + place[2] * p + place[3] * d
 
@@ -138,7 +139,7 @@ def _set(
     model: Record, row: Record, place: tuple[int, int, int, int], k: int, value: float
 ) -> None:
     """Writes entry ``k`` of a signal."""
-    row.values[_column(model, place) + k] = value
+    row.values[column_of(model, place) + k] = value
 
 
 @compiled

@@ -44,9 +44,14 @@ OUTPUT_ROUNDING = 1e-12
 FIRST_STEP = 5e-4
 
 
-# States in the beginning of a slip, of which some become rows (`slipgrasp.core.kernel.slip_rows`).
-SLIP_ROOM = np.dtype(
-    [
+def slip_room(
+    state: np.dtype[np.void],
+    discrete: np.dtype[np.void],
+    row: np.dtype[np.void],
+    work: np.dtype[np.void],
+) -> np.dtype[np.void]:
+    """States in the beginning of a slip, of which some become rows (`slip_rows`)."""
+    fields = [
         ("level", np.int64),  # they lie 2**level times closer than the output times; 0 for none
         ("next", np.int64),  # number of the next instant, at that distance from each other
         ("since", np.int64),  # rows in the outlet when they began
@@ -55,13 +60,15 @@ SLIP_ROOM = np.dtype(
         ("added", np.int64),  # rows in the whole run
         ("count", np.int64),
         ("instants", np.int64, (MAX_SLIP_STATES,)),
-        ("states", STATE, (MAX_SLIP_STATES,)),
-        ("discrete", DISCRETE, (MAX_SLIP_STATES,)),
-        ("row", ROW),
-        ("work", WORKSPACE),
-    ],
-    align=True,
-)
+        ("states", state, (MAX_SLIP_STATES,)),
+        ("discrete", discrete, (MAX_SLIP_STATES,)),
+        ("row", row),
+        ("work", work),
+    ]
+    return np.dtype(fields, align=True)
+
+
+SLIP_ROOM = slip_room(STATE, DISCRETE, ROW, WORKSPACE)
 
 # Everything that changes during a run, but for the outlet.
 PROGRESS = np.dtype(

@@ -12,6 +12,7 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.flow import flow, forget_mechanics
 from slipgrasp.core.kernel.guards import MAX_GUARDS, sample_guards
+from slipgrasp.core.kernel.linear import Triple
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Floats, Record
@@ -21,11 +22,12 @@ from slipgrasp.core.kernel.state import (
     STATE,
     X,
     Y,
+    dissipated_at,
     slip_at,
     supplied_at,
     velocity_at,
 )
-from slipgrasp.core.kernel.sticking import all_stick, sticking_acceleration
+from slipgrasp.core.kernel.sticking import moves_object_alone, sticking_acceleration
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
 # Share of the allowed error from which a higher order is worth its cost.
@@ -79,10 +81,8 @@ def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: F
 
 
 @compiled
-def _take_sticking_stage(
-    model: Record, discrete: Record, row: int, h: float, step: Record, work: Record
-) -> None:
-    """Slope ``row`` while all contacts stick: only the object moves."""
+def _move_object(model: Record, row: int, h: float, step: Record) -> tuple[Triple, Triple]:
+    """Pose and velocity of the object where slope ``row`` is taken."""
     start, matrix = step.start.x, method_of(model, step).matrix
     x, y, angle = start[X], start[Y], start[ANGLE]
     vx, vy, omega = start[velocity_at(X)], start[velocity_at(Y)], start[velocity_at(ANGLE)]
@@ -92,16 +92,37 @@ def _take_sticking_stage(
         vx = vx + weight * slope[velocity_at(X)]
         vy = vy + weight * slope[velocity_at(Y)]
         omega = omega + weight * slope[velocity_at(ANGLE)]
-    acceleration, power = sticking_acceleration(
-        model, discrete, step.start, (x, y, angle), (vx, vy, omega), work
-    )
+    return (x, y, angle), (vx, vy, omega)
+
+
+@compiled
+def _take_sticking_stage(
+    model: Record, discrete: Record, row: int, h: float, step: Record, work: Record
+) -> None:
+    """Slope ``row`` while the object moves alone."""
+    pose, velocity = _move_object(model, row, h, step)
+    acceleration, power = sticking_acceleration(model, discrete, step.start, pose, velocity, work)
     slope = step.slopes[row].x
-    slope[X], slope[Y], slope[ANGLE] = vx, vy, omega
     for j in range(slip_at(0), model.num_states):
         slope[j] = 0.0
     for k in range(3):
-        slope[velocity_at(k)] = acceleration[k]
+        slope[k], slope[velocity_at(k)] = velocity[k], acceleration[k]
     slope[supplied_at(model)] = power
+
+
+@compiled
+def _end_sticking(model: Record, h: float, step: Record) -> None:
+    """The end of the step where the object moved alone."""
+    method, start, end = method_of(model, step), step.start.x, step.end.x
+    pose, velocity = _move_object(model, method.last, h, step)
+    for j in range(slip_at(0), model.num_states):
+        end[j] = start[j] + 0.0  # a slope of 0 makes no other difference than a zero positive
+    for k in range(3):
+        end[k], end[velocity_at(k)] = pose[k], velocity[k]
+    supplied = start[supplied_at(model)]
+    for k in range(method.last):
+        supplied += h * method.matrix[method.last, k] * step.slopes[k].x[supplied_at(model)]
+    end[supplied_at(model)] = supplied
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
@@ -110,17 +131,18 @@ def take_step(
 ) -> None:
     """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
     method = method_of(model, step)
-    if model.law.period > 0.0 and all_stick(model, discrete):
+    if moves_object_alone(model, discrete):
         forget_mechanics(work)
         for row in range(1, method.last):
             _take_sticking_stage(model, discrete, row, h, step, work)
             sample_guards(model, discrete, work, step.samples, row)
+        _end_sticking(model, h, step)
     else:
         for row in range(1, method.last):
             _combine(model, row, h, step, step.end)
             flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
             sample_guards(model, discrete, work, step.samples, row)
-    _combine(model, method.last, h, step, step.end)
+        _combine(model, method.last, h, step, step.end)
     flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
     step.prepared = 0
 
@@ -150,21 +172,34 @@ def step_error(model: Record, h: float, step: Record) -> float:
 
 
 @compiled
-def is_quiet(model: Record, h: float, step: Record) -> bool:
+def is_quiet(model: Record, h: float, step: Record, sticks: bool) -> bool:
     """Whether no error of the step is more than the share QUIET of what is allowed.
 
     The error as `step_error` has it is then not more either, and nobody divides to see it.
+
+    Args:
+        model: Constants of the run.
+        h: Size of the step [s].
+        step: The step.
+        sticks: Whether the object moved alone.
     """
-    method = method_of(model, step)
-    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
-    for j in range(model.num_states):
-        error = 0.0
-        for k in range(method.last + 1):
-            error += method.error[k] * step.slopes[k].x[j]
-        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
-        if not abs(h * error) <= QUIET * (absolute + relative * largest):
+    for j in range(slip_at(0) if sticks else supplied_at(model)):
+        if not _is_quiet_along(model, h, step, j):
             return False
-    return True
+    return _is_quiet_along(model, h, step, supplied_at(model)) and _is_quiet_along(
+        model, h, step, dissipated_at(model)
+    )
+
+
+@compiled
+def _is_quiet_along(model: Record, h: float, step: Record, j: int) -> bool:
+    """Whether the error of coordinate ``j`` is not more than the share QUIET of what is allowed."""
+    method, numerics, error = method_of(model, step), model.numerics, 0.0
+    for k in range(method.last + 1):
+        error += method.error[k] * step.slopes[k].x[j]
+    largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+    allowed = numerics.absolute_tolerance + numerics.relative_tolerance * largest
+    return abs(h * error) <= QUIET * allowed
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
@@ -179,7 +214,13 @@ def prepare_interpolant(
     for row in range(method.last + 1, method.num_slopes):
         _combine(model, row, h, step, step.stage)
         flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
-    size = model.num_states
+    fill_terms(model, h, step)
+
+
+@compiled
+def fill_terms(model: Record, h: float, step: Record) -> None:
+    """Fills ``terms`` from all slopes, those that only the interpolant needs included."""
+    size, method = model.num_states, method_of(model, step)
     for j in range(size):
         difference = step.end.x[j] - step.start.x[j]
         first, last = h * step.slopes[0].x[j], h * step.slopes[method.last].x[j]

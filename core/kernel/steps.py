@@ -40,7 +40,7 @@ from slipgrasp.core.kernel.stepper import (
     step_error,
     take_step,
 )
-from slipgrasp.core.kernel.sticking import all_stick
+from slipgrasp.core.kernel.sticking import moves_object_alone
 
 LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
@@ -60,7 +60,7 @@ GIVEN_BACK = 1e-10  # [J]
 def take_accepted_step(model: Record, run: Record, until: float) -> float:
     """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
     numerics, now, step = model.numerics, run.now, run.step
-    rest, sticks = until - now, all_stick(model, run.discrete)
+    rest, sticks = until - now, moves_object_alone(model, run.discrete)
     h = min(run.step_size, numerics.max_step, ROWS_PER_STEP / numerics.output_rate)
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
@@ -68,7 +68,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         take_step(model, run.discrete, now, size, step, run.work)
         run.steps += 1
         fast = size > LEAST_LEDGER_STEP and _turns_fast(model, run)
-        if size == rest and not fast and is_quiet(model, size, step):
+        if size == rest and not fast and is_quiet(model, size, step, sticks):
             run.step_size = max(run.step_size, 2.0 * size)
             _count_quiet_step(run)
             return size

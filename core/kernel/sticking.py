@@ -17,9 +17,12 @@ from slipgrasp.core.kernel.state import slip_at
 
 
 @compiled
-def all_stick(model: Record, discrete: Record) -> bool:
-    """Whether no contact slips, and no joint rubs, which the shorter equations know nothing of."""
-    if model.hand.joints_rub:
+def moves_object_alone(model: Record, discrete: Record) -> bool:
+    """Whether torques are held and all contacts stick: the shorter equations hold.
+
+    They know nothing of joints that rub.
+    """
+    if model.law.period == 0.0 or model.hand.joints_rub:
         return False
     for i in range(model.num_fingers):
         if discrete.phases[i] != 0:

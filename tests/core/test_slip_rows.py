@@ -12,11 +12,17 @@ from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    preset_names,
+    spatial_preset_names,
+    with_values,
+)
 from slipgrasp.core.trace.types import ContactPhase
 
 LEAST = 50
-PUSHED = {"pulses.0.time": 0.4, "pulses.0.force.1": -30.0, "pulses.0.duration": 0.004}
+DOWN = "pulses.0.force"
+PUSHED = {"pulses.0.time": 0.4, DOWN: -30.0, "pulses.0.duration": 0.004}
 POURED = {"changes.0.time": 0.02, "changes.0.parameter": "object.mass", "changes.0.value": 1.4}
 
 
@@ -35,10 +41,13 @@ def rows_within(run: RunResult, begin: float, end: float) -> int:
     return int(((times >= begin) & (times <= end)).sum())
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", [*preset_names(), *spatial_preset_names()])
 @pytest.mark.parametrize("values", [{}, PUSHED, POURED], ids=["as it is", "pushed", "poured"])
 def test_every_slip_has_fifty_rows_however_short_it_is(name: str, values: dict) -> None:
-    scenario = with_values(load_scenario(name), {"simulation.duration": 4.0, **values})
+    preset = load_scenario(name)
+    down = f"{DOWN}.{2 if preset.in_space else 1}"
+    values = {down if key == DOWN else key: value for key, value in values.items()}
+    scenario = with_values(preset, {"simulation.duration": 4.0, **values})
     slips = list(slips_of(run := simulate(scenario)))
     assert slips
     for _, begin, end in slips:
@@ -81,8 +90,9 @@ def _apart_from_events(run: RunResult) -> np.ndarray:
     return np.isin(run.trace.times, times[counts == 1])
 
 
-def test_metrics_are_those_of_the_run_that_keeps_no_rows() -> None:
-    scenario = load_scenario("unequal-fingers")
+@pytest.mark.parametrize("name", ["unequal-fingers", "spatial-composite", "spatial-pyramid"])
+def test_metrics_are_those_of_the_run_that_keeps_no_rows(name: str) -> None:
+    scenario = load_scenario(name)
     run, rate = simulate(scenario), scenario.simulation.output_rate
     bare = Simulation(scenario, keep_trace=False)
     while not bare.finished:
