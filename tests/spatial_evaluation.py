@@ -35,7 +35,7 @@ class SpatialEvaluation:
     Args:
         scenario: The hand.
         state: Its state.
-        phase: Of the plant before any selection, and of the controller's belief; on the cone.
+        phase: Of the plant before any selection, and of the controller's belief.
         estimates: What the controller believes.
     """
 
@@ -50,7 +50,9 @@ class SpatialEvaluation:
         parts.pose[:] = *state.position, *state.quaternion
         parts.velocity[:] = state.velocity
         parts.slip[:], parts.slip_velocity[:] = state.slip.ravel(), state.slip_velocity.ravel()
+        # The law asks of a phase only whether it is stick.
         self.discrete.phases[: self.n] = np.where(phase.slipping, SLIP, STICK)
+        self.discrete.directions[: self.n] = phase.directions
         self.discrete.slips[: self.n] = ~phase.sticks
         self.discrete.estimates[: self.p] = estimates
 
@@ -65,8 +67,7 @@ class SpatialEvaluation:
         self.discrete.torques[: self.n] = torques
         room = make_record(SELECTION_ROOM)
         call_status = call(spatial_select, self.model, self.discrete, self.state, self.work, room)
-        sticks = np.repeat(self.discrete.phases[: self.n, None] == STICK, 2, axis=1)
-        phase = Phase(sticks, self.work.gamma[: self.n].copy())
+        phase = Phase(self.discrete.slips[: self.n] == 0.0, self.work.gamma[: self.n].copy())
         return (phase if call_status == SELECTED else None), self._motion()
 
     def command(self, t: float = 0.0) -> Floats:

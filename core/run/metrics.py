@@ -198,8 +198,7 @@ def metrics_of_trace(
         outcome: How the run ended.
         output_rate: How many rows a second has apart from those at events and inside slips [Hz].
     """
-    if not trace.shape.in_space:
-        trace = trace[_tallied_rows(trace, output_rate)]
+    trace = trace[_tallied_rows(trace, output_rate)]
     times, sticking = trace.times, trace.phase == ContactPhase.STICK
     end, slipping = float(times[-1]), not sticking[-1].all()
     last_stick = max((c.time for c in changes if c.to_phase is ContactPhase.STICK), default=None)

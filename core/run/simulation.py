@@ -37,7 +37,8 @@ from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace, TraceShape
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
-from slipgrasp.core.words.endings import describe_end, describe_law_failure
+from slipgrasp.core.words.endings import describe_end
+from slipgrasp.core.words.interruptions import describe_law_failure
 from slipgrasp.core.words.warnings import describe_warnings
 
 _STEPS_PER_PIECE = 1000

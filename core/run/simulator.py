@@ -10,7 +10,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
+from slipgrasp.core.words.interruptions import describe_stop, describe_wall_limit
 
 
 def simulate(

@@ -16,7 +16,7 @@ from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
 from slipgrasp.core.scenario.own_laws import law_of
-from slipgrasp.core.scenario.spatial import SpatialFinger
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import (
@@ -76,7 +76,12 @@ def describe_run(result: RunResult) -> Verdict:
     reason, found = result.reason, _find_overestimates(result)
     cause = (sentence(reason.message),) if reason is not None and reason.message else ()
     belief = map(_describe_belief, found[:1])
-    facts = (_describe_slips(result), *belief, *_describe_squeeze(result))
+    facts = (
+        _describe_slips(result),
+        *_describe_pyramid(result),
+        *belief,
+        *_describe_squeeze(result),
+    )
     hint = reason.hint if reason is not None else _suggest(result, found)
     return Verdict(_tone(result), headline_of(result), (*cause, *facts), sentence(hint))
 
@@ -130,6 +135,16 @@ def _describe_slips(result: RunResult) -> str:
     lengths = joined([f"{length_words(paths[i])} {names[i]}" for i in slipped])
     who = _fingertips([names[i] for i in slipped], len(names))
     return f"{who} slipped, {lengths}{_describe_end_of_slip(result)}."
+
+
+def _describe_pyramid(result: RunResult) -> Iterator[str]:
+    """What a run with the paper's friction does not show."""
+    if isinstance(result.scenario, SpatialScenario) and result.scenario.has_pyramid:
+        yield (
+            "Friction is the paper's pyramid: a fingertip that slips along one tangent of its face "
+            "still sticks along the other, which hides how far it would drift aside on the cone, "
+            "Coulomb's law, and whether the object would still be held."
+        )
 
 
 def _fingertips(names: Sequence[str], total: int) -> str:

@@ -6,7 +6,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.assignment import assign, replaced
 from slipgrasp.core.scenario.field_errors import field_errors, full_scenario, nearest, single_error
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
-from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.spatial import SpatialScenario, is_spatial
 from slipgrasp.core.scenario.timed_changes import check_changes
@@ -182,7 +182,16 @@ def with_values(
 
 def parameter_definitions(scenario: Scenario | None = None) -> dict[str, Parameter]:
     """Every parameter of a scenario by dotted key; of the first preset if none is given."""
-    return describe(scenario if scenario is not None else load_scenario(preset_names()[0]))
+    scenario = load_scenario(preset_names()[0]) if scenario is None else scenario
+    # A law of one's own may declare its parameters anew.
+    is_kept = not law_parameters(scenario.controller.kind)
+    return dict(_described(scenario)) if is_kept else describe(scenario)
+
+
+@lru_cache(maxsize=16)
+def _described(scenario: Scenario) -> dict[str, Parameter]:
+    """Kept, for it takes milliseconds, and a page asks for the same many times."""
+    return describe(scenario)
 
 
 def settable_parameters(scenario: Scenario) -> dict[str, Parameter]:

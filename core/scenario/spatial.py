@@ -11,7 +11,6 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.scenario.controller import (
     ControllerParameters,
     Estimate,
@@ -290,8 +289,11 @@ class SpatialSimulation(SimulationParameters):
         float, Ge(0.0), Le(100.0), Quantity("Gravitational acceleration along -z.", "m/s²")
     ] = 9.81
     friction: Annotated[
-        Literal["cone"],
-        Quantity("Coulomb's law for the two tangential forces of a contact: cone."),
+        Literal["cone", "pyramid"],
+        Quantity(
+            "Friction of a contact along its two tangents: cone (Coulomb's law) or pyramid (the "
+            "paper's, which bounds each tangential force by itself)."
+        ),
     ] = "cone"
 
 
@@ -337,27 +339,16 @@ class SpatialScenario(Scenario):
         """Whether the hand stands in space and not in the plane."""
         return True
 
+    @property
+    def has_pyramid(self) -> bool:
+        """Whether friction acts along each tangent by itself."""
+        return self.simulation.friction == "pyramid"
+
 
 def is_spatial(mapping: dict[str, object]) -> bool:
     """Whether plain values are those of a scenario in space: its object has a height."""
     body = mapping.get("object")
     return isinstance(body, dict) and not {"height", "inertias"}.isdisjoint(body)
-
-
-def refuse_in_space(scenario: Scenario, what: str) -> None:
-    """Says that something is not there for hands in space.
-
-    Args:
-        scenario: Of the run that is asked for.
-        what: What is asked for, as the subject of a sentence.
-
-    Raises:
-        SlipgraspError: Where the scenario is in space.
-    """
-    if scenario.in_space:
-        raise SlipgraspError(
-            f"{what} of hands in space are not drawn yet; export the run as CSV, Parquet or NPZ"
-        )
 
 
 def full_spatial_scenario() -> SpatialScenario:

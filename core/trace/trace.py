@@ -99,9 +99,10 @@ class TraceShape:
         """Numbers per joint of the hand."""
         return self.joints_per_finger * self.num_contacts
 
-    def width(self, signal: Signal) -> int:
-        """Number of columns of a signal."""
-        widths = {
+    @property
+    def widths(self) -> dict[str, int]:
+        """Number of columns of a signal by what it is given per."""
+        return {
             "": 1,
             "pose": len(SPATIAL_POSE) if self.in_space else len(OBJECT_COORDINATES),
             "coordinate": len(self.coordinates),
@@ -112,12 +113,16 @@ class TraceShape:
             "unknown": len(self.unknowns),
             "diagnostic": len(self.diagnostics),
         }
-        return widths[signal.per]
+
+    def width(self, signal: Signal) -> int:
+        """Number of columns of a signal."""
+        return self.widths[signal.per]
 
     @property
     def num_columns(self) -> int:
         """Number of columns of a whole row."""
-        return sum(self.width(signal) for signal in SIGNALS)
+        widths = self.widths
+        return sum(widths[signal.per] for signal in SIGNALS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -263,7 +268,8 @@ class Trace:
             "contact",
             "N",
             "mu F_n - |F_x|, positive inside the cone.",
-            spatial_text="mu F_n - |F_t|, positive inside the cone.",
+            spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the lesser of "
+            "mu F_n - |F_x| and mu F_n - |F_y|.",
         ),
     ]
     friction_coefficient: Annotated[
@@ -343,9 +349,9 @@ class Trace:
         Its arrays are views of ``rows`` but for the integers.
         """
         arrays = {}
-        start = 0
+        start, widths = 0, shape.widths
         for signal in SIGNALS:
-            stop = start + shape.width(signal)
+            stop = start + widths[signal.per]
             columns = rows[:, start] if signal.per == "" else rows[:, start:stop]
             arrays[signal.name] = columns.astype(np.int8) if signal.holds_phases else columns
             start = stop

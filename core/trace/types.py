@@ -9,25 +9,51 @@ from enum import IntEnum, StrEnum
 class ContactPhase(IntEnum):
     """Phase of one contact; in the plane gamma of Eq. 6, the sign of the slip velocity.
 
-    In space a contact slips in a direction of its own: ``SLIP``.
+    In space a contact slips in a direction of its own on the cone, ``SLIP``; in the pyramid it has
+    a gamma along each tangent, and its phase is 7 + 3 gamma_x + gamma_y where not both are 0.
     """
 
     SLIP_BACKWARD = -1
     STICK = 0
     SLIP_FORWARD = 1
     SLIP = 2
+    SLIP_X_BACKWARD_Y_BACKWARD = 3
+    SLIP_X_BACKWARD = 4
+    SLIP_X_BACKWARD_Y_FORWARD = 5
+    SLIP_Y_BACKWARD = 6
+    SLIP_Y_FORWARD = 8
+    SLIP_X_FORWARD_Y_BACKWARD = 9
+    SLIP_X_FORWARD = 10
+    SLIP_X_FORWARD_Y_FORWARD = 11
 
     @property
     def label(self) -> str:
-        """The name in files: ``stick``, ``slip_forward``, ``slip_backward``, in space ``slip``."""
+        """The name in files, such as ``stick``, ``slip_forward``, in space ``slip``."""
         return self.name.lower()
 
     @classmethod
     def known(cls, *, in_space: bool) -> tuple[ContactPhase, ...]:
         """The phases that a contact can have."""
         if in_space:
-            return cls.STICK, cls.SLIP
+            return cls.STICK, cls.SLIP, *SLIPS_ALONG_ONE_TANGENT, *SLIPS_ALONG_BOTH_TANGENTS
         return cls.SLIP_BACKWARD, cls.STICK, cls.SLIP_FORWARD
+
+
+SLIPS_ALONG_ONE_TANGENT = (
+    ContactPhase.SLIP_X_FORWARD,
+    ContactPhase.SLIP_X_BACKWARD,
+    ContactPhase.SLIP_Y_FORWARD,
+    ContactPhase.SLIP_Y_BACKWARD,
+)
+"""Phases of the pyramid in which the other tangent sticks."""
+
+SLIPS_ALONG_BOTH_TANGENTS = (
+    ContactPhase.SLIP_X_FORWARD_Y_FORWARD,
+    ContactPhase.SLIP_X_FORWARD_Y_BACKWARD,
+    ContactPhase.SLIP_X_BACKWARD_Y_FORWARD,
+    ContactPhase.SLIP_X_BACKWARD_Y_BACKWARD,
+)
+"""The others of the pyramid."""
 
 
 class Outcome(StrEnum):

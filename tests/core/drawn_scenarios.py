@@ -204,6 +204,13 @@ def _estimates(rng: Random, n: int) -> list[dict[str, Any]]:
         "object": body,
         "friction": [*friction, *body],
     }[unknown]
+    return draw_beliefs(rng, keys)
+
+
+def draw_beliefs(
+    rng: Random, keys: Sequence[tuple[str, float, float, float]]
+) -> list[dict[str, Any]]:
+    """Estimates of some unknowns, each given by its key, scale and bounds; all bounded or none."""
     bounded = rng.choice((False, True))
     return [
         {"parameter": key, "initial": scale * rng.uniform(0.5, 1.5)}

@@ -185,3 +185,9 @@ def test_each_face_has_its_inward_normal_and_its_range():
 def test_the_paper_s_arms_start_at_sixty_degrees_and_a_right_angle():
     for index in (0, 1):
         assert tip_distance(CASE, index) == pytest.approx(2.0**0.5, abs=1e-4)
+
+
+def test_definitions_are_the_callers_own_though_they_are_kept():
+    scenario = load_scenario("paper-case-1")
+    del parameter_definitions(scenario)["object.mass"]
+    assert parameter_definitions(scenario)["object.mass"].value == scenario.object.mass

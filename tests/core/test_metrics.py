@@ -35,18 +35,18 @@ def without_rows_inside_slips(run):
     return run.trace[np.flatnonzero(at_output_time | at_event)]
 
 
-def close(actual, expected):
+def assert_close(actual, expected):
     np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-15)
 
 
 def test_sums_and_extremes_are_those_of_the_rows(run):
     trace, metrics = without_rows_inside_slips(run), run.metrics
-    close(metrics.slip_path, np.abs(np.diff(trace.slip, axis=0)).sum(axis=0))
-    close(metrics.peak_normal_force, trace.normal_force.max(axis=0))
+    assert_close(metrics.slip_path, np.abs(np.diff(trace.slip, axis=0)).sum(axis=0))
+    assert_close(metrics.peak_normal_force, trace.normal_force.max(axis=0))
     squared = np.trapezoid(trace.tracking_error**2, trace.times, axis=0)
-    close(metrics.rms_tracking_error, np.sqrt(squared / (trace.times[-1] - trace.times[0])))
-    close(metrics.final_tracking_error, trace.tracking_error[-1])
-    close(
+    assert_close(metrics.rms_tracking_error, np.sqrt(squared / (trace.times[-1] - trace.times[0])))
+    assert_close(metrics.final_tracking_error, trace.tracking_error[-1])
+    assert_close(
         metrics.torque_effort,
         np.trapezoid((trace.joint_torque**2).sum(axis=1), trace.times),
     )
@@ -77,7 +77,7 @@ def test_a_stored_trace_gives_the_metrics_that_the_kernel_added_up(run):
     found = asdict(metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate))
     for name, expected in asdict(run.metrics).items():
         if isinstance(expected, tuple) and None not in expected:
-            close(found[name], expected)
+            assert_close(found[name], expected)
         elif isinstance(expected, float):
             assert found[name] == pytest.approx(expected, rel=1e-12)
         else:

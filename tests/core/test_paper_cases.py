@@ -55,6 +55,31 @@ def run(case: int, period: float) -> RunResult:
     return simulate(with_values(scenario, {"controller.control_period": period}))
 
 
+@pytest.mark.parametrize("case", (1, 2))
+def test_values_are_those_that_the_paper_prints(case):
+    """Table II, the gains, and what the estimates begin with (Table III, Section 4.2)."""
+    scenario = load_scenario(f"paper-case-{case}")
+    held, law = scenario.object, scenario.controller
+    assert (held.mass, held.inertia, held.half_width) == (1.0, 0.01042, 0.1)
+    for finger in scenario.fingers:
+        assert (finger.link_masses, finger.link_lengths) == ((1.0, 1.0), (1.0, 1.0))
+        assert finger.friction == 0.25
+    gains = (law.position_gain, law.velocity_gain, law.adaptation_gain)
+    assert gains == (100.0, 10.0, 1.28)
+    believed = {estimate.parameter: estimate.initial for estimate in scenario.estimates}
+    links = [f"fingers.{i}.link_masses.{k}" for i in (0, 1) for k in (0, 1)]
+    assert believed == (
+        {**dict(zip(links, (1.0, 0.6, 0.9, 0.6), strict=True)), "object.mass": 0.5}
+        if case == 1
+        else {
+            **{f"fingers.{i}.friction": 1.2 for i in (0, 1)},
+            "object.mass": 0.5,
+            "object.inertia": 0.02,
+        }
+    )
+    assert case == 1 or law.estimate_norm_bound == pytest.approx(1.2 * np.hypot(1.2, 1.2), rel=1e-3)
+
+
 def row_at(result: RunResult, t: float) -> int:
     """Last row at a time of the output grid."""
     return int(np.flatnonzero(np.abs(result.trace.times - t) < 1e-9)[-1])

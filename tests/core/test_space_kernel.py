@@ -10,7 +10,12 @@ import pytest
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.spatial_contact import Problem, moving_directions, select
-from tests.references.spatial_hands import at_rest_where_stuck, cone_phases, random_state
+from tests.references.spatial_hands import (
+    at_rest_where_stuck,
+    cone_phases,
+    pyramid_phases,
+    random_state,
+)
 from tests.references.spatial_law import regressor, tracking_errors
 from tests.references.spatial_run import Simulator
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
@@ -18,6 +23,7 @@ from tests.spatial_evaluation import SpatialEvaluation
 
 pytestmark = pytest.mark.slow
 
+FRICTIONS = pytest.mark.parametrize("friction", ["cone", "pyramid"])
 HANDS = [(n, seed) for n in (2, 3, 4) for seed in range(3)]
 TOLERANCE = 1e-10
 
@@ -28,32 +34,41 @@ def sample(n, seed, unknown="masses", **values):
     return rng, scenario, world_of(scenario), random_state(rng, n)
 
 
-def close(actual, wanted):
+def phases_of(scenario, rng, state):
+    """All phases of the cone, each along its slip velocity; some of the pyramid."""
+    if scenario.has_pyramid:
+        return pyramid_phases(rng, len(state.slip), 8)
+    return cone_phases(state)
+
+
+def assert_close(actual, wanted):
     np.testing.assert_allclose(actual, wanted, atol=TOLERANCE * (1.0 + np.abs(wanted).max()))
 
 
+@FRICTIONS
 @pytest.mark.parametrize(("n", "seed"), HANDS)
-def test_plant_agrees_in_every_phase(n, seed):
-    rng, scenario, world, state = sample(n, seed)
-    for phase in cone_phases(state):
+def test_plant_agrees_in_every_phase(n, seed, friction):
+    rng, scenario, world, state = sample(n, seed, **{"simulation.friction": friction})
+    for phase in phases_of(scenario, rng, state):
         torques = rng.uniform(-20.0, 20.0, (n, 3))
         at = at_rest_where_stuck(state, phase)
         kin, spin = world.hand.kinematics(at), at.velocity[3:]
         wanted = world.hand.solve_all_unknowns(kin, world.truth, phase, torques, spin=spin)
         motion = SpatialEvaluation(scenario, at, phase, world.estimates).plant(torques)
-        close(motion.arms, kin.arms)
-        close(motion.joint_rates, kin.qd)
-        close(motion.acceleration, wanted.acceleration)
-        close(motion.forces, wanted.forces)
+        assert_close(motion.arms, kin.arms)
+        assert_close(motion.joint_rates, kin.qd)
+        assert_close(motion.acceleration, wanted.acceleration)
+        assert_close(motion.forces, wanted.forces)
         reduced = world.hand.reduced_form(kin, world.truth, phase, spin)
-        close(motion.determinant, np.linalg.det(reduced.M))
+        assert_close(motion.determinant, np.linalg.det(reduced.M))
 
 
+@FRICTIONS
 @pytest.mark.parametrize(("n", "seed"), HANDS)
-def test_selection_finds_the_same_phases_directions_and_forces(n, seed):
-    rng, scenario, world, state = sample(n, seed)
+def test_selection_finds_the_same_phases_directions_and_forces(n, seed, friction):
+    rng, scenario, world, state = sample(n, seed, **{"simulation.friction": friction})
     compared = 0
-    for phase in cone_phases(state):
+    for phase in phases_of(scenario, rng, state):
         at = at_rest_where_stuck(state, phase)
         kin = world.hand.kinematics(at)
         for _ in range(4):
@@ -62,9 +77,10 @@ def test_selection_finds_the_same_phases_directions_and_forces(n, seed):
             torques = (kin.jacobians.transpose(0, 2, 1) @ tips)[:, :, 0]
             torques += (world.truth.link_masses.T[:, :, None] * kin.bias_per_mass).sum(axis=0)
             G, c = world.hand.contact_space(kin, at, world.truth, torques)
-            moving, directions = moving_directions(at.slip_velocity, "cone")
+            moving, directions = moving_directions(at.slip_velocity, friction)
             none = np.zeros((n, 2), bool)
-            found = select(Problem(G, c, world.truth.friction, moving, directions, none))
+            problem = Problem(G, c, world.truth.friction, moving, directions, none, friction)
+            found = select(problem)
             own, motion = SpatialEvaluation(scenario, at, phase, world.estimates).select(torques)
             assert (own is None) == (found.phase is None)
             if own is None or found.phase is None:
@@ -92,18 +108,22 @@ LAWS = {
 }
 
 
+@FRICTIONS
 @pytest.mark.parametrize("unknown", ["masses", "friction"])
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(("n", "seed"), HANDS[::2])
-def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(n, seed, law, unknown):
-    _, scenario, world, state = sample(n, seed, unknown, **LAWS[law])
+def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(
+    n, seed, law, unknown, friction
+):
+    values = {**LAWS[law], "simulation.friction": friction}
+    rng, scenario, world, state = sample(n, seed, unknown, **values)
     state = state._replace(
         position=world.position,
         quaternion=np.array(world.quaternion),
         velocity=0.1 * state.velocity,
         slip_velocity=0.1 * state.slip_velocity,
     )
-    for phase in cone_phases(state):
+    for phase in phases_of(scenario, rng, state):
         at = at_rest_where_stuck(state, phase)
         kin, spin, desired = world.hand.kinematics(at), at.velocity[3:], world.desired(0.0)
         believed = world.unknowns.fill(world.estimates)
@@ -124,23 +144,26 @@ def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(n, seed,
         U, _ = regressor(world.hand, kin, world.unknowns, phase, motion.acceleration, spin)
         gradient = U.T @ world.law.weighted_errors(reduced, errors)
         pull = world.law.leakage(world.estimates) * world.estimates
-        close(evaluation.learn(), world.law.adaptation_gain * gradient - pull)
+        assert_close(evaluation.learn(), world.law.adaptation_gain * gradient - pull)
 
 
-RUNS = {
-    "spatial-prism": 0.004,
-    "spatial-composite": 0.009,
-    "spatial-unknown-friction": 0.02,
-}
+RUNS = [
+    ("spatial-prism", "cone", 0.004),
+    ("spatial-composite", "cone", 0.009),
+    ("spatial-composite", "pyramid", 0.009),
+    ("spatial-unknown-friction", "cone", 0.02),
+]
 
 
-@pytest.mark.parametrize("preset", RUNS)
-def test_runs_agree_through_events_and_ticks(preset):
+@pytest.mark.parametrize(("preset", "friction", "duration"), RUNS)
+def test_runs_agree_through_events_and_ticks(preset, friction, duration):
     """Slips to 1e-11 m, ends of slips to 1e-9 s, estimates to 1e-8."""
-    duration = RUNS[preset]
-    scenario = with_values(
-        load_scenario(preset), {"simulation.duration": duration, "simulation.output_rate": 1000.0}
-    )
+    values = {
+        "simulation.duration": duration,
+        "simulation.output_rate": 1000.0,
+        "simulation.friction": friction,
+    }
+    scenario = with_values(load_scenario(preset), values)
     simulator = Simulator(world_of(scenario)._replace(tolerance=1e-9))
     reference = simulator.simulate(duration)
     result = simulate(scenario)

@@ -151,7 +151,9 @@ def _scale_moments(model: Record, work: Record) -> None:
 def _set_limits(model: Record, work: Record) -> None:
     law, grasp = model.law, work.grasp
     grasp.least, grasp.most = law.minimum_normal_force, law.maximum_normal_force
+    grasp.ways = model.ways
     for i in range(model.num_fingers):
-        slipping = work.room.slips[i, 0] + work.room.slips[i, 1] > 0.0
-        free = law.holds == 1 or not slipping
-        grasp.cones[i] = work.believed.friction[i] / law.grip_safety if free else -1.0
+        grasp.cones[i, 1] = -1.0
+        for way in range(model.ways):
+            free = law.holds == 1 or work.room.slips[i, way] == 0.0
+            grasp.cones[i, way] = work.believed.friction[i] / law.grip_safety if free else -1.0

@@ -45,7 +45,7 @@ def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats
     for i in range(n):
         if discrete.phases[i] == STICK:
             gamma[i, 0] = gamma[i, 1] = 0.0
-        elif discrete.frozen[i] == 1:
+        elif model.ways == 2 or discrete.frozen[i, 0] == 1:
             gamma[i, 0], gamma[i, 1] = discrete.directions[i, 0], discrete.directions[i, 1]
         else:
             scale = 1.0 / max(slip_speed(n, state, i), TOLD_SPEED)
@@ -103,8 +103,9 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
             along += work.gamma[i, axis] * speed
         for k in range(3):
             supplied += work.tip_forces[i, k] * work.kin.tip_velocities[i, k]
-        # Not |s'|, which has a kink where a slip ends.
-        rate[path_at(n, i)] = along
+        # Not |s'| where it is the same, since it has a kink where a slip ends.
+        both = model.ways == 2 and work.gamma[i, 0] != 0.0 and work.gamma[i, 1] != 0.0
+        rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
         dissipated += model.truth.friction[i] * work.forces[i, 2] * along
     rate[supplied_at(n)] = supplied
     rate[dissipated_at(n)] = dissipated

@@ -1,6 +1,7 @@
 """The least contact forces that give a wrench and stay inside their cones.
 
-Minimise |F|^2 where G F = d, |F_t| <= c F_n and F_n between its limits at every contact: a
+Minimise |F|^2 where G F = d, |F_t| <= c F_n (in the pyramid |F_x|, |F_y| <= c F_n) and F_n
+between its limits at every contact: a
 second-order cone program with few free numbers. F = origin + basis lambda, |F|^2 = |origin|^2 +
 |lambda|^2. Newton's method on the conditions of its active limits is exact; the limits that were
 active at the tick before are tried first, then they are found one by one, then by a barrier method.
@@ -17,8 +18,9 @@ from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.grasp_barrier import descend, minimise_violation
 from slipgrasp.core.kernel.space.grasp_limits import (
-    CONE,
     FEASIBLE,
+    FRICTION,
+    PER_CONTACT,
     allowed,
     limit,
     set_force,
@@ -120,7 +122,7 @@ def _remove(vector: np.ndarray, unit: np.ndarray, size: int) -> None:
 def _worst_limit(grasp: Record, n: int) -> int:
     """The limit violated most; -1 if none is."""
     worst, least = -1, -allowed(grasp, n)
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         value = limit(grasp, c)
         if value < least:
             worst, least = c, value
@@ -136,7 +138,7 @@ def _largest_violation(grasp: Record, n: int) -> float:
 @compiled
 def _count_active(grasp: Record, n: int) -> int:
     count = 0
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         count += grasp.active[c]
     return count
 
@@ -158,7 +160,7 @@ def spatial_follow(grasp: Record, n: int) -> int:
             grasp.point[j] += grasp.step[j]
             moved, scale = max(moved, abs(grasp.step[j])), max(scale, abs(grasp.point[j]))
         row = free
-        for c in range(3 * n):
+        for c in range(PER_CONTACT * n):
             if grasp.active[c] == 1:
                 grasp.multipliers[c] += grasp.step[row]
                 row += 1
@@ -179,7 +181,7 @@ def _set_conditions(grasp: Record, n: int, free: int) -> int:
             matrix[a, b] = 1.0 if a == b else 0.0
         right[a] = -grasp.point[a]
     row = free
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         if grasp.active[c] == 0:
             continue
         multiplier = grasp.multipliers[c]
@@ -191,8 +193,8 @@ def _set_conditions(grasp: Record, n: int, free: int) -> int:
         for other in range(free, free + _count_active(grasp, n)):
             matrix[row, other] = 0.0
         right[row] = -limit(grasp, c)
-        if c % 3 == CONE:
-            _add_curvature(grasp, c // 3, multiplier, free)
+        if c % PER_CONTACT == FRICTION and grasp.ways == 1:
+            _add_curvature(grasp, c // PER_CONTACT, multiplier, free)
         row += 1
     return row
 
@@ -200,7 +202,7 @@ def _set_conditions(grasp: Record, n: int, free: int) -> int:
 @compiled
 def _add_curvature(grasp: Record, i: int, multiplier: float, free: int) -> None:
     """Second derivative of |F_t|, times the multiplier."""
-    size = max(tangential(grasp, i), 1e-300)
+    size = max(tangential(grasp, i, 0), 1e-300)
     x, y = grasp.force[3 * i] / size, grasp.force[3 * i + 1] / size
     for a in range(free):
         across = grasp.basis[a, 3 * i + 1] * x - grasp.basis[a, 3 * i] * y
@@ -211,7 +213,7 @@ def _add_curvature(grasp: Record, i: int, multiplier: float, free: int) -> None:
 
 @compiled
 def _is_solution(grasp: Record, n: int) -> bool:
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         if grasp.active[c] == 1 and not grasp.multipliers[c] >= 0.0:
             return False
     return _worst_limit(grasp, n) < 0
@@ -228,7 +230,7 @@ def _follow_active(grasp: Record, n: int) -> int:
 @compiled
 def _search_active(grasp: Record, n: int) -> int:
     """Takes in the limit violated most, lets go what pulls, until all hold; 1 if found."""
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         grasp.active[c] = 0
         grasp.multipliers[c] = 0.0
     for j in range(grasp.free):
@@ -243,7 +245,7 @@ def _search_active(grasp: Record, n: int) -> int:
             return 0
         while True:
             least, pulls = 0.0, -1
-            for c in range(3 * n):
+            for c in range(PER_CONTACT * n):
                 if grasp.active[c] == 1 and grasp.multipliers[c] < least:
                     least, pulls = grasp.multipliers[c], c
             if pulls < 0:

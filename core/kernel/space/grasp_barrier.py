@@ -11,8 +11,15 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.space.grasp_limits import CONE, LEAST, limit, set_force, tangential
+from slipgrasp.core.kernel.space.grasp_limits import (
+    LEAST,
+    PER_CONTACT,
+    limit,
+    set_force,
+    tangential,
+)
 from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
+from slipgrasp.core.kernel.space.ways import axes_of
 from slipgrasp.core.kernel.space.workspace import GRASP
 
 WITH_ROOM = 1e-6  # that all limits are met by to begin the way to the least forces [N]
@@ -24,15 +31,18 @@ _GAP, _FASTER, _BARRIER_STEPS = 1e-13, 0.1, 60
 @compiled
 def widened(grasp: Record, c: int, extra: float) -> float:
     """What the barrier of a limit is the logarithm of, where all limits are ``extra`` wider."""
-    if c % 3 != CONE:
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
+    if kind >= LEAST:
         return limit(grasp, c) + extra
-    i = c // 3
-    if grasp.cones[i] < 0.0:
+    if grasp.cones[i, kind] < 0.0:
         return np.inf
-    reach = grasp.cones[i] * grasp.force[3 * i + 2] + extra
+    reach = grasp.cones[i, kind] * grasp.force[3 * i + 2] + extra
     if not reach > 0.0:
         return -1.0
-    return reach * reach - square(grasp.force[3 * i]) - square(grasp.force[3 * i + 1])
+    room = reach * reach
+    for axis in axes_of(grasp, kind):
+        room -= square(grasp.force[3 * i + axis])
+    return room
 
 
 @compiled_apart(types.float64, GRASP, types.int64, types.float64, types.int64)
@@ -45,7 +55,7 @@ def spatial_barrier(grasp: Record, n: int, weight: float, phase: int) -> float:
     size = free + (1 if phase == 1 else 0)
     extra = grasp.point[free] if phase == 1 else 0.0
     _begin_system(grasp, size, weight, phase)
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         value = widened(grasp, c, extra)
         if value < np.inf:
             _add_limit(grasp, c, size, extra, 1.0 / value)
@@ -88,23 +98,26 @@ def _add_limit(grasp: Record, c: int, size: int, extra: float, inverse: float) -
         right[a] += inverse * gradient[a]
         for b in range(size):
             matrix[a, b] += inverse * inverse * gradient[a] * gradient[b]
-            if c % 3 == CONE:
-                matrix[a, b] -= inverse * _cone_curvature(grasp, c // 3, a, b)
+            if c % PER_CONTACT < LEAST:
+                matrix[a, b] -= inverse * _cone_curvature(grasp, c, a, b)
 
 
 @compiled
 def _barrier_slope(grasp: Record, c: int, a: int, extra: float) -> float:
     """Derivative of what the barrier of limit ``c`` is the logarithm of."""
-    i, kind, force = c // 3, c % 3, grasp.force
-    reach = grasp.cones[i] * force[3 * i + 2] + extra
+    i, kind, force = c // PER_CONTACT, c % PER_CONTACT, grasp.force
+    if kind >= LEAST:
+        if a == grasp.free:
+            return 1.0
+        return grasp.basis[a, 3 * i + 2] if kind == LEAST else -grasp.basis[a, 3 * i + 2]
+    reach = grasp.cones[i, kind] * force[3 * i + 2] + extra
     if a == grasp.free:
-        return 2.0 * reach if kind == CONE else 1.0
+        return 2.0 * reach
     basis = grasp.basis[a]
-    if kind != CONE:
-        return basis[3 * i + 2] if kind == LEAST else -basis[3 * i + 2]
-    along = grasp.cones[i] * basis[3 * i + 2]
-    across = force[3 * i] * basis[3 * i]
-    return 2.0 * (reach * along - across - force[3 * i + 1] * basis[3 * i + 1])
+    slope = reach * (grasp.cones[i, kind] * basis[3 * i + 2])
+    for axis in axes_of(grasp, kind):
+        slope -= force[3 * i + axis] * basis[3 * i + axis]
+    return 2.0 * slope
 
 
 @compiled
@@ -125,21 +138,22 @@ def _step_inside(grasp: Record, n: int, size: int, decrement: float, phase: int)
 
 
 @compiled
-def _cone_curvature(grasp: Record, i: int, a: int, b: int) -> float:
+def _cone_curvature(grasp: Record, c: int, a: int, b: int) -> float:
     """Second derivative of (c F_n + extra)^2 - |F_t|^2."""
-    free, cone = grasp.free, grasp.cones[i]
+    i, way, free = c // PER_CONTACT, c % PER_CONTACT, grasp.free
+    cone = grasp.cones[i, way]
     first = 1.0 if a == free else cone * grasp.basis[a, 3 * i + 2]
     second = 1.0 if b == free else cone * grasp.basis[b, 3 * i + 2]
     total = 2.0 * first * second
     if a < free and b < free:
-        for k in range(2):
-            total -= 2.0 * grasp.basis[a, 3 * i + k] * grasp.basis[b, 3 * i + k]
+        for axis in axes_of(grasp, way):
+            total -= 2.0 * grasp.basis[a, 3 * i + axis] * grasp.basis[b, 3 * i + axis]
     return total
 
 
 @compiled
 def _is_inside(grasp: Record, n: int, extra: float) -> bool:
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         if not widened(grasp, c, extra) > 0.0:
             return False
     return True
@@ -152,7 +166,7 @@ def minimise_violation(grasp: Record, n: int) -> float:
         grasp.point[j] = 0.0
     set_force(grasp, n)
     largest = 0.0
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         value = limit(grasp, c)
         if value < np.inf:
             largest = max(largest, -value)
@@ -182,12 +196,12 @@ def descend(grasp: Record, n: int) -> None:
         for _ in range(_BARRIER_STEPS):
             if spatial_barrier(grasp, n, weight, 2) < 1e-9:
                 break
-    for c in range(3 * n):
+    for c in range(PER_CONTACT * n):
         value = limit(grasp, c)
-        room = value if c % 3 != CONE else widened(grasp, c, 0.0)
-        factor = 1.0
-        if c % 3 == CONE and value < np.inf:
-            reach = grasp.cones[c // 3] * grasp.force[3 * (c // 3) + 2]
-            factor = reach + tangential(grasp, c // 3)
+        i, kind = c // PER_CONTACT, c % PER_CONTACT
+        room, factor = value, 1.0
+        if kind < LEAST and value < np.inf:
+            reach = grasp.cones[i, kind] * grasp.force[3 * i + 2]
+            room, factor = widened(grasp, c, 0.0), reach + tangential(grasp, i, kind)
         grasp.multipliers[c] = weight * factor / room if room < np.inf else 0.0
         grasp.active[c] = 1 if grasp.multipliers[c] > value else 0

@@ -7,9 +7,12 @@ import numpy as np
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.space.ways import way_of, way_size
 
 FEASIBLE = 1e-10  # [N], and share of the forces
-CONE, LEAST, MOST = range(3)
+# Of every contact: the bounds of friction along its ways, least and greatest normal force.
+PER_CONTACT = 4
+FRICTION, _, LEAST, MOST = range(PER_CONTACT)
 
 
 @compiled
@@ -23,39 +26,40 @@ def set_force(grasp: Record, n: int) -> None:
 
 
 @compiled
-def tangential(grasp: Record, i: int) -> float:
-    """Size of the tangential force of contact ``i`` [N]."""
-    force = grasp.force
-    return np.sqrt(square(force[3 * i]) + square(force[3 * i + 1]))
+def tangential(grasp: Record, i: int, way: int) -> float:
+    """Size of the friction force along a way of contact ``i`` [N]."""
+    return way_size(grasp, way, grasp.force[3 * i], grasp.force[3 * i + 1])
 
 
 @compiled
 def limit(grasp: Record, c: int) -> float:
     """How far a force is inside limit ``c`` [N]; inf where there is no such limit."""
-    i, kind = c // 3, c % 3
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
     normal = grasp.force[3 * i + 2]
-    if kind == CONE:
-        if grasp.cones[i] < 0.0:
+    if kind < LEAST:
+        if grasp.cones[i, kind] < 0.0:
             return np.inf
-        return grasp.cones[i] * normal - tangential(grasp, i)
+        return grasp.cones[i, kind] * normal - tangential(grasp, i, kind)
     return normal - grasp.least if kind == LEAST else grasp.most - normal
 
 
 @compiled
 def gradient_entry(grasp: Record, c: int, k: int) -> float:
     """Derivative of limit ``c`` along force component ``k`` of its contact."""
-    i, kind = c // 3, c % 3
-    if kind != CONE:
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
+    if kind >= LEAST:
         return 0.0 if k < 2 else (1.0 if kind == LEAST else -1.0)
     if k == 2:
-        return grasp.cones[i]
-    return -grasp.force[3 * i + k] / max(tangential(grasp, i), 1e-300)
+        return grasp.cones[i, kind]
+    if way_of(grasp, k) != kind:
+        return 0.0
+    return -grasp.force[3 * i + k] / max(tangential(grasp, i, kind), 1e-300)
 
 
 @compiled
 def slope_of_limit(grasp: Record, c: int, j: int) -> float:
     """Derivative of limit ``c`` along free number ``j``."""
-    i, total = c // 3, 0.0
+    i, total = c // PER_CONTACT, 0.0
     for k in range(3):
         total += gradient_entry(grasp, c, k) * grasp.basis[j, 3 * i + k]
     return total

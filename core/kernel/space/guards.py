@@ -1,7 +1,7 @@
 """Conditions that end a phase or a run in space: each falls through its level at the event.
 
-Per contact: its phase (distance to the cone in stick, speed in slip), normal force, distance to
-the edges of its face, finger not singular. Then the determinant of M~.
+Per contact: the phase of its ways (distance to the cone in stick, speed in slip), normal force,
+distance to the edges of its face, finger not singular. Then the determinant of M~.
 """
 
 from __future__ import annotations
@@ -18,14 +18,15 @@ from slipgrasp.core.kernel.guards import (
     SLIP_NOISE,
 )
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
-from slipgrasp.core.kernel.space.flow import LEAST_SPEED, slip_speed
+from slipgrasp.core.kernel.space.flow import LEAST_SPEED
 from slipgrasp.core.kernel.space.model import MODEL
-from slipgrasp.core.kernel.space.selection import friction_margin
 from slipgrasp.core.kernel.space.state import STATE, slip_at, slip_velocity_at
-from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
+from slipgrasp.core.kernel.space.ways import axes_of, friction_margin, way_speed
+from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
 
-PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
-PER_CONTACT = 4
+# The phase guard of the second way stands behind that of the first.
+PHASE, _, NORMAL_FORCE, FACE, SINGULAR = range(5)
+PER_CONTACT = 5
 MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1
 BACKWARD = 1e-9  # a slip that has just begun may run back by this before it ends [m/s]
 
@@ -50,6 +51,23 @@ def _distance_to_edge(model: Record, state: Record, i: int) -> float:
 
 
 @compiled
+def _phase_value(
+    model: Record, discrete: Record, state: Record, work: Record, i: int, way: int
+) -> float:
+    """Distance to the bound of friction in stick [N], speed in slip [m/s]."""
+    if discrete.slips[i, way] == 0.0:
+        return friction_margin(model, work, i, way)
+    has_begun = discrete.frozen[i, way] == 0
+    if has_begun and model.ways == 1:
+        return way_speed(model, state, i, way) - LEAST_SPEED
+    along = 0.0
+    for axis in axes_of(model, way):
+        at = slip_velocity_at(model.num_fingers, i, axis)
+        along += discrete.directions[i, axis] * state.x[at]
+    return along if has_begun else along + BACKWARD
+
+
+@compiled
 def _update_values(
     model: Record, discrete: Record, state: Record, work: Record, guards: Record
 ) -> None:
@@ -57,15 +75,9 @@ def _update_values(
     n, values = model.num_fingers, guards.values
     for i in range(n):
         base = PER_CONTACT * i
-        if discrete.phases[i] == STICK:
-            values[base + PHASE] = friction_margin(model, work, i)
-        elif discrete.frozen[i] == 1:
-            along = 0.0
-            for axis in range(2):
-                along += discrete.directions[i, axis] * state.x[slip_velocity_at(n, i, axis)]
-            values[base + PHASE] = along + BACKWARD
-        else:
-            values[base + PHASE] = slip_speed(n, state, i) - LEAST_SPEED
+        values[base + PHASE + 1] = np.inf
+        for way in range(model.ways):
+            values[base + PHASE + way] = _phase_value(model, discrete, state, work, i, way)
         values[base + NORMAL_FORCE] = work.forces[i, 2]
         values[base + FACE] = _distance_to_edge(model, state, i)
         values[base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
@@ -80,7 +92,7 @@ def _band(model: Record, discrete: Record, work: Record, j: int) -> tuple[float,
         return 0.0, ENDING_BAND
     if kind == FACE:
         return SLIP_NOISE, SLIP_BAND
-    if kind == PHASE and discrete.phases[i] != STICK:
+    if kind < NORMAL_FORCE and discrete.slips[i, kind - PHASE] != 0.0:
         return 0.0, 0.0
     scale = 1.0 + abs(work.forces[i, 2])
     return FORCE_NOISE * scale, FORCE_BAND * scale

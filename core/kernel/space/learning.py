@@ -24,7 +24,8 @@ from slipgrasp.core.kernel.space.law import (
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.plant import own_force, to_contact_frame, weigh_error
 from slipgrasp.core.kernel.space.state import SPIN, STATE
-from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
+from slipgrasp.core.kernel.space.ways import axes_of
+from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
 # What the composite law remembers from tick to tick, and its intermediate values.
@@ -222,27 +223,39 @@ def _fill_object_row(model: Record, state: Record, work: Record, memory: Record,
 
 @compiled
 def _take_slip_rows(model: Record, discrete: Record, work: Record, memory: Record) -> None:
-    """Every slipping contact lies on its cone: F_n mu = -g . F_t, in the phases of now."""
+    """Every contact that slips lies on its cone, F_n mu = -g . F_t, in the phases of now."""
     unknowns, kin = model.unknowns, work.kin
     for i in range(model.num_fingers):
-        if discrete.phases[i] == STICK:
-            continue
-        g0, g1 = work.gamma[i, 0], work.gamma[i, 1]
-        x, y, normal = to_contact_frame(
+        force = to_contact_frame(
             kin, i, memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2]
         )
-        along, mu = -(g0 * x + g1 * y), work.believed.friction[i]
-        for k in range(unknowns.count):
-            memory.row[k] = 0.0
-            if unknowns.fingers[k] != i:
+        mu = work.believed.friction[i]
+        for way in range(model.ways):
+            if discrete.slips[i, way] == 0.0:
                 continue
-            if unknowns.kinds[k] == FRICTION:
-                memory.row[k] = normal
-            else:
-                fx, fy, fz = unit_force(kin, work, i, unknowns.links[k])
-                ux, uy, un = to_contact_frame(kin, i, fx, fy, fz)
-                memory.row[k] = -(g0 * ux + g1 * uy) - mu * un
-        spatial_take_row(model, discrete, memory, along - mu * normal, model.law.force_variance)
+            for k in range(unknowns.count):
+                memory.row[k] = 0.0
+                if unknowns.fingers[k] != i:
+                    continue
+                if unknowns.kinds[k] == FRICTION:
+                    memory.row[k] = force[2]
+                else:
+                    fx, fy, fz = unit_force(kin, work, i, unknowns.links[k])
+                    unit = to_contact_frame(kin, i, fx, fy, fz)
+                    memory.row[k] = _along(model, work, i, way, unit) - mu * unit[2]
+            error = _along(model, work, i, way, force) - mu * force[2]
+            spatial_take_row(model, discrete, memory, error, model.law.force_variance)
+
+
+@compiled
+def _along(
+    model: Record, work: Record, i: int, way: int, force: tuple[float, float, float]
+) -> float:
+    """-g . F_t over the tangents of a way."""
+    total = 0.0
+    for axis in axes_of(model, way):
+        total -= work.gamma[i, axis] * (force[0] if axis == 0 else force[1])
+    return total
 
 
 @compiled

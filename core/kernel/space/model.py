@@ -104,6 +104,7 @@ LAW = np.dtype(
 MODEL = np.dtype(
     [
         ("num_fingers", np.int64),  # n
+        ("ways", np.int64),  # of a contact to slip: 1 on the cone, 2 in the pyramid
         ("num_unknowns", np.int64),  # p
         ("num_states", np.int64),  # of the integrated state
         ("num_diagnostics", np.int64),
@@ -138,6 +139,7 @@ def pack_model(scenario: SpatialScenario, load: list[float]) -> Record:
     model = make_record(MODEL)
     n, p = len(scenario.fingers), len(scenario.estimates)
     model.num_fingers = model.hand.num_fingers = model.truth.num_fingers = n
+    model.ways = 2 if scenario.has_pyramid else 1
     model.num_unknowns = model.unknowns.count = p
     model.num_states = count_states(n)
     model.hand.gravity = scenario.simulation.gravity

@@ -1,4 +1,4 @@
-"""Rows of the trace of a hand in space, and the sums over them that metrics follow from."""
+"""Rows of the trace of a hand in space."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from slipgrasp.core.kernel.space.law import believe, lyapunov_value, true_value,
 from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
 from slipgrasp.core.kernel.space.model import MAX_COORDINATES, MODEL
 from slipgrasp.core.kernel.space.plant import assemble
-from slipgrasp.core.kernel.space.selection import friction_margin
 from slipgrasp.core.kernel.space.state import (
     POSITION,
     STATE,
@@ -29,11 +28,11 @@ from slipgrasp.core.kernel.space.state import (
     slip_velocity_at,
     supplied_at,
 )
+from slipgrasp.core.kernel.space.ways import least_margin
 from slipgrasp.core.kernel.space.workspace import (
     DISCRETE,
     MAX_FORCES,
     MAX_ROWS,
-    STICK,
     WORKSPACE,
 )
 from slipgrasp.core.scenario import MAX_UNKNOWNS
@@ -75,27 +74,6 @@ ROW = np.dtype(
         ("order", np.int64, (MAX_COORDINATES,)),
         ("right", np.float64, (MAX_COORDINATES,)),
         ("solution", np.float64, (MAX_COORDINATES,)),
-    ],
-    align=True,
-)
-
-# Sums so far, and what the last row adds to the integrals (by the trapezoidal rule).
-TALLY = np.dtype(
-    [
-        ("rows", np.int64),
-        ("start", np.float64),  # time of the first row [s]
-        ("time", np.float64),  # of the last row [s]
-        ("error", np.float64, (6,)),  # of the last row [m, rad]
-        ("effort_rate", np.float64),  # [N^2 m^2]
-        ("slipping", np.int64),  # contacts that slip
-        ("last_slip", np.float64),  # time of the last row with a slipping contact [s]
-        ("slip_path", np.float64, (MAX_FINGERS,)),  # [m]
-        ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
-        ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
-        ("squared_error", np.float64, (6,)),  # integral
-        ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
-        ("violations", np.int64),  # rows whose command leaves the estimated cones
-        ("first_violation", np.float64),  # [s]
     ],
     align=True,
 )
@@ -144,18 +122,19 @@ def spatial_fill(model: Record, row: Record, work: Record) -> None:
     _set(model, row, AT.potential_energy, 0, row.potential_energy)
     _set(model, row, AT.supplied_energy, 0, x[supplied_at(n)])
     _set(model, row, AT.dissipated_energy, 0, x[dissipated_at(n)])
-    row.length = _column(model, END)
+    row.length = column_of(model, END)
 
 
 @compiled
-def _column(model: Record, place: tuple[int, int, int]) -> int:
+def column_of(model: Record, place: tuple[int, int, int]) -> int:
+    """Column at which a signal begins, by its entry in `AT`."""
     return place[0] + place[1] * model.num_fingers + place[2] * model.num_unknowns
 
 
 @compiled
 def _set(model: Record, row: Record, place: tuple[int, int, int], k: int, value: float) -> None:
     """Writes entry ``k`` of a signal."""
-    row.values[_column(model, place) + k] = value
+    row.values[column_of(model, place) + k] = value
 
 
 @compiled
@@ -172,7 +151,7 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
     _set(model, row, AT.phase, i, discrete.phases[i])
     _set(model, row, AT.believed_phase, i, discrete.beliefs[i])
     _set(model, row, AT.normal_force, i, work.forces[i, 2])
-    _set(model, row, AT.friction_margin, i, friction_margin(model, work, i))
+    _set(model, row, AT.friction_margin, i, least_margin(model, work, i))
     _set(model, row, AT.friction_coefficient, i, model.truth.friction[i])
     for joint in range(3):
         k = 3 * i + joint
@@ -373,46 +352,3 @@ def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) 
     for k in range(length):
         vectors[count, k] = inverse * vectors[candidate, k]
     return 1
-
-
-@compiled_apart(types.void, MODEL, ROW, WORKSPACE, TALLY)
-def spatial_tally(model: Record, row: Record, work: Record, tally: Record) -> None:
-    """Adds an evaluated row.
-
-    The first row only assumes stick before the first selection: where a second row at the
-    same time follows, the friction margin of the first does not count.
-    """
-    n, discrete = model.num_fingers, row.discrete
-    if tally.rows == 0:
-        tally.start = tally.time = row.time
-    elif tally.rows == 1 and row.time == tally.start:
-        for i in range(n):
-            tally.least_margin[i] = np.inf
-    half_step = 0.5 * (row.time - tally.time)
-    effort_rate = 0.0
-    tally.slipping = 0
-    for i in range(n):
-        tally.slip_path[i] = row.state.x[path_at(n, i)]
-        if tally.rows == 0 or work.forces[i, 2] > tally.peak_normal_force[i]:
-            tally.peak_normal_force[i] = work.forces[i, 2]
-        if discrete.phases[i] == STICK:
-            margin = friction_margin(model, work, i)
-            tally.least_margin[i] = min(tally.least_margin[i], margin)
-        else:
-            tally.slipping += 1
-        for joint in range(3):
-            effort_rate += square(discrete.torques[i, joint])
-    for k in range(6):
-        error = work.room.error[k]
-        tally.squared_error[k] += half_step * (square(error) + square(tally.error[k]))
-        tally.error[k] = error
-    tally.effort += half_step * (effort_rate + tally.effort_rate)
-    tally.effort_rate = effort_rate
-    if tally.slipping > 0:
-        tally.last_slip = row.time
-    if discrete.violation > 0.0:
-        if tally.violations == 0:
-            tally.first_violation = row.time
-        tally.violations += 1
-    tally.time = row.time
-    tally.rows += 1

@@ -13,32 +13,34 @@ from slipgrasp.core.kernel.records import (
     make_record,
     make_unset_record,
 )
-from slipgrasp.core.kernel.run import CHANGE_CAPACITY, FIRST_STEP, ROOM_TO_SPARE
+from slipgrasp.core.kernel.run import (
+    CHANGE_CAPACITY,
+    FIRST_STEP,
+    MAX_SLIP_STATES,
+    ROOM_TO_SPARE,
+    slip_room,
+)
 from slipgrasp.core.kernel.space.guards import GUARDS
 from slipgrasp.core.kernel.space.learning import MEMORY
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.rows import (
     MAX_COLUMNS,
     ROW,
-    TALLY,
     spatial_evaluate,
     spatial_fill,
-    spatial_tally,
 )
 from slipgrasp.core.kernel.space.selection import SELECTION_ROOM, normalise
 from slipgrasp.core.kernel.space.state import STATE, parts_of
 from slipgrasp.core.kernel.space.stepper import STEP
+from slipgrasp.core.kernel.space.tally import TALLY, spatial_tally
 from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_UNKNOWNS
 from slipgrasp.core.scenario.spatial import SpatialScenario
 
 ROWS_BEFORE_PAUSE = 2048
 TICKS_BEFORE_PAUSE = 2048
-ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROOM_TO_SPARE
+ROW_CAPACITY = ROWS_BEFORE_PAUSE + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
 TICK_COLUMNS = 1 + 3 * MAX_FINGERS + MAX_UNKNOWNS
-
-# In the plane a young slip holds rows back; here none ever does.
-HELD_BACK = np.dtype([("level", np.int64), ("since", np.int64)], align=True)
 
 # Everything that changes during a run, but for the outlet.
 PROGRESS = np.dtype(
@@ -51,7 +53,7 @@ PROGRESS = np.dtype(
         ("guards", GUARDS),
         ("row", ROW),  # the last one evaluated
         ("tally", TALLY),
-        ("slip", HELD_BACK),
+        ("slip", slip_room(STATE, DISCRETE, ROW, WORKSPACE)),
         ("memory", MEMORY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
@@ -131,8 +133,8 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
     """Copies all of what stays fixed between two jumps."""
     for i in range(model.num_fingers):
         target.phases[i], target.beliefs[i] = source.phases[i], source.beliefs[i]
-        target.frozen[i] = source.frozen[i]
         for axis in range(2):
+            target.frozen[i, axis] = source.frozen[i, axis]
             target.slips[i, axis] = source.slips[i, axis]
             target.directions[i, axis] = source.directions[i, axis]
         for joint in range(3):

@@ -12,26 +12,31 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
-from slipgrasp.core.kernel.methods import MAX_SLOPES
+from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.flow import flow, slip_speed
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.selection import normalise
-from slipgrasp.core.kernel.space.state import STATE, slip_velocity_at
-from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
+from slipgrasp.core.kernel.space.state import MAX_STATE, STATE, slip_velocity_at
+from slipgrasp.core.kernel.space.ways import axes_of, way_of, way_speed
+from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
 
 SLIP_TOLERANCE = 1e-11  # absolute, of slip velocities [m/s]
 STOP_SHARE = 0.6  # of the time in which a slip would stop
 SHORT_STEP, LONG_STEP = 1e-6, 2e-5  # while a slip has just begun [s]
 BRISK = 0.1  # [m/s^2]
+FASTEST_KEPT = 1e-7  # up to which a slip may keep the direction in which it began [m/s]
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
-        ("rank", np.int64),  # of the method by which it is taken
+        ("rank", np.int64),  # of the method by which the next one is taken
+        ("last", np.int64),  # number of the slope at its end
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
+        ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
+        ("prepared", np.int64),  # 1 where the terms are those of this step
     ],
     align=True,
 )
@@ -41,6 +46,7 @@ STEP = np.dtype(
 def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
     """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
     method, size = model.methods[step.rank], model.num_states
+    step.prepared, step.last = 0, method.last
     for row in range(1, method.last + 1):
         for j in range(size):
             step.end.x[j] = step.start.x[j]
@@ -65,8 +71,8 @@ def spatial_error(model: Record, h: float, step: Record) -> float:
         for k in range(method.last + 1):
             error += method.error[k] * step.slopes[k].x[j]
         if first <= j < last:
-            i = (j - first) // 2
-            largest = max(slip_speed(n, step.start, i), slip_speed(n, step.end, i))
+            i, way = (j - first) // 2, way_of(model, (j - first) % 2)
+            largest = max(way_speed(model, step.start, i, way), way_speed(model, step.end, i, way))
             scale = min(absolute, SLIP_TOLERANCE) + relative * largest
         else:
             largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
@@ -78,29 +84,46 @@ def spatial_error(model: Record, h: float, step: Record) -> float:
 @compiled
 def longest_step(model: Record, discrete: Record, step: Record) -> float:
     """The longest step that does not pass the end of a slip [s], inf if nothing slips."""
-    n, longest = model.num_fingers, np.inf
-    x, slope = step.start.x, step.slopes[0].x
-    for i in range(n):
-        if discrete.phases[i] == STICK:
-            continue
-        a0, a1 = slope[slip_velocity_at(n, i, 0)], slope[slip_velocity_at(n, i, 1)]
-        if discrete.frozen[i] == 1:
-            brisk = a0 * a0 + a1 * a1 > BRISK * BRISK
-            longest = min(longest, SHORT_STEP if brisk else LONG_STEP)
-            continue
-        v0, v1 = x[slip_velocity_at(n, i, 0)], x[slip_velocity_at(n, i, 1)]
-        power = v0 * a0 + v1 * a1
-        if power < 0.0:
-            longest = min(longest, STOP_SHARE * (v0 * v0 + v1 * v1) / -power)
+    longest = np.inf
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if discrete.slips[i, way] != 0.0:
+                longest = min(longest, _longest_along(model, discrete, step, i, way))
     return longest
 
 
 @compiled
-def turns_back(model: Record, discrete: Record, step: Record) -> bool:
-    """Whether a slip has passed zero within the step: its direction lies behind it then."""
+def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: int) -> float:
+    """The same for one way of contact ``i``."""
+    n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
+    speeds = powers = accelerations = 0.0
+    for axis in axes_of(model, way):
+        at = slip_velocity_at(n, i, axis)
+        speeds += x[at] * x[at]
+        powers += x[at] * slope[at]
+        accelerations += slope[at] * slope[at]
+    if discrete.frozen[i, way] == 1:
+        return SHORT_STEP if accelerations > BRISK * BRISK else LONG_STEP
+    if powers >= 0.0:
+        return np.inf
+    until_stop = STOP_SHARE * speeds / -powers
+    # The sign of a slip in the pyramid tells that it has ended: the last step may pass that.
+    return until_stop if model.ways == 1 else max(until_stop, SHORT_STEP)
+
+
+@compiled
+def loses_direction(model: Record, discrete: Record, step: Record) -> bool:
+    """Whether a slip on the cone does not have the direction that the step has taken it for.
+
+    It has passed zero, its direction behind it then, or it has only just begun and is fast already.
+    """
     n, start, end = model.num_fingers, step.start.x, step.end.x
     for i in range(n):
-        if discrete.phases[i] == STICK or discrete.frozen[i] == 1:
+        if model.ways == 2 or discrete.slips[i, 0] == 0.0:
+            continue
+        if discrete.frozen[i, 0] == 1:
+            if slip_speed(n, step.end, i) > FASTEST_KEPT:
+                return True
             continue
         a, b = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
         if not start[a] * end[a] + start[b] * end[b] > 0.0:

@@ -13,9 +13,9 @@ from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.run import PROGRESS
 from slipgrasp.core.kernel.space.stepper import (
     longest_step,
+    loses_direction,
     spatial_error,
     spatial_step,
-    turns_back,
 )
 from slipgrasp.core.kernel.space.workspace import STICK
 
@@ -37,7 +37,7 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
         spatial_step(model, discrete, size, step, run.work)
         run.steps += 1
         error = spatial_error(model, size, step)
-        if error <= 1.0 and turns_back(model, discrete, step):
+        if error <= 1.0 and loses_direction(model, discrete, step):
             error = 16.0
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
@@ -84,13 +84,14 @@ def spatial_locate(model: Record, run: Record, h: float) -> float:
     spatial_step(model, discrete, 0.0, step, work)
     value_low = spatial_least(model, discrete, step.end, work, guards)
     width = LOCATION_WIDTH * max(1.0, run.now)
-    nothing = LOCATION_SHARE * max(abs(value_low), abs(value_high))
+    # Of the lower value alone: the higher one may be a force where this is a speed.
+    nothing = LOCATION_SHARE * abs(value_low)
     side = 0
     for trial in range(100):
         if not value_low > 0.0 or high - low <= width:
             break
         at = (low * value_high - high * value_low) / (value_high - value_low)
-        if not low < at < high or trial % 8 == 7:
+        if not low < at < high or trial % 3 == 2:
             at = 0.5 * (low + high)
         spatial_step(model, discrete, at, step, work)
         value = spatial_least(model, discrete, step.end, work, guards)

@@ -11,7 +11,8 @@ from slipgrasp.core.kernel.space.model import MAX_COORDINATES, TRUTH
 from slipgrasp.core.kernel.space.plant import SYSTEM
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
-STICK, SLIP = 0, 2  # `slipgrasp.core.trace.types.ContactPhase`
+# `slipgrasp.core.trace.types.ContactPhase`; to the last the signs (3, 1) of both slips are added.
+STICK, SLIP, SLIPS_ALONG_TANGENTS = 0, 2, 7
 MAX_FORCES = 3 * MAX_FINGERS
 MAX_ROWS = 6 + 2 * MAX_FINGERS
 
@@ -21,8 +22,8 @@ DISCRETE = np.dtype(
         ("phases", np.int64, (MAX_FINGERS,)),  # of the plant
         ("beliefs", np.int64, (MAX_FINGERS,)),  # phases the controller acts on
         ("slips", np.float64, (MAX_FINGERS, 2)),  # 1 where a contact slips along a tangent
-        ("directions", np.float64, (MAX_FINGERS, 2)),  # g where a slip has just begun
-        ("frozen", np.int64, (MAX_FINGERS,)),  # 1 while that direction is taken for that of s'
+        ("directions", np.float64, (MAX_FINGERS, 2)),  # g where a slip has just begun; signs
+        ("frozen", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 while that is taken for that of s'
         ("torques", np.float64, (MAX_FINGERS, 3)),  # held [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("violation", np.float64),  # of the estimated cones by the last command [N]
@@ -60,13 +61,14 @@ GRASP = np.dtype(
         ("soft", np.int64),  # how many are
         ("origin", np.float64, (MAX_FORCES,)),
         ("basis", np.float64, (MAX_FORCES, MAX_FORCES)),  # column by column
-        ("cones", np.float64, (MAX_FINGERS,)),  # mu / safety; negative: no cone
+        ("ways", np.int64),  # that a cone bounds together, or each by itself
+        ("cones", np.float64, (MAX_FINGERS, 2)),  # mu / safety; negative: no bound
         ("least", np.float64),  # normal force [N]
         ("most", np.float64),
         ("force", np.float64, (MAX_FORCES,)),
         ("point", np.float64, (MAX_FORCES + 1,)),  # lambda, and the violation
-        ("active", np.int64, (3 * MAX_FINGERS,)),  # cone, least, most of every contact
-        ("multipliers", np.float64, (3 * MAX_FINGERS,)),
+        ("active", np.int64, (4 * MAX_FINGERS,)),  # limits of every contact
+        ("multipliers", np.float64, (4 * MAX_FINGERS,)),
         ("matrix", np.float64, (4 * MAX_FORCES, 4 * MAX_FORCES)),
         ("order", np.int64, (4 * MAX_FORCES,)),
         ("right", np.float64, (4 * MAX_FORCES,)),

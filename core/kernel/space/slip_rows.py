@@ -1,0 +1,51 @@
+"""Rows inside a slip of a hand in space (`slipgrasp.core.kernel.slip_rows`)."""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.slip_rows import follow, leave
+from slipgrasp.core.kernel.space.guards import spatial_fired
+from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.rows import AT, column_of, spatial_evaluate, spatial_fill
+from slipgrasp.core.kernel.space.run import OUTLET, PROGRESS, copy_discrete
+from slipgrasp.core.kernel.space.selection import normalise
+from slipgrasp.core.kernel.stepper import fill_terms, interpolate
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
+def spatial_follow_slip(model: Record, run: Record, outlet: Record, h: float) -> None:
+    """Keeps states inside the step just taken while a contact is in the beginning of its slip."""
+    follow(model, run, outlet, h, _sample, copy_discrete)
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.int64)
+def spatial_leave_slip(model: Record, run: Record, outlet: Record, at_end: int) -> None:
+    """Writes the rows that a slip lacks: where a phase has changed, or the stretch ends."""
+    lost = column_of(model, AT.dissipated_energy)
+    leave(model, run, outlet, at_end, lost, _evaluate, copy_discrete)
+
+
+@compiled
+def _sample(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
+    """The state inside the step just taken, which slips, by a method with all its slopes."""
+    step = run.step
+    if step.prepared == 0:
+        step.prepared = 1
+        fill_terms(model, h, step)
+    interpolate(model, step, fraction, state)
+    normalise(state)
+
+
+@compiled
+def _evaluate(model: Record, run: Record, row: Record) -> int:
+    """Fills a row for the state in it; 0 where that is not finite, or past an event."""
+    work = run.slip.work
+    if spatial_evaluate(model, row, work) == 0:
+        return 0
+    if spatial_fired(model, row.discrete, row.state, work, run.guards) == 1:
+        return 0
+    spatial_fill(model, row, work)
+    return 1

@@ -1,0 +1,69 @@
+"""Ways of a contact to slip: what has a phase of its own.
+
+On the cone a contact has one way, in which both tangents slip together. In the paper's pyramid it
+has two, one along each tangent. ``ways`` of a record says how many.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.space.state import slip_velocity_at
+from slipgrasp.core.kernel.space.workspace import SLIP, SLIPS_ALONG_TANGENTS, STICK
+
+
+@compiled
+def axes_of(record: Record, way: int) -> range:
+    """Tangents of a way."""
+    return range(way, way + 3 - record.ways)
+
+
+@compiled
+def way_of(record: Record, axis: int) -> int:
+    """The way of a tangent."""
+    return min(axis, record.ways - 1)
+
+
+@compiled
+def way_size(record: Record, way: int, x: float, y: float) -> float:
+    """Size of a tangential vector along a way: its length, or that of its one part."""
+    if record.ways == 1:
+        return np.sqrt(x * x + y * y)
+    return abs(x) if way == 0 else abs(y)
+
+
+@compiled
+def way_speed(model: Record, state: Record, i: int, way: int) -> float:
+    """Speed of contact ``i`` along a way [m/s]."""
+    n = model.num_fingers
+    first = state.x[slip_velocity_at(n, i, 0)]
+    return way_size(model, way, first, state.x[slip_velocity_at(n, i, 1)])
+
+
+@compiled
+def friction_margin(model: Record, work: Record, i: int, way: int) -> float:
+    """Mu F_n less the friction force along a way of contact ``i`` [N], positive inside."""
+    size = way_size(model, way, work.forces[i, 0], work.forces[i, 1])
+    return model.truth.friction[i] * work.forces[i, 2] - size
+
+
+@compiled
+def least_margin(model: Record, work: Record, i: int) -> float:
+    """The least of these over the ways of contact ``i`` [N]."""
+    margin = friction_margin(model, work, i, 0)
+    return min(margin, friction_margin(model, work, i, 1)) if model.ways == 2 else margin
+
+
+@compiled
+def name_phase(model: Record, discrete: Record, i: int) -> None:
+    """Writes the phase of contact ``i`` that its slips and directions make."""
+    x, y = discrete.slips[i, 0], discrete.slips[i, 1]
+    if x == 0.0 and y == 0.0:
+        discrete.phases[i] = STICK
+    elif model.ways == 1:
+        discrete.phases[i] = SLIP
+    else:
+        signs = 3.0 * x * discrete.directions[i, 0] + y * discrete.directions[i, 1]
+        discrete.phases[i] = SLIPS_ALONG_TANGENTS + int(signs)
