@@ -1,6 +1,8 @@
 """What the paper's theorems suppose and promise, as quantities along a run (Eq. 20 and 50 to 57).
 
 The state of every row is evaluated again by the kernel; nothing here decides anything of a run.
+The theorems are about the torque of Eq. 23 and 27: where ``distribution`` shares the forces out
+otherwise, what that disturbs is not in tau_d.
 """
 
 from __future__ import annotations
@@ -10,13 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import make_record
-from slipgrasp.core.kernel.state import STATE, parts_of
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.theorem_hand import PlanarTheoremHand, TheoremHand
 from slipgrasp.core.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -57,6 +54,20 @@ class Premises:
     radius: Floats
     decrease: Floats
 
+    def describe_excitation(self) -> str:
+        """What Eq. 20 says along the desired motion, in one sentence."""
+        told = np.isfinite(self.least_excitation)
+        if not told.any():
+            return (
+                f"The run is shorter than a window of {WINDOW:g} s, over which Eq. 20 integrates."
+            )
+        least, greatest = self.least_excitation[told].min(), self.greatest_excitation[told].max()
+        holds = "holds" if least > 0.0 else "does not hold"
+        return (
+            f"Over every {WINDOW:g} s of the desired motion the eigenvalues of Eq. 20 lie between "
+            f"{least:.2g} and {greatest:.2g}, so its premise {holds}; of slip it says nothing."
+        )
+
     def describe(self) -> str:
         """What the bound of Eq. 55 says of this run, and what the error did, in one sentence."""
         finite = np.isfinite(self.radius)
@@ -71,10 +82,23 @@ class Premises:
         )
 
 
+def tell_premises(result: RunResult) -> tuple[str, ...]:
+    """What Theorems 1 to 4 suppose of a run and promise, and what it did, a sentence for each.
+
+    Args:
+        result: A run for which `has_premises` holds.
+    """
+    premises, trace = find_premises(result), result.trace
+    return (
+        f"Theorem 1: joints turned at {np.abs(trace.joint_velocity).max():.3g} rad/s and "
+        f"fingertips pressed with {trace.normal_force.max():.3g} N at most.",
+        f"Theorem 2: {premises.describe_excitation()}",
+        f"Theorems 3 and 4: {premises.describe()}",
+    )
+
+
 def has_premises(scenario: Scenario) -> bool:
     """Whether the theorems speak of a scenario: of their laws and of constants that stay."""
-    if scenario.in_space:
-        return False
     return scenario.controller.kind in KINDS and not (scenario.changes or scenario.patches)
 
 
@@ -85,9 +109,8 @@ def find_premises(result: RunResult) -> Premises:
         result: A run for which `has_premises` holds.
     """
     assert has_premises(result.scenario), "the theorems do not speak of this run"
-    trace, hand = result.trace, _Hand(result.scenario)
-    law = hand.model.law
-    gains, pull = law.adaptation_gains[: hand.p], _pull(result)
+    trace, hand, pull = result.trace, _hand_of(result.scenario), _pull(result)
+    gains = hand.adaptation_gains
     errors, disturbances = [], []
     for k in range(len(trace.times)):
         hand.evaluate_row(result, k)
@@ -101,7 +124,7 @@ def find_premises(result: RunResult) -> Premises:
     least, sizes = weights.min(axis=1), np.linalg.norm(disturbance, axis=1)
     radius = np.full(len(least), np.inf)
     np.divide(sizes.max(), least, out=radius, where=least > 0.0)
-    excitation = _excitation(hand, trace.times, trace.object_pose + trace.tracking_error)
+    excitation = _excitation(hand, trace.times, hand.desired_poses(trace))
     return Premises(
         times=trace.times,
         least_excitation=excitation[:, 0],
@@ -115,6 +138,15 @@ def find_premises(result: RunResult) -> Premises:
     )
 
 
+def _hand_of(scenario: Scenario) -> TheoremHand:
+    if not scenario.in_space:
+        return PlanarTheoremHand(scenario)
+    # Compiled, and loaded, where someone asks for a hand in space only.
+    from slipgrasp.core.run.spatial_theorem_hand import SpatialTheoremHand
+
+    return SpatialTheoremHand(scenario)
+
+
 def _pull(result: RunResult) -> Floats:
     """sigma_s of Eq. 29, by row."""
     controller = result.scenario.controller
@@ -124,7 +156,7 @@ def _pull(result: RunResult) -> Floats:
     return np.clip(sizes / controller.estimate_norm_bound - 1.0, 0.0, 1.0)
 
 
-def _excitation(hand: _Hand, times: Floats, desired: Floats) -> Floats:
+def _excitation(hand: TheoremHand, times: Floats, desired: Floats) -> Floats:
     """Least and greatest eigenvalue of the integral of Eq. 20, by row (trapezoidal rule)."""
     inertias = np.array([hand.inertia_at(pose) for pose in desired])
     squares = inertias @ inertias.transpose(0, 2, 1)
@@ -138,74 +170,3 @@ def _excitation(hand: _Hand, times: Floats, desired: Floats) -> Floats:
         eigenvalues = np.linalg.eigvalsh(sums[k] - start)
         found[k] = eigenvalues[0], eigenvalues[-1]
     return found
-
-
-class _Hand:
-    """A hand whose states the kernel evaluates.
-
-    Attributes:
-        model: Its constants.
-        p: How many unknowns it has.
-        weights: Diagonal of Q, without the slips themselves (Eq. 25, 53).
-    """
-
-    def __init__(self, scenario: Scenario) -> None:
-        self.n, self.p = len(scenario.fingers), len(scenario.estimates)
-        self.size = 3 + self.n
-        self.model = pack_model(make_table(scenario), whole_faces())
-        law = self.model.law
-        self._p12, self._p22 = law.lyapunov_12[: self.size], law.lyapunov_22[: self.size]
-        self._moved = law.position_gains[: self.size] > 0.0
-        # 2 (K_v P_22 - P_12) = Q, also where K_p = 0 and Q weighs the velocity alone.
-        weights = 2.0 * (law.velocity_gains[: self.size] * self._p22 - self._p12)
-        self.weights = np.concatenate([weights[self._moved], weights])
-        self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
-        self._state = make_record(STATE)
-
-    def evaluate_row(self, result: RunResult, k: int) -> None:
-        """Evaluates row ``k`` of a run."""
-        trace = result.trace
-        parts = parts_of(self._state, self.n, self.p)
-        parts.pose[:], parts.velocity[:] = trace.object_pose[k], trace.object_velocity[k]
-        parts.slip[:], parts.slip_velocity[:] = trace.slip[k], trace.slip_velocity[k]
-        parts.estimates[:] = trace.estimates[k]
-        self._evaluate(trace.times[k], trace.phase[k])
-
-    def inertia_at(self, pose: Floats) -> Floats:
-        """M~ at a pose, without slip: M~_d of Eq. 20 at the desired one."""
-        parts = parts_of(self._state, self.n, self.p)
-        for part in parts:
-            part[:] = 0.0
-        parts.pose[:] = pose
-        self._evaluate(0.0, np.zeros(self.n))
-        return self._work.inertia[: self.size, : self.size].copy()
-
-    def errors(self) -> tuple[Floats, Floats]:
-        """Xi of the evaluated state (Eq. 41), without the slips themselves."""
-        room = self._work.room
-        return room.error[: self.size][self._moved].copy(), room.error_rate[: self.size].copy()
-
-    def disturbances(self, result: RunResult, k: int) -> tuple[Floats, Floats]:
-        """-2 P E M~^-1 tau_d of the evaluated row (Eq. 51), without the slips themselves."""
-        estimated = self._work.estimated_inertia[: self.size, : self.size]
-        moved = np.linalg.solve(estimated, self._unmodelled(result, k))
-        return -2.0 * (self._p12 * moved)[self._moved], -2.0 * self._p22 * moved
-
-    def _unmodelled(self, result: RunResult, k: int) -> Floats:
-        """tau_d of Eq. 33: what the true friction makes of the torques, beyond what is believed."""
-        trace, kin = result.trace, self._work.kin
-        found = np.zeros(self.size)
-        for i in range(self.n):
-            force = np.linalg.solve(kin.jacobians[i].T, trace.joint_torque[k, 2 * i : 2 * i + 2])
-            normal = force[0] * kin.tangents[i, 1] - force[1] * kin.tangents[i, 0]
-            missed = trace.friction_coefficient[k, i] - self._work.believed.friction[i]
-            found[3 + i] = -trace.phase[k, i] * missed * normal
-        return found
-
-    def _evaluate(self, t: float, phases: Floats) -> None:
-        model, discrete = self.model, self._discrete
-        discrete.phases[: self.n] = discrete.beliefs[: self.n] = phases
-        discrete.piece = int(np.searchsorted(model.motion.breaks, t, side="right"))
-        call(update_mechanics, model, self._state, self._work)
-        call(update_command, model, discrete, t, self._state, self._work)
-        call(solve_plant, model, discrete, self._work)

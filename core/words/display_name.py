@@ -145,7 +145,7 @@ def _differences(old: Any, new: Any, prefix: str = "") -> Iterator[tuple[str, An
             yield from _differences(before, after, f"{key}.")
         elif isinstance(after, Mapping):
             yield from ((f"{key}.{name}", v) for name, v in after.items() if before.get(name) != v)
-        elif field.name.startswith("link_"):
+        elif isinstance(after, tuple) and field.name.startswith("link_"):
             pairs = enumerate(zip(before, after, strict=True))
             yield from ((f"{key}.{i}", own) for i, (was, own) in pairs if was != own)
         else:

@@ -155,14 +155,22 @@ def _explain_left_face(end: _End) -> _Finding:
 
 
 def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
-    finger, at = scenario.fingers[end.contact], 2 * end.contact
+    number, distance, _ = _nearest_edge(end, scenario)
+    where = f"edge {number} of {scenario.fingers[end.contact].face}"
+    return _Finding(f"the {end.finger_name} fingertip slid over {where}", distance, 0.0)
+
+
+def _nearest_edge(end: _End, scenario: SpatialScenario) -> tuple[int, float, bool]:
+    """Number of the edge next to a contact, distance [m], whether it lies along the first tangent.
+
+    The first tangent of a side goes up: such an edge bounds its width, others its height.
+    """
+    at = 2 * end.contact
     slip = (float(end.last.slip[0, at]), float(end.last.slip[0, at + 1]))
-    edges = edges_of(spatial_contact(scenario.object, finger).outline)
+    edges = edges_of(spatial_contact(scenario.object, scenario.fingers[end.contact]).outline)
     distances = [a * slip[0] + b * slip[1] + c for a, b, c in edges]
-    edge = distances.index(min(distances))
-    where = f"edge {edge} of {finger.face}"
-    message = f"the {end.finger_name} fingertip slid over {where}"
-    return _Finding(message, distances[edge], 0.0)
+    number = distances.index(min(distances))
+    return number, distances[number], abs(edges[number][0]) < abs(edges[number][1])
 
 
 def _explain_singular(end: _End) -> _Finding:
@@ -235,8 +243,6 @@ def _hold_better(end: _End) -> str:
 
 
 def _stop_before_the_edge(end: _End) -> str:
-    face = end.scenario.fingers[end.contact].face
-    length = "object.corners" if face.startswith("edge") else _LENGTH_OF_FACE[face]
     earlier = any_of(
         stop_slip_earlier(end),
         squeeze_harder(end),
@@ -244,8 +250,22 @@ def _stop_before_the_edge(end: _End) -> str:
         change_law(end),
         otherwise="",
     )
-    longer = f"use a longer face ({length})"
+    longer = f"use a longer face ({_length_of_face(end)})"
     return f"to stop the slip earlier, {earlier}; or {longer}" if earlier else longer
+
+
+def _length_of_face(end: _End) -> str:
+    """The parameter that would make the face longer where the fingertip left it."""
+    scenario, face = end.scenario, end.scenario.fingers[end.contact].face
+    if not isinstance(scenario, SpatialScenario):
+        return "object.corners" if face.startswith("edge") else _LENGTH_OF_FACE[face]
+    _, _, bounds_width = _nearest_edge(end, scenario)
+    if face.startswith("side") and not bounds_width:
+        return "object.height"
+    if scenario.object.corners:
+        return "object.corners"
+    along_y = face in ("side-1", "side-3") or (not face.startswith("side") and bounds_width)
+    return "object.half_depth" if along_y else "object.half_width"
 
 
 _LENGTH_OF_FACE = {
@@ -393,48 +413,3 @@ _ENDINGS = {
         hint=_take_fewer_steps,
     ),
 }
-
-
-def describe_stop(t: float) -> Reason:
-    """The reason of a run that somebody stopped at ``t`` [s]."""
-    return Reason(
-        code="stopped",
-        message=f"stopped on request at {t:.4g} s",
-        contact=None,
-        time=t,
-        value=None,
-        limit=None,
-        hint="run it again to see the rest",
-    )
-
-
-def describe_law_failure(kind: str, found: str, t: float) -> Reason:
-    """The reason of a run whose law gave no answer at ``t`` [s].
-
-    Args:
-        kind: Name of the law.
-        found: What was wrong, with the line of its code where that is known.
-        t: When.
-    """
-    return Reason(
-        code="law_failed",
-        message=f"the law '{kind}' failed at {t:.5g} s: {found}",
-        contact=None,
-        time=t,
-        value=None,
-        limit=None,
-        hint="mend the law; what was simulated until then is kept",
-    )
-
-
-def describe_wall_limit(t: float, wall_limit: float) -> Reason:
-    """The reason of a run that reached its limit of computing time [s] at ``t`` [s]."""
-    return Reason(
-        code="wall_time",
-        message=f"the computing time limit of {wall_limit:g} s was reached at {t:.4g} s",
-        contact=None,
-        time=t,
-        value=None,
-        limit=wall_limit,
-        hint="shorten the run, or raise the limit",
-    )

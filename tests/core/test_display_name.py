@@ -47,6 +47,10 @@ FACTS = [
         {"controller.control_period": 0.001, "actuation.torque_limit": 20.0},
         "control period 0.001 s · torque limit 20 N m",
     ),
+    (
+        {"controller.control_period": 0.001, "controller.link_mass_ratio": 1.1},
+        "control period 0.001 s · link mass ratio 1.1",
+    ),
 ]
 
 

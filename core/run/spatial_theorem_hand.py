@@ -1,0 +1,144 @@
+"""A hand in space at a state, for what the paper's theorems say of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.kernel.compiler import call
+from slipgrasp.core.kernel.records import Record, make_record
+from slipgrasp.core.kernel.space.command import spatial_command
+from slipgrasp.core.kernel.space.flow import spatial_plant
+from slipgrasp.core.kernel.space.model import pack_model
+from slipgrasp.core.kernel.space.state import STATE, parts_of
+from slipgrasp.core.kernel.space.workspace import (
+    DISCRETE,
+    SLIP,
+    SLIPS_ALONG_TANGENTS,
+    STICK,
+    WORKSPACE,
+)
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.theorem_hand import TheoremHand
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.trace.trace import Trace
+
+Floats = NDArray[np.float64]
+
+
+class SpatialTheoremHand(TheoremHand):
+    """A hand in space: 6 + 2n coordinates, the attitude by the rotation vector of its error."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        assert isinstance(scenario, SpatialScenario)
+        self._n, self._p = len(scenario.fingers), len(scenario.estimates)
+        self._model = pack_model(scenario, [0.0] * 6)
+        super().__init__(self._model.law, 6 + 2 * self._n, self._p)
+        self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
+        self._state = make_record(STATE)
+
+    def desired_poses(self, trace: Trace) -> Floats:
+        """Where the object was wanted, ``(rows, 7)`` [m, and a unit quaternion w, x, y, z]."""
+        poses = trace.object_pose.copy()
+        poses[:, :3] += trace.tracking_error[:, :3]
+        poses[:, 3:] = _turned(poses[:, 3:], trace.tracking_error[:, 3:])
+        return poses
+
+    def evaluate_row(self, result: RunResult, k: int) -> None:
+        """Evaluates row ``k`` of a run."""
+        trace, discrete, n = result.trace, self._discrete, self._n
+        parts = parts_of(self._state, n)
+        parts.pose[:], parts.velocity[:] = trace.object_pose[k], trace.object_velocity[k]
+        parts.slip[:], parts.slip_velocity[:] = trace.slip[k], trace.slip_velocity[k]
+        discrete.estimates[: self._p] = trace.estimates[k]
+        discrete.piece = int(
+            np.searchsorted(self._model.motion.breaks, trace.times[k], side="right")
+        )
+        self._set_phases(trace, k)
+        call(spatial_command, self._model, discrete, trace.times[k], self._state, self._work)
+        discrete.torques[:n] = trace.joint_torque[k].reshape(n, 3)
+        call(spatial_plant, self._model, discrete, self._state, self._work)
+
+    def inertia_at(self, pose: Floats) -> Floats:
+        """M~ at a pose ``(7,)``, without slip."""
+        for part in (parts := parts_of(self._state, self._n)):
+            part[:] = 0.0
+        parts.pose[:] = pose
+        self._discrete.phases[:], self._discrete.slips[:] = STICK, 0.0
+        call(spatial_plant, self._model, self._discrete, self._state, self._work)
+        return self._inertia(self._work.dynamics, self._model.truth, self._work.system)
+
+    def _room(self) -> Record:
+        return self._work.room
+
+    def _accelerated(self, forces: Floats) -> Floats:
+        """In the coordinates of the law, whose M~ is M~ blkdiag(I, A, I)."""
+        work = self._work
+        believed = self._inertia(work.believed_dynamics, work.believed, work.believed_system)
+        found = np.zeros(self._size)
+        found[:] = np.linalg.solve(believed, forces)
+        found[3:6] = np.linalg.solve(work.room.rotation, found[3:6])
+        return found
+
+    def _unmodelled(self, result: RunResult, k: int) -> Floats:
+        trace, work, n = result.trace, self._work, self._n
+        found = np.zeros(self._size)
+        missed = trace.friction_coefficient[k] - work.believed.friction[:n]
+        normal = np.einsum("ic,ic->i", work.kin.frames[:n, 2], work.tip_forces[:n])
+        pushed = -(missed * normal)[:, None] * work.gamma[:n] * self._discrete.slips[:n]
+        found[6:] = pushed.ravel()
+        return found
+
+    def _set_phases(self, trace: Trace, k: int) -> None:
+        """The phases of a row, with the direction of every slip: against its friction."""
+        n, discrete, phases = self._n, self._discrete, trace.phase[k]
+        along = trace.tangential_force[k].reshape(n, 2)
+        sizes = np.linalg.norm(along, axis=1, keepdims=True)
+        directions = -along / np.where(sizes > 0.0, sizes, 1.0)
+        slips = np.repeat(phases != STICK, 2).reshape(n, 2).astype(float)
+        if self._model.ways == 2:
+            code = phases - SLIPS_ALONG_TANGENTS
+            first = np.rint(code / 3.0)
+            signs = np.stack([first, code - 3.0 * first], axis=1)
+            directions = np.where(slips > 0.0, signs, 0.0)
+            slips = np.abs(directions)
+        discrete.phases[:n] = np.where(slips.any(axis=1), np.maximum(phases, SLIP), STICK)
+        discrete.slips[:n], discrete.directions[:n] = slips, directions
+        discrete.frozen[:n] = 1
+
+    def _inertia(self, dynamics: Record, truth: Record, system: Record) -> Floats:
+        """M~ of Eq. 18, ``(6 + 2n, 6 + 2n)``."""
+        kin, slips = self._work.kin, self._discrete.slips
+        found = np.zeros((self._size, self._size))
+        found[:3, :3] = truth.object_mass * np.eye(3)
+        found[3:6, 3:6] = _symmetric(system.body)
+        for i in range(self._n):
+            columns = [*range(6), 6 + 2 * i, 7 + 2 * i]
+            moves = np.hstack([np.eye(3), -_cross(kin.arms[i]), kin.frames[i, :2].T])
+            forces = _symmetric(dynamics.inertia[i]) @ moves
+            found[:6, columns] += moves[:, :6].T @ forces
+            for axis, row in enumerate(columns[6:]):
+                if slips[i, axis]:
+                    found[row, columns] = system.normals[i, axis] @ forces
+                else:
+                    found[row, row] = 1.0
+        return found
+
+
+def _symmetric(entries: Floats) -> Floats:
+    return entries[np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])]
+
+
+def _cross(v: Floats) -> Floats:
+    """S(v), by which S(v) w = v x w."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def _turned(quaternions: Floats, turns: Floats) -> Floats:
+    """Unit quaternions ``(rows, 4)`` turned further by rotation vectors ``(rows, 3)`` [rad]."""
+    angles = np.linalg.norm(turns, axis=1, keepdims=True)
+    w, v = np.cos(0.5 * angles), 0.5 * np.sinc(0.5 * angles / np.pi) * turns
+    w0, v0 = quaternions[:, :1], quaternions[:, 1:]
+    scalar = w * w0 - np.sum(v * v0, axis=1, keepdims=True)
+    return np.hstack([scalar, w * v0 + w0 * v + np.cross(v, v0)])

@@ -1,0 +1,134 @@
+"""A hand whose states the kernel evaluates again, for what the paper's theorems say of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.kernel.compiler import call
+from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
+from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.records import Record, make_record
+from slipgrasp.core.kernel.state import STATE, parts_of
+from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.trace import Trace
+
+Floats = NDArray[np.float64]
+
+
+class TheoremHand(ABC):
+    """What the theorems need of a hand at a state; the slips themselves are left out of xi.
+
+    Args:
+        law: The kernel's constants of the law.
+        size: How many coordinates the reduced form has.
+        num_unknowns: How many estimates there are.
+
+    Attributes:
+        adaptation_gains: Diagonal of Gamma.
+        weights: Diagonal of Q (Eq. 25, 53).
+    """
+
+    def __init__(self, law: Record, size: int, num_unknowns: int) -> None:
+        self._size = size
+        self.adaptation_gains: Floats = law.adaptation_gains[:num_unknowns].copy()
+        self._p12, self._p22 = law.lyapunov_12[:size], law.lyapunov_22[:size]
+        self._moved = law.position_gains[:size] > 0.0
+        # 2 (K_v P_22 - P_12) = Q, also where K_p = 0 and Q weighs the velocity alone.
+        weights = 2.0 * (law.velocity_gains[:size] * self._p22 - self._p12)
+        self.weights: Floats = np.concatenate([weights[self._moved], weights])
+
+    @abstractmethod
+    def desired_poses(self, trace: Trace) -> Floats:
+        """Where the object was wanted, row by row."""
+
+    @abstractmethod
+    def evaluate_row(self, result: RunResult, k: int) -> None:
+        """Evaluates row ``k`` of a run."""
+
+    @abstractmethod
+    def inertia_at(self, pose: Floats) -> Floats:
+        """M~ at a pose, without slip: M~_d of Eq. 20 at the desired one."""
+
+    @abstractmethod
+    def _room(self) -> Record:
+        """Where the law has left e and e'."""
+
+    @abstractmethod
+    def _accelerated(self, forces: Floats) -> Floats:
+        """M~^-1, as it is believed, times generalised forces ``(size,)``."""
+
+    @abstractmethod
+    def _unmodelled(self, result: RunResult, k: int) -> Floats:
+        """tau_d of Eq. 33: what the true friction makes of the torques, beyond what is believed."""
+
+    def errors(self) -> tuple[Floats, Floats]:
+        """Xi of the evaluated state (Eq. 41)."""
+        room = self._room()
+        return room.error[: self._size][self._moved].copy(), room.error_rate[: self._size].copy()
+
+    def disturbances(self, result: RunResult, k: int) -> tuple[Floats, Floats]:
+        """-2 P E M~^-1 tau_d of the evaluated row (Eq. 51)."""
+        moved = self._accelerated(self._unmodelled(result, k))
+        return -2.0 * (self._p12 * moved)[self._moved], -2.0 * self._p22 * moved
+
+
+class PlanarTheoremHand(TheoremHand):
+    """A hand in the plane: 3 + n coordinates."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._n, self._p = len(scenario.fingers), len(scenario.estimates)
+        self._model = pack_model(make_table(scenario), whole_faces())
+        super().__init__(self._model.law, 3 + self._n, self._p)
+        self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
+        self._state = make_record(STATE)
+
+    def desired_poses(self, trace: Trace) -> Floats:
+        """Where the object was wanted, ``(rows, 3)`` [m, m, rad]."""
+        return trace.object_pose + trace.tracking_error
+
+    def evaluate_row(self, result: RunResult, k: int) -> None:
+        """Evaluates row ``k`` of a run."""
+        trace = result.trace
+        parts = parts_of(self._state, self._n, self._p)
+        parts.pose[:], parts.velocity[:] = trace.object_pose[k], trace.object_velocity[k]
+        parts.slip[:], parts.slip_velocity[:] = trace.slip[k], trace.slip_velocity[k]
+        parts.estimates[:] = trace.estimates[k]
+        self._evaluate(trace.times[k], trace.phase[k])
+
+    def inertia_at(self, pose: Floats) -> Floats:
+        """M~ at a pose ``(3,)``, without slip."""
+        for part in (parts := parts_of(self._state, self._n, self._p)):
+            part[:] = 0.0
+        parts.pose[:] = pose
+        self._evaluate(0.0, np.zeros(self._n))
+        return self._work.inertia[: self._size, : self._size].copy()
+
+    def _room(self) -> Record:
+        return self._work.room
+
+    def _accelerated(self, forces: Floats) -> Floats:
+        believed = self._work.estimated_inertia[: self._size, : self._size]
+        return np.linalg.solve(believed, forces)
+
+    def _unmodelled(self, result: RunResult, k: int) -> Floats:
+        trace, kin = result.trace, self._work.kin
+        found = np.zeros(self._size)
+        for i in range(self._n):
+            force = np.linalg.solve(kin.jacobians[i].T, trace.joint_torque[k, 2 * i : 2 * i + 2])
+            normal = force[0] * kin.tangents[i, 1] - force[1] * kin.tangents[i, 0]
+            missed = trace.friction_coefficient[k, i] - self._work.believed.friction[i]
+            found[3 + i] = -trace.phase[k, i] * missed * normal
+        return found
+
+    def _evaluate(self, t: float, phases: Floats) -> None:
+        model, discrete = self._model, self._discrete
+        discrete.phases[: self._n] = discrete.beliefs[: self._n] = phases
+        discrete.piece = int(np.searchsorted(model.motion.breaks, t, side="right"))
+        call(update_mechanics, model, self._state, self._work)
+        call(update_command, model, discrete, t, self._state, self._work)
+        call(solve_plant, model, discrete, self._work)

@@ -1,0 +1,37 @@
+"""The reducer of the premises of the paper's theorems, which are found when somebody asks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.intents.premises import FindPremises, PremisesFound
+from slipgrasp.web.model.view import ToldPremises, ViewState
+from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.workers.premises_worker import PremisesWorker
+
+
+class PremisesReducer(Reducer):
+    """Has the premises of the run on the screen found, and shows them beside it.
+
+    Args:
+        send: Takes the worker's answers.
+    """
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (FindPremises, PremisesFound)
+
+    def __init__(self, send: Send) -> None:
+        self._worker = PremisesWorker(send)
+        self.workers = (self._worker,)
+
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
+        """Asks the worker, or shows what it found of the run that is still on the screen."""
+        match intent:
+            case FindPremises() if view.shown is not None and view.offers_premises:
+                self._worker.find(view.shown.ticket, view.shown.result)
+                return replace(view, premises=ToldPremises(view.shown.ticket))
+            case PremisesFound(ticket, sentences) if view.shown and ticket == view.shown.ticket:
+                return replace(view, premises=ToldPremises(ticket, sentences))
+            case _:
+                return view
