@@ -221,6 +221,7 @@ class _Map:
     def _count_workers(self) -> None:
         if time.monotonic() - self._counted > _COUNT_AGAIN:
             self._counted = time.monotonic()
+            self._connection.replace_lost_workers()
             self.num_workers = max(1, self._connection.count_threads())
 
 

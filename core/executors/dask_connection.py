@@ -37,6 +37,7 @@ class DaskConnection:
             ExecutorError: If there is no scheduler, no worker, or one of another version.
         """
         self._cluster = _start_cluster(workers) if address is None else None
+        self._num_started = workers
         self._name = address or "on this machine"
         self.client = self._connect(address)
         try:
@@ -60,6 +61,14 @@ class DaskConnection:
     def count_threads(self) -> int:
         """How many tasks the cluster does at a time."""
         return sum(self._threads_by_worker().values())
+
+    def replace_lost_workers(self) -> None:
+        """Starts workers again that a cluster on this machine has given up.
+
+        Dask does so by itself where one dies at work, but not where it dies while it starts.
+        """
+        if self._cluster is not None:
+            self._cluster.scale(self._num_started)
 
     def close(self) -> None:
         """Leaves the cluster, and ends it if it was started here."""

@@ -27,6 +27,18 @@ ShouldStop = Callable[[], bool]
 TaskFunction = Callable[[Task, ShouldStop], Result]
 
 
+class Caller(Protocol):
+    """Whoever waits for a task, to the function that does it: called, whether it is to stop."""
+
+    def __call__(self) -> bool:
+        """Whether the task is to come to an end."""
+        ...
+
+    def report(self, share: float) -> None:
+        """Tells how much of the task is done, 0 to 1."""
+        ...
+
+
 def never() -> bool:
     """For whoever is not to be stopped."""
     return False

@@ -23,6 +23,7 @@ class Kind(IntEnum):
     RESULT = 4  # from the worker: what the function gave
     ERROR = 5  # from the worker: what the function raised, and where
     CANCELLED = 6  # from the worker: given up as asked
+    PROGRESS = 7  # from the worker: the share of the task that is done
 
 
 class Message(NamedTuple):

@@ -12,7 +12,7 @@ import sys
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from slipgrasp.core.executors.answers import do, reply_with
 from slipgrasp.core.executors.limits import OUT_OF_MEMORY, bound_memory
@@ -68,16 +68,34 @@ class _Worker:
             if message.kind is Kind.STOP:
                 self._stopped_round = message.round
             else:
-                done = thread.submit(do, message, partial(self._should_stop, message.round))
+                done = thread.submit(do, message, _Caller(self, message))
                 done.add_done_callback(partial(self._answer, message))
 
-    def _should_stop(self, round: int) -> bool:
-        return self._stopped_round >= round
+    def is_to_stop(self, asked: Message) -> bool:
+        """Whether a task is wanted no more."""
+        return self._stopped_round >= asked.round
+
+    def tell(self, message: Message) -> None:
+        """Sends a message, if anybody reads it still."""
+        # Without a reader the listening thread ends the process.
+        with suppress(OSError):
+            write_message(self._replies, message)
 
     def _answer(self, asked: Message, done: Future[Message]) -> None:
         if isinstance(done.exception(), MemoryError):
             # What is left of it may be in any state.
             os._exit(OUT_OF_MEMORY)
-        # Without a reader the listening thread ends the process.
-        with suppress(OSError):
-            write_message(self._replies, reply_with(asked, done))
+        self.tell(reply_with(asked, done))
+
+
+class _Caller(NamedTuple):
+    """Whoever waits for a task, see `slipgrasp.core.executors.executor.Caller`."""
+
+    worker: _Worker
+    asked: Message
+
+    def __call__(self) -> bool:
+        return self.worker.is_to_stop(self.asked)
+
+    def report(self, share: float) -> None:
+        self.worker.tell(Message.pack(Kind.PROGRESS, self.asked.round, self.asked.number, share))

@@ -15,7 +15,8 @@ from slipgrasp.core.run.simulator import prepare_kernel, run_to_end
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_loading import LawReference, admit
 from slipgrasp.core.study.definition import KeptRecordings, Value, apply_values
-from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.interruptions import describe_worker_death
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.study.study_row import StudyRow, row_of
@@ -93,20 +94,11 @@ def run_task(task: StudyTask, cancelled: Callable[[], bool]) -> list[StudyRun]:
 
 def lost_run(index: int, values: Mapping[str, Value], failure: str) -> StudyRun:
     """The row of a run whose worker died whenever it was tried."""
-    reason = Reason(
-        code="worker_died",
-        message=failure,
-        contact=None,
-        time=0.0,
-        value=None,
-        limit=None,
-        hint="simulate it alone and look at its memory and time",
-    )
     row = StudyRow(
         index=index,
         values=dict(values),
         outcome=Outcome.FAILED,
-        reason=reason,
+        reason=describe_worker_death(failure),
         end_time=0.0,
         metrics={},
         state_hash="",

@@ -2,7 +2,7 @@
 
 A simulation releases the GIL in pieces, so threads suffice: a few of them, fed by a
 bounded queue, so that neither a request nor a moving slider waits behind the others
-for longer than it is told.
+for longer than it is told. A law of one's own, which may do anything, runs in another process.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
@@ -28,7 +29,7 @@ from slipgrasp.recordings.exceptions import (
     told_within,
 )
 from slipgrasp.recordings.file.atomic_file import part_of
-from slipgrasp.recordings.file.recorder import failed_by_disk, record
+from slipgrasp.recordings.file.isolated_run import IsolatedRuns, needs_isolation, record_or_say_why
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.exceptions import (
@@ -94,6 +95,7 @@ class RunService:
         self._closing = threading.Event()
         self._kernel_ready = threading.Event()
         self._recovery = RunRecovery(store, settings.data_directory)
+        self._isolated_runs = IsolatedRuns(settings.wall_limit, settings.max_running)
 
     def start(self) -> None:
         """Begins to recover what a killed service left, and to load or compile the kernel."""
@@ -104,6 +106,7 @@ class RunService:
         """Stops what runs, keeps what it has, and forgets what waits."""
         self._closing.set()
         self._recovery.close()
+        self._isolated_runs.close()
         for workers in (self._workers, self._stopper):
             workers.shutdown(wait=True, cancel_futures=True)
 
@@ -157,6 +160,8 @@ class RunService:
         def stopped() -> bool:
             return self._must_stop() or (should_stop is not None and should_stop())
 
+        if needs_isolation(scenario):
+            return self._isolated_runs.simulate(scenario, stopped)
         return simulate(scenario, should_stop=stopped, wall_limit=self._settings.wall_limit)
 
     def save(self, result: RunResult) -> StoredRun:
@@ -322,27 +327,30 @@ class RunService:
         scenario = pending.make_scenario()
         self._prepare()
 
+        try:
+            reservation = self.store.reserve(run_id=pending.id)
+            result, failure = self._simulate(scenario, reservation.path, pending)
+        except RecordingWriteError as error:
+            raise RunUnrecordableError(error) from error
+        if failure is None:
+            return result, self.store.register(reservation, result)
+        _logger.error("a run was not saved: %s", failure)
+        if (part := part_of(reservation.path)).exists():
+            self._recovery.note_cut_off(part)
+        return result, None
+
+    def _simulate(
+        self, scenario: Scenario, path: Path, pending: PendingRun
+    ) -> tuple[RunResult, str | None]:
+        """The run, and why its recording is not complete; None if it is."""
+
         def should_stop() -> bool:
             return pending.is_to_stop or self._must_stop()
 
-        try:
-            reservation = self.store.reserve(run_id=pending.id)
-            recorded = record(
-                scenario,
-                reservation.path,
-                progress=pending.watch,
-                should_stop=should_stop,
-                wall_limit=self._settings.wall_limit,
-                only_recorded=True,
-            )
-        except RecordingWriteError as error:
-            raise RunUnrecordableError(error) from error
-        if recorded.failure is None:
-            return recorded.result, self.store.register(reservation, recorded.result)
-        _logger.error("a run was simulated but not saved: %s", recorded.failure)
-        if (part := part_of(reservation.path)).exists():
-            self._recovery.note_cut_off(part)
-        return failed_by_disk(recorded.result, recorded.failure), None
+        if needs_isolation(scenario):
+            return self._isolated_runs.record(scenario, path, should_stop, pending.watch)
+        limit = self._settings.wall_limit
+        return record_or_say_why(scenario, path, should_stop, pending.watch, limit)
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
         """Lets a run go to where it is looked for once it has ended, then tells who waits."""

@@ -20,7 +20,7 @@ from slipgrasp.core.scenario.own_laws import forget, own_law
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
+from slipgrasp.core.words.interruptions import describe_stop, describe_wall_limit
 from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,

@@ -16,6 +16,16 @@ from slipgrasp.server.app import StoppableServer, create_app, server_config
 from slipgrasp.server.settings import Settings
 from tests.waiting import PATIENCE, wait_until
 
+LONG_RUN = {
+    "simulation.duration": 600.0,
+    "simulation.output_rate": 1.0,
+    "controller.control_period": 0.0001,
+    "simulation.max_step": 0.00001,
+    "simulation.max_steps": 100_000_000,
+}
+LONG = {"scenario": "paper-case-1", "set": LONG_RUN}
+"""A request for a run that is over on no machine before somebody ends it."""
+
 
 def patient_settings(data_directory: Path, **others: Any) -> Settings:
     """Settings under which no answer depends on how fast the machine is.

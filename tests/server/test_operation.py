@@ -16,9 +16,8 @@ from slipgrasp.server.http.log_limit import BoundedLog, log_stray_errors
 from slipgrasp.server.log_format import LogFormat
 from slipgrasp.server.runs.service import RunService
 from tests.server.raw_http import get
-from tests.server.serving import patient_settings, serve
+from tests.server.serving import LONG, patient_settings, serve
 
-LONG = {"scenario": "paper-case-1", "set": {"simulation.duration": 600}}
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
 AT_ONCE = {"Prefer": "respond-async"}
 

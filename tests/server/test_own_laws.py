@@ -1,9 +1,18 @@
-"""A request names a law that the service was started with; it never brings code or a path."""
+"""A request names a law that the service was started with; it never brings code or a path.
+
+What such a law does costs the service nothing but that run.
+"""
+
+import json
+from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.scenario.law_loading import register_law
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.law_loading import load_law, register_law
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.own_laws import forget
+from tests.server.rough_law import NO_ANSWER, NOTHING, SEGMENTATION_FAULT
 
 
 class Offered:
@@ -47,3 +56,35 @@ def test_a_law_that_is_offered_runs_under_its_name(client, _offered):
     answer = client.post("/runs", json=asked, headers={"Prefer": "wait=30"})
     assert answer.status_code in (200, 201)
     assert answer.json()["outcome"] == "separated"
+
+
+@pytest.fixture
+def _rough():
+    law = load_law(f"{Path(__file__).with_name('rough_law.py')}:Rough")
+    yield
+    forget(law.name)
+
+
+def _rough_run(client, fault: int, prefer: str):
+    asked = {"scenario": "composite-case-2", "set": _rough_values(fault)}
+    return client.post("/runs", json=asked, headers={"Prefer": prefer})
+
+
+def _rough_values(fault: int) -> dict[str, object]:
+    return {"controller.kind": "rough", "controller.parameters.fault": fault}
+
+
+def test_a_law_that_breaks_its_process_costs_one_run_with_its_reason(client, _rough):
+    broken = _rough_run(client, SEGMENTATION_FAULT, "wait=30").json()
+    assert broken["outcome"] == "failed" and broken["reason"]["code"] == "worker_died"
+    assert "SIGSEGV" in broken["reason"]["message"] and "'rough'" in broken["reason"]["message"]
+    whole = _rough_run(client, NOTHING, "wait=30").json()
+    here = simulate(with_values(load_scenario("composite-case-2"), _rough_values(NOTHING)))
+    assert whole["metrics"] == json.loads(json.dumps(here.summary()["metrics"]))
+
+
+def test_a_law_that_never_answers_can_be_stopped(client, _rough):
+    run_id = _rough_run(client, NO_ANSWER, "respond-async").json()["id"]
+    stopped = client.post(f"/runs/{run_id}/stop", headers={"Prefer": "wait=30"}).json()
+    assert stopped["outcome"] == "failed" and stopped["reason"]["code"] == "worker_died"
+    assert "did not come to an end within 1 s" in stopped["reason"]["message"]

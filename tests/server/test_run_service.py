@@ -20,20 +20,11 @@ from slipgrasp.recordings.store.store import RecordingStore, StoredRun
 from slipgrasp.server.exceptions import RunRecoveringError, RunUnrecordableError, ServiceBusyError
 from slipgrasp.server.runs import recovery as run_recovery
 from slipgrasp.server.runs.service import RunService
-from tests.server.serving import patient_settings
+from tests.server.serving import LONG_RUN, patient_settings
 from tests.waiting import PATIENCE, wait_until
 
 SHORT = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.05})
-LONG = with_values(
-    load_scenario("paper-case-1"),
-    {
-        "simulation.duration": 600.0,
-        "simulation.output_rate": 1.0,
-        "controller.control_period": 0.0001,
-        "simulation.max_step": 0.00001,
-        "simulation.max_steps": 100_000_000,
-    },
-)
+LONG = with_values(load_scenario("paper-case-1"), LONG_RUN)
 MANY_SAMPLES = with_values(SHORT, {"simulation.duration": 5.0, "simulation.output_rate": 1000.0})
 WRITES_BEFORE_THE_FIRST_SAMPLE = 4
 

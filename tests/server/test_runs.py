@@ -18,23 +18,13 @@ from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import csv_columns, write_csv
 from slipgrasp.recordings.file.reader import read_recording
-from tests.server.serving import RunningServer, patient_settings, serve
+from tests.server.serving import LONG, RunningServer, patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
 
 pytestmark = pytest.mark.slow
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
 SEPARATES = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
-LONG = {
-    "scenario": "paper-case-1",
-    "set": {
-        "simulation.duration": 600.0,
-        "simulation.output_rate": 1.0,
-        "controller.control_period": 0.0001,
-        "simulation.max_step": 0.00001,
-        "simulation.max_steps": 100_000_000,
-    },
-}
 AT_ONCE = {"Prefer": "respond-async"}
 
 

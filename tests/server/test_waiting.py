@@ -14,22 +14,12 @@ import httpx2
 import pytest
 
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
-from tests.server.serving import RunningServer, patient_settings, serve
+from tests.server.serving import LONG, RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
-LONG = {
-    "scenario": "paper-case-1",
-    "set": {
-        "simulation.duration": 600.0,
-        "simulation.output_rate": 1.0,
-        "controller.control_period": 0.0001,
-        "simulation.max_step": 0.00001,
-        "simulation.max_steps": 100_000_000,
-    },
-}
 AT_ONCE = {"Prefer": "respond-async"}
 
 

@@ -1,0 +1,152 @@
+"""One task for one caller who waits, in a worker process that stays warm for the next.
+
+For what may break the process that does it. `slipgrasp.core.executors.processes` is for many
+tasks that depend on nothing but themselves and may be tried again; here none is.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from queue import Empty, LifoQueue, SimpleQueue
+from typing import Any, TypeVar, cast
+
+from slipgrasp.core.executors.answers import ask, open_answer
+from slipgrasp.core.executors.executor import (
+    Caller,
+    Cancelled,
+    ExecutorError,
+    ShouldStop,
+    TaskFunction,
+)
+from slipgrasp.core.executors.limits import WorkerLimits
+from slipgrasp.core.executors.messages import Kind, Message
+from slipgrasp.core.executors.worker_process import Event, WorkerProcess
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+_POLL = 0.05  # [s] between two questions whether to stop
+_GIVING_UP = 1.0  # [s] until a worker that does not come to an end is killed
+_TOO_LATE = f"did not come to an end within {_GIVING_UP:g} s of being told to"
+
+
+class WorkerDiedError(ExecutorError):
+    """A worker ended before its task did; its text says how."""
+
+
+class SingleTasks:
+    """Does tasks one by one for callers that wait, in as many processes as there are callers.
+
+    Safe to use from several threads. Processes are started when they are first needed.
+    """
+
+    def __init__(self, limits: WorkerLimits) -> None:
+        """Starts nothing yet.
+
+        Args:
+            limits: What each task may take.
+        """
+        self._limits = limits
+        self._idle: LifoQueue[_Worker] = LifoQueue()
+        self._closed = threading.Event()
+
+    def do(
+        self,
+        function: Callable[[Task, Caller], Result],
+        task: Task,
+        should_stop: ShouldStop,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Result:
+        """Does a task.
+
+        Args:
+            function: A function of an imported module. Its second argument tells it to come to an
+                end; then it still gives its result. It may be told how far the task is.
+            task: What it is handed.
+            should_stop: Asked about 20 times a second; True tells the function so. A second
+                later its worker is killed.
+            progress: Called with the share that is done, 0 to 1, as the function tells it.
+
+        Raises:
+            Cancelled: If it was told so before it began.
+            WorkerDiedError: If its worker ends before it does.
+            Exception: What the function raised.
+        """
+        worker = self._take_worker()
+        asked = cast("TaskFunction[Task, Result]", function), task
+        answer = worker.do(asked, lambda: self._closed.is_set() or should_stop(), progress)
+        self._idle.put(worker)
+        if self._closed.is_set():
+            self.close()
+        if answer.kind is Kind.CANCELLED:
+            raise Cancelled
+        return cast("Result", open_answer(answer))
+
+    def close(self) -> None:
+        """Lets the workers end; tasks are told to come to an end."""
+        self._closed.set()
+        with suppress(Empty):
+            while True:
+                self._idle.get_nowait().close()
+
+    def _take_worker(self) -> _Worker:
+        with suppress(Empty):
+            while (worker := self._idle.get_nowait()).has_ended:
+                worker.close()
+            return worker
+        return _Worker(self._limits)
+
+
+class _Worker:
+    """A worker process with at most one task."""
+
+    def __init__(self, limits: WorkerLimits) -> None:
+        self._events: SimpleQueue[Event] = SimpleQueue()
+        self._process = WorkerProcess(self._events, limits)
+        self._round = 0
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it has ended while it had no task."""
+        return not self._events.empty()
+
+    def do(
+        self,
+        asked: tuple[TaskFunction[Any, Any], Any],
+        should_stop: ShouldStop,
+        progress: Callable[[float], None],
+    ) -> Message:
+        """What comes of a task."""
+        self._round += 1
+        self._process.do(ask(self._round, 0, *asked))
+        told_at = math.inf
+        while True:
+            try:
+                message = self._events.get(timeout=_POLL).message
+            except Empty:
+                if told_at == math.inf and self._process.ready and should_stop():
+                    self._process.stop(self._round)
+                    told_at = time.monotonic()
+                if time.monotonic() - told_at > _GIVING_UP:
+                    self._process.kill()
+                self._process.end_if_overdue()
+                continue
+            if message is None:
+                how = self._process.how_it_ended()
+                raise WorkerDiedError(how if told_at == math.inf else _TOO_LATE)
+            if message.kind is Kind.READY:
+                self._process.note_ready()
+            elif message.kind is Kind.PROGRESS:
+                progress(cast("float", message.unpack()))
+            else:
+                self._process.note_done(0)
+                return message
+
+    def close(self) -> None:
+        """Lets it end, and waits for that."""
+        self._process.close()
+        self._process.how_it_ended()
