@@ -252,7 +252,7 @@ class ProcessExecutor(Executor):
             self._note_life(event)
             if event.message is None:
                 event.worker.pending.clear()
-            elif event.message.round == self._round:
+            elif event.message.round == self._round and event.worker.pending:
                 event.worker.note_done(event.message.number)
         for worker in self._busy():
             worker.kill()

@@ -34,6 +34,16 @@ def wait_until_asked(task, should_stop):
     raise Cancelled
 
 
+def end_after_the_others(task, should_stop):
+    """The task with a sign leaves it, and gives up only once it is gone; the others at once."""
+    _, sign = task
+    if sign is not None:
+        Path(sign).touch()
+    while not should_stop() or (sign is not None and Path(sign).exists()):
+        time.sleep(0.001)
+    raise Cancelled
+
+
 def never_listen(task, should_stop):
     while True:
         time.sleep(60.0)

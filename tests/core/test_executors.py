@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor
+from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor, processes
 from slipgrasp.core.executors.limits import LEAST_MEMORY, WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("kernel")]
 
@@ -217,6 +217,36 @@ def test_leaving_the_iteration_frees_the_workers(pool):
     assert {next(endless).result for _ in range(10)} <= {k * k for k in range(AHEAD)}
     endless.close()
     assert outcome_of(pool, work.square, [7])[7].result == 49
+
+
+def test_a_worker_that_starts_while_another_gives_up_harms_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "_GIVING_UP", PATIENCE)
+    with ProcessExecutor(2) as executor:
+        sign = tmp_path / "sign"
+
+        def hold_the_second():
+            """Lets the first do its task alone until the work is given up."""
+            wait_until(lambda: executor._workers[1] is not None)
+            second = executor._workers[1]
+            second._process.send_signal(signal.SIGSTOP)
+            asked_to_stop.wait()
+            second._process.send_signal(signal.SIGCONT)
+            wait_until(lambda: second.ready)
+            time.sleep(0.2)  # so that its answer, which follows, has come too
+            sign.unlink()
+
+        def should_stop():
+            if sign.exists():
+                asked_to_stop.set()
+            return asked_to_stop.is_set()
+
+        asked_to_stop = threading.Event()
+        holder = threading.Thread(target=hold_the_second)
+        holder.start()
+        tasks = [(0, str(sign)), (1, None), (2, None), (3, None)]
+        assert outcome_of(executor, work.end_after_the_others, tasks, should_stop) == {}
+        holder.join()
+        assert outcome_of(executor, work.square, [7])[7].result == 49
 
 
 def test_tasks_are_taken_only_as_the_oldest_unfinished_one_allows(pool, tmp_path):
