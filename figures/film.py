@@ -11,10 +11,10 @@ from functools import partial
 from typing import Any, BinaryIO
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.core.trace.frames import import_optional
-from slipgrasp.figures.animation import MovingHand
-from slipgrasp.figures.hand_motion import motion_at
+from slipgrasp.figures.motion import motion_of
+from slipgrasp.figures.moving_hand import MovingHand
+from slipgrasp.figures.slip_times import Window
 from slipgrasp.figures.style import paper_style
 from slipgrasp.recordings.clip import WHOLE, Clip
 
@@ -52,7 +52,6 @@ def write_film(
         MissingPackageError: If ``av`` is not installed.
         ClipError: If nothing of the run lies in the clip.
     """
-    refuse_in_space(result.scenario, "moving pictures")
     av = import_optional("av")
     times = clip.times(result, fps, MAX_FRAMES)
     # Frames at half the colour resolution have an even number of lines.
@@ -61,7 +60,8 @@ def write_film(
     codec, options = _CODECS[container]
     file: Any = av.open(stream, "w", format=container)
     with file, paper_style():
-        hand = MovingHand(result, motion_at(result, times), clip, size)
+        window = Window(*clip.span(result))
+        hand = MovingHand(result, motion_of(result, times), window, clip.clock, size)
         # No whole number of frames fits into the clip: their rate is what gives its speed.
         rate = Fraction((len(times) - 1) * clip.speed / float(times[-1] - times[0]))
         rate = rate.limit_denominator(1000)

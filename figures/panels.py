@@ -7,7 +7,7 @@ finger has the lighter tone of its colour.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,6 +21,8 @@ from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
 from slipgrasp.recordings.palette import CONE, FINGERS, MARK, Rgb
 
 Values = NDArray[np.float64]
+
+LINKS_PER_FINGER = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -140,25 +142,13 @@ def force_panels(result: RunResult) -> tuple[Panel, ...]:
 
 
 def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
-    trace, name = result.trace, result.scenario.finger_names[finger]
-    first = JOINTS_PER_FINGER * finger
-    torques = [
-        Curve(
-            label=rf"$\tau_{{{first + k + 1}}}$",
-            colour=link_colour(finger, k),
-            values=trace.joint_torque[:, first + k],
-        )
-        for k in range(JOINTS_PER_FINGER)
-    ]
-    yield Panel(
-        title=f"joint torques of the {name} finger",
-        plots=(
-            Plot(label=r"$\tau$ [N m]", curves=tuple(torques), least_span=0.01, with_zero=True),
-        ),
-        contacts=(finger,),
-    )
+    trace = result.trace
+    links = [link_colour(finger, joint) for joint in range(JOINTS_PER_FINGER)]
+    yield torque_panel(result, finger, links)
     limit = (trace.friction_coefficient * trace.normal_force)[:, finger]
-    forces = (
+    yield contact_force_panel(
+        result,
+        finger,
         Curve(label=r"$\pm\mu F_n$", colour=CONE, values=limit, role="limit"),
         Curve(label="", colour=CONE, values=-limit, role="limit"),
         Curve(
@@ -172,9 +162,33 @@ def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
             values=trace.tangential_force[:, finger],
         ),
     )
-    yield Panel(
-        title=f"force on the object by the {name} finger",
-        plots=(Plot(label="$F$ [N]", curves=forces, least_span=0.01, with_zero=True),),
+
+
+def torque_panel(result: RunResult, finger: int, colours: Sequence[Rgb]) -> Panel:
+    """The joint torques of a finger, one joint per colour."""
+    first = len(colours) * finger
+    torques = [
+        Curve(
+            label=rf"$\tau_{{{joint + 1}}}$",
+            colour=colour,
+            values=result.trace.joint_torque[:, joint],
+        )
+        for joint, colour in enumerate(colours, first)
+    ]
+    return Panel(
+        title=f"joint torques of the {result.scenario.finger_names[finger]} finger",
+        plots=(
+            Plot(label=r"$\tau$ [N m]", curves=tuple(torques), least_span=0.01, with_zero=True),
+        ),
+        contacts=(finger,),
+    )
+
+
+def contact_force_panel(result: RunResult, finger: int, *curves: Curve) -> Panel:
+    """The force of a finger on the object [N]."""
+    return Panel(
+        title=f"force on the object by the {result.scenario.finger_names[finger]} finger",
+        plots=(Plot(label="$F$ [N]", curves=curves, least_span=0.01, with_zero=True),),
         contacts=(finger,),
     )
 
@@ -212,7 +226,7 @@ def _estimate_panel(result: RunResult, members: list[tuple[int, Unknown]]) -> Pa
     estimates = [
         Curve(
             label=unknown_symbol(unknown),
-            colour=MARK if unknown.finger < 0 else link_colour(unknown.finger, unknown.link),
+            colour=unknown_colour(unknown),
             values=trace.estimates[:, column],
         )
         for column, unknown in sorted(members, key=lambda member: member[1])
@@ -228,10 +242,19 @@ def _estimate_panel(result: RunResult, members: list[tuple[int, Unknown]]) -> Pa
 def unknown_symbol(unknown: Unknown) -> str:
     """The symbol of the estimate of an unknown parameter."""
     if unknown.kind == "link_mass":
-        return rf"$\hat m_{{{JOINTS_PER_FINGER * unknown.finger + unknown.link + 1}}}$"
+        return rf"$\hat m_{{{LINKS_PER_FINGER * unknown.finger + unknown.link + 1}}}$"
     if unknown.kind == "friction":
         return rf"$\hat\mu_{unknown.finger + 1}$"
-    return r"$\hat m_o$" if unknown.kind == "object_mass" else r"$\hat I_o$"
+    if unknown.kind == "object_mass":
+        return r"$\hat m_o$"
+    return r"$\hat I_o$" if unknown.link < 0 else rf"$\hat I_{'xyz'[unknown.link]}$"
+
+
+def unknown_colour(unknown: Unknown) -> Rgb:
+    """The colour of the estimate of an unknown parameter."""
+    if unknown.finger < 0:
+        return axis_colour(unknown.link)
+    return link_colour(unknown.finger, unknown.link)
 
 
 def estimate_label(unknown: Unknown) -> str:
@@ -250,8 +273,13 @@ def _estimate_title(scenario: Scenario, unknown: Unknown) -> str:
         "link_mass": f"masses of the {name} finger links",
         "friction": f"friction at the {name} fingertip",
         "object_mass": "mass of the object",
-        "object_inertia": "moment of inertia of the object",
+        "object_inertia": f"moment{'s' if scenario.in_space else ''} of inertia of the object",
     }[unknown.kind]
+
+
+def axis_colour(axis: int) -> Rgb:
+    """The object's colour, darkest for z; -1 is the object itself."""
+    return lighter(MARK, (0.66, 0.33, 0.0)[axis])
 
 
 def link_colour(finger: int, link: int) -> Rgb:

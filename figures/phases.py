@@ -8,7 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.trace.types import (
+    SLIPS_ALONG_BOTH_TANGENTS,
+    SLIPS_ALONG_ONE_TANGENT,
+    ContactPhase,
+)
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.slip_times import PhaseSpan, Window, phase_spans
 from slipgrasp.figures.style import paint
@@ -16,9 +20,12 @@ from slipgrasp.recordings.palette import MARK, PHASES, SHADE
 
 _TINT = 0.86
 _WORDS = {
-    ContactPhase.STICK: "stick",
-    ContactPhase.SLIP_FORWARD: r"slip forward ($\dot s > 0$)",
-    ContactPhase.SLIP_BACKWARD: r"slip backward ($\dot s < 0$)",
+    (ContactPhase.STICK,): "stick",
+    (ContactPhase.SLIP_FORWARD,): r"slip forward ($\dot s > 0$)",
+    (ContactPhase.SLIP_BACKWARD,): r"slip backward ($\dot s < 0$)",
+    (ContactPhase.SLIP,): "slip",
+    SLIPS_ALONG_ONE_TANGENT: "slip along one tangent",
+    SLIPS_ALONG_BOTH_TANGENTS: "slip along both tangents",
 }
 
 
@@ -82,9 +89,9 @@ def phase_patches(result: RunResult) -> list[Patch]:
     contacts = range(result.trace.shape.num_contacts)
     shown = {span.phase for contact in contacts for span in phase_spans(result, contact)}
     return [
-        Patch(facecolor=paint(PHASES[phase]), label=words)
-        for phase, words in _WORDS.items()
-        if phase in shown
+        Patch(facecolor=paint(PHASES[phases[0]]), label=words)
+        for phases, words in _WORDS.items()
+        if shown.intersection(phases)
     ]
 
 

@@ -13,10 +13,10 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.unknowns import Unknown, parse_unknown
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.figures.hand_motion import drawable
-from slipgrasp.figures.panels import estimate_label, finger_colour, link_colour, unknown_symbol
+from slipgrasp.figures.panels import estimate_label, finger_colour, unknown_colour, unknown_symbol
 from slipgrasp.recordings.compare.alignment import MatchedRows, match_rows
 from slipgrasp.recordings.compare.comparison import Comparison
-from slipgrasp.recordings.palette import FINGERS, MARK, Rgb
+from slipgrasp.recordings.palette import FINGERS, MARK, MUTED, Rgb
 
 _MOST_NAMED = 3
 _FIRST, _SECOND = FINGERS[-1], MARK
@@ -87,29 +87,37 @@ def _columns(run: RunResult) -> dict[str, NDArray[np.float64]]:
 
 def trends_of(a: RunResult, b: RunResult) -> tuple[Trend, ...]:
     """Slips, forces, margins, tracking errors, and the estimates that both runs have."""
+    in_space = a.scenario.in_space
+    slip, way = (
+        ("slip_path", "ways that fingertips slid") if in_space else ("slip", "fingertip slips")
+    )
+    margin = r"$\mu F_n - |F_t|$ [N]" if in_space else r"$\mu F_n - |F_x|$ [N]"
     return (
-        _contact_trend(a, "fingertip slips", "slip", "$s$ [mm]", 1e3),
+        _contact_trend(a, way, slip, "$s$ [mm]", 1e3),
         _contact_trend(a, "normal forces", "normal_force", "$F_n$ [N]", 1.0),
-        _contact_trend(a, "distance to slip", "friction_margin", r"$\mu F_n - |F_x|$ [N]", 1.0),
-        Trend(
-            title="object position errors",
-            label="$e$ [mm]",
-            scale=1e3,
-            lines=(
-                Line(column="error_x", label="$e_x$", colour=_FIRST),
-                Line(column="error_y", label="$e_y$", colour=_SECOND),
-            ),
-            least_span=0.02,
-        ),
-        Trend(
-            title="object orientation error",
-            label=r"$e_\theta$ [mrad]",
-            scale=1e3,
-            lines=(Line(column="error_theta", label="", colour=MARK),),
-            least_span=0.02,
-        ),
+        _contact_trend(a, "distance to slip", "friction_margin", margin, 1.0),
+        *_error_trends(a),
         *_estimate_trends(a, b),
     )
+
+
+def _error_trends(run: RunResult) -> Iterator[Trend]:
+    names = run.trace.shape.coordinates
+    positions, turns = (names[:3], names[3:]) if run.scenario.in_space else (names[:2], names[2:])
+    for title, label, symbol, group in (
+        ("object position errors", "$e$ [mm]", "$e_{}$", positions),
+        ("object orientation error", r"$e_\theta$ [mrad]", r"$e_{{\theta {}}}$", turns),
+    ):
+        colours = (MARK,) if len(group) == 1 else (_FIRST, _SECOND, MUTED)
+        lines = tuple(
+            Line(
+                column=f"error_{name}",
+                label=symbol.format(name[-1]) if len(group) > 1 else "",
+                colour=colour,
+            )
+            for name, colour in zip(group, colours, strict=False)
+        )
+        yield Trend(title=title, label=label, scale=1e3, lines=lines, least_span=0.02)
 
 
 def _contact_trend(run: RunResult, title: str, signal: str, label: str, scale: float) -> Trend:
@@ -142,5 +150,5 @@ def _estimate_line(key: str, unknown: Unknown, count: int) -> Line:
     return Line(
         column=f"estimate_{key}",
         label=unknown_symbol(unknown) if count > 1 else "",
-        colour=MARK if unknown.finger < 0 else link_colour(unknown.finger, unknown.link),
+        colour=unknown_colour(unknown),
     )

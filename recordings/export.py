@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from slipgrasp.recordings.clip import WHOLE, Clip
+from slipgrasp.recordings.still import AT_THE_END, Still
 
 if TYPE_CHECKING:
     import pyarrow
@@ -42,8 +43,10 @@ class ExportFormat:
         contents: What a file holds; of a picture what it is.
         media_type: Media type of a file.
         writer: ``module:function`` that writes a run to a stream of bytes that is seekable;
-            that of a moving picture also takes ``progress``, ``fps`` and ``clip``.
-        fps: Frames per second unless asked otherwise; None of data.
+            that of a moving picture also takes ``progress``, ``fps`` and ``clip``, that of a
+            still ``still`` and ``clip``.
+        fps: Frames per second unless asked otherwise; None of what does not move.
+        is_still: Whether it is a picture that stands still.
         description: What the REST interface says of it, which offers the formats of data.
         is_text: Whether it can be shown in a terminal, and written without seeking.
         is_listed: Whether the page's list of runs offers it.
@@ -55,6 +58,7 @@ class ExportFormat:
     media_type: str
     writer: str
     fps: float | None = None
+    is_still: bool = False
     description: str = ""
     is_text: bool = False
     is_listed: bool = False
@@ -66,6 +70,7 @@ class ExportFormat:
         progress: Callable[[float], None] | None = None,
         fps: float | None = None,
         clip: Clip = WHOLE,
+        still: Still = AT_THE_END,
     ) -> None:
         """Writes a run.
 
@@ -74,11 +79,14 @@ class ExportFormat:
             stream: Where the file goes.
             progress: Told the share that is done, from 0 to 1, where it takes long.
             fps: Frames per second of a moving picture.
-            clip: What it shows.
+            clip: What a picture shows.
+            still: Which instant of it, if it stands still.
         """
         module, _, function = self.writer.partition(":")
         write = getattr(import_module(module), function)
-        if self.fps is None:
+        if self.is_still:
+            write(result, stream, still=still, clip=clip)
+        elif self.fps is None:
             write(result, stream)
         else:
             write(result, stream, progress, fps=fps or self.fps, clip=clip)
@@ -144,11 +152,28 @@ EXPORT_FORMATS = (
         writer="slipgrasp.figures.film:write_webm",
         fps=30.0,
     ),
+    ExportFormat(
+        name="png",
+        title="PNG",
+        contents="a picture (PNG)",
+        media_type="image/png",
+        writer="slipgrasp.figures.still:write_png",
+        is_still=True,
+    ),
+    ExportFormat(
+        name="svg",
+        title="SVG",
+        contents="a drawing (SVG)",
+        media_type="image/svg+xml",
+        writer="slipgrasp.figures.still:write_svg",
+        is_still=True,
+    ),
 )
 """All of them, in the order in which they are offered."""
 
-DATA_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is None)
 MOVING_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is not None)
+STILL_FORMATS = tuple(each for each in EXPORT_FORMATS if each.is_still)
+DATA_FORMATS = tuple(each for each in EXPORT_FORMATS if each.fps is None and not each.is_still)
 
 
 class TextStream(Protocol):

@@ -6,7 +6,12 @@ which people who see no red could hardly tell apart.
 
 from __future__ import annotations
 
-from slipgrasp.core.trace.types import ContactPhase, Outcome
+from slipgrasp.core.trace.types import (
+    SLIPS_ALONG_BOTH_TANGENTS,
+    SLIPS_ALONG_ONE_TANGENT,
+    ContactPhase,
+    Outcome,
+)
 
 Rgb = tuple[int, int, int]
 
@@ -15,6 +20,8 @@ PHASES: dict[ContactPhase, Rgb] = {
     ContactPhase.SLIP_FORWARD: (230, 97, 0),
     ContactPhase.SLIP_BACKWARD: (226, 120, 190),
     ContactPhase.SLIP: (230, 97, 0),
+    **dict.fromkeys(SLIPS_ALONG_ONE_TANGENT, (230, 97, 0)),
+    **dict.fromkeys(SLIPS_ALONG_BOTH_TANGENTS, (226, 120, 190)),
 }
 
 FINGERS: tuple[Rgb, ...] = (

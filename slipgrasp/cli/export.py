@@ -16,7 +16,13 @@ from slipgrasp.cli.arguments import add_data_directory, recording_path
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
 from slipgrasp.recordings.clip import Clip
-from slipgrasp.recordings.export import EXPORT_FORMATS, MOVING_FORMATS, ExportFormat
+from slipgrasp.recordings.export import (
+    DATA_FORMATS,
+    EXPORT_FORMATS,
+    MOVING_FORMATS,
+    ExportFormat,
+)
+from slipgrasp.recordings.still import Still
 
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
@@ -36,7 +42,7 @@ def _listed(words: list[str], conjunction: str) -> str:
 def _described() -> Iterator[str]:
     """What each format holds, those that hold the same together."""
     for contents, formats in groupby(EXPORT_FORMATS, lambda each: each.contents):
-        titles = " or ".join(each.title for each in formats if each.fps is None)
+        titles = " or ".join(each.title for each in formats if each in DATA_FORMATS)
         yield f"as {titles} ({contents})" if titles else f"as {contents}"
 
 
@@ -70,13 +76,14 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "; fewer where a run is too long for that many",
     )
     _add_clip(parser)
+    _add_still(parser)
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
 
 
 def _add_clip(parser: argparse.ArgumentParser) -> None:
     """What a moving picture shows."""
-    clip = parser.add_argument_group("of what moves")
+    clip = parser.add_argument_group("of what moves, and of the chart in a still")
     clip.add_argument("--start", metavar="T", type=float, help="from this time on [s]")
     clip.add_argument("--end", metavar="T", type=float, help="up to this time [s]")
     clip.add_argument(
@@ -88,6 +95,35 @@ def _add_clip(parser: argparse.ArgumentParser) -> None:
     )
     height = "height of a GIF (default: 560) or a film (default: 720), such as 1080"
     clip.add_argument("--height", metavar="PX", type=int, help=height)
+
+
+def _add_still(parser: argparse.ArgumentParser) -> None:
+    """What a picture that stands still shows."""
+    still = parser.add_argument_group("of a still")
+    still.add_argument("--at", metavar="T", type=float, help="the instant [s] (default: the end)")
+    usual = Still()
+    still.add_argument(
+        "--size",
+        metavar="WxH",
+        type=_size,
+        default=(usual.width, usual.height),
+        help=f"its width and height in pixels (default: {usual.width}x{usual.height})",
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    try:
+        return int(width), int(height)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text} is not a width and a height, such as 1920x1080"
+        ) from None
+
+
+def _still_of(arguments: argparse.Namespace) -> Still:
+    width, height = arguments.size
+    return Still(time=arguments.at, width=width, height=height)
 
 
 def _clip_of(arguments: argparse.Namespace) -> Clip:
@@ -108,7 +144,8 @@ def _frames_per_second(text: str) -> float:
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
     output: Path | None = arguments.output
-    chosen, clip = FORMATS[arguments.format or _format_of(output)], _clip_of(arguments)
+    chosen = FORMATS[arguments.format or _format_of(output)]
+    clip, still = _clip_of(arguments), _still_of(arguments)
     if not chosen.is_text and output is None and sys.stdout.isatty():
         raise CommandError(f"{chosen.name} is not for a terminal; name a file with --output")
     if output is not None and output.exists() and not arguments.force:
@@ -123,7 +160,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         chosen.write(result, sys.stdout.buffer)
     else:
         with Progress(f"writing the {chosen.name} file") as progress:
-            _write(result, chosen, arguments, clip, progress.update)
+            _write(result, chosen, arguments, clip, still, progress.update)
     return ExitStatus.COMPLETED
 
 
@@ -145,16 +182,17 @@ def _write(
     chosen: ExportFormat,
     arguments: argparse.Namespace,
     clip: Clip,
+    still: Still,
     update: Update,
 ) -> None:
     if arguments.output is None:
         # Not every format can be written to a pipe as it grows.
         with tempfile.TemporaryFile() as stream:
-            chosen.write(result, stream, update, arguments.fps, clip)
+            chosen.write(result, stream, update, arguments.fps, clip, still)
             stream.seek(0)
             shutil.copyfileobj(stream, sys.stdout.buffer)
         return
     from slipgrasp.recordings.file.atomic_file import atomic_file
 
     with atomic_file(arguments.output, overwrite=arguments.force) as stream:
-        chosen.write(result, stream, update, arguments.fps, clip)
+        chosen.write(result, stream, update, arguments.fps, clip, still)

@@ -18,7 +18,8 @@ RECORDING_SUFFIX = ".mcap"
 DESCRIPTION = (
     "Draws the schematic of a scenario (the paper's Fig. 4), and of its run the tracking errors "
     "and slips, the estimates, and the joint torques and contact forces (Fig. 5-7 for case I, "
-    "8-10 for case II), the phases of the contacts shaded."
+    "8-10 for case II), the phases of the contacts shaded; of a hand in space instead of the "
+    "schematic the slips, each in the plane of its face."
 )
 EPILOG = (
     "Earlier figures of this command are replaced; any other file only with --force. "
@@ -78,7 +79,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
         scenario = load_scenario(arguments.source)
     with Progress("loading the drawing program"):
-        from slipgrasp.figures import check_folder, draw_figures, figure_names, write_figures
+        from slipgrasp.figures.drawings import draw_figures, figure_names
+        from slipgrasp.figures.files import check_folder, write_figures
     names = figure_names(scenario).values()
     check_folder(folder, names, arguments.formats, overwrite=arguments.force)
     if result is None:

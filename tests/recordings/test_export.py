@@ -6,6 +6,7 @@ import math
 import re
 import sys
 import zipfile
+from xml.etree import ElementTree
 
 import numpy as np
 import pyarrow.parquet
@@ -19,9 +20,11 @@ from slipgrasp.core.trace.frames import MissingPackageError
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.animation import MAX_FRAMES, frame_times, write_gif
 from slipgrasp.figures.film import write_mp4, write_webm
+from slipgrasp.figures.still import write_png, write_svg
 from slipgrasp.recordings.clip import Clip, ClipError
 from slipgrasp.recordings.export import EXPORT_FORMATS, write_csv, write_npz, write_parquet
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.recordings.still import Still, StillError
 
 pytestmark = pytest.mark.slow
 
@@ -87,6 +90,8 @@ BEGINS = {
     "gif": b"GIF89a",
     "mp4": b"\x00\x00\x00",
     "webm": b"\x1aE\xdf\xa3",
+    "png": b"\x89PNG",
+    "svg": b"<?xml",
 }
 
 
@@ -104,7 +109,7 @@ def test_csv_as_bytes_is_csv_as_text(any_run):
     assert written(EXPORT_FORMATS[0].write, any_run).getvalue() == text.getvalue().encode()
 
 
-@pytest.mark.parametrize("write", [write_parquet, write_npz, write_gif])
+@pytest.mark.parametrize("write", [write_parquet, write_npz, write_gif, write_svg])
 def test_equal_runs_give_equal_files(short_run, write):
     assert written(write, short_run).getvalue() == written(write, short_run).getvalue()
 
@@ -217,3 +222,39 @@ def test_without_its_encoder_a_film_says_what_to_install(short_run, monkeypatch)
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(MissingPackageError, match="pip install av"):
         written(write_mp4, short_run)
+
+
+SLIPPING = Still(time=0.05, width=500, height=900)
+
+
+def test_a_still_has_the_size_and_the_colours_of_its_instant(short_run):
+    with Image.open(written(write_png, short_run, still=SLIPPING)) as picture:
+        assert picture.size == (500, 900)
+        seen = np.asarray(picture.convert("RGB"))[60:570]  # what is above the chart
+    for phase in (ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD):
+        assert count_of(seen, PHASES[phase]) > 100
+    assert count_of(seen, PHASES[ContactPhase.STICK]) == 0
+
+
+def test_a_drawing_holds_object_fingertips_forces_and_cones_in_its_size(short_run):
+    root = ElementTree.fromstring(written(write_svg, short_run, still=SLIPPING).getvalue())
+    assert (root.get("width"), root.get("height")) == ("500", "900")
+    *_, width, height = map(float, root.get("viewBox").split())
+    assert width / height == pytest.approx(500 / 900)
+    parts = {part.get("id") for part in root.iter()}
+    of_each = {f"{what}-{i}" for what in ("fingertip", "force", "cone") for i in (0, 1)}
+    assert parts >= {"object", "desired"} | of_each
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"width": 100}, "the width is 100 px; allowed: 240 … 8192"),
+        ({"height": 10**9}, "the height is 1000000000 px; allowed"),
+        ({"time": 99.0}, "the run has no instant 99 s; it lasts from 0 s to "),
+        ({"time": float("nan")}, "the time is nan s; it must be finite"),
+    ],
+)
+def test_a_still_that_cannot_be_says_why(short_run, wrong, words):
+    with pytest.raises(StillError, match=re.escape(words)):
+        written(write_png, short_run, still=Still(**wrong))

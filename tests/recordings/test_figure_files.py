@@ -1,7 +1,8 @@
 import matplotlib
 import pytest
 
-from slipgrasp.figures import FORMATS, draw_figures, write_figures
+from slipgrasp.figures.drawings import draw_figures
+from slipgrasp.figures.files import FORMATS, write_figures
 from slipgrasp.recordings.exceptions import RecordingExistsError, RecordingWriteError
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording

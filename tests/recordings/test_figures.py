@@ -5,7 +5,7 @@ from slipgrasp.core.run.premises import find_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.figures import draw_figures
+from slipgrasp.figures.drawings import draw_figures
 from slipgrasp.figures.panels import finger_colour
 from slipgrasp.figures.slip_times import closer_look
 from slipgrasp.figures.style import paint

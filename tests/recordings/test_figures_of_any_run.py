@@ -6,7 +6,7 @@ from matplotlib.patches import Polygon
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
-from slipgrasp.figures import draw_figures, figure_names
+from slipgrasp.figures.drawings import draw_figures, figure_names
 from slipgrasp.figures.schematic import start_pose
 from slipgrasp.figures.slip_times import closer_look
 from tests.held_polygon import CORNERS, held_polygon

@@ -13,7 +13,7 @@ from mcap.writer import Writer
 from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome
-from slipgrasp.core.words.endings import describe_stop
+from slipgrasp.core.words.interruptions import describe_stop
 from slipgrasp.recordings.exceptions import (
     DamagedRecordingError,
     ForeignRecordingError,

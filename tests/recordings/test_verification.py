@@ -12,7 +12,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, RunWarning
-from slipgrasp.core.words.endings import describe_stop, describe_wall_limit
+from slipgrasp.core.words.interruptions import describe_stop, describe_wall_limit
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.compare.verification import verify
 from slipgrasp.recordings.exceptions import AlteredRecordingError

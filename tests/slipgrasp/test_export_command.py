@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pyarrow.parquet
 import pytest
+from PIL import Image
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -194,3 +195,15 @@ def test_a_stored_run_is_exported_by_its_id(slipgrasp):
 
     assert done.returncode == 0
     assert done.stdout.startswith("t,x,y,theta,")
+
+
+def test_export_draws_an_instant_in_any_size(slipgrasp, recording, tmp_path):
+    still = tmp_path / "still.png"
+    done = slipgrasp("export", recording, "--output", still, "--at", "0.05", "--size", "300x500")
+    assert done.returncode == 0, done.stderr
+    with Image.open(still) as picture:
+        assert picture.size == (300, 500)
+
+    wrong = slipgrasp("export", recording, "--output", tmp_path / "x.svg", "--size", "large")
+    assert wrong.returncode == 2
+    assert "large is not a width and a height, such as 1920x1080" in wrong.stderr

@@ -6,7 +6,7 @@ import pytest
 from slipgrasp.cli import figures
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml, with_values
-from slipgrasp.figures import FORMATS
+from slipgrasp.figures.files import FORMATS
 from slipgrasp.recordings.file.writer import write_recording
 from tests.slipgrasp.conftest import without_waiting
 

@@ -81,3 +81,16 @@ def polyline(points: Points, depth: float, *, closed: bool = False) -> NDArray[n
     ends = np.roll(points, -1, axis=0)
     segments = lift(np.stack([points, ends], axis=1), depth)
     return segments if closed else segments[:-1]
+
+
+def distance_to_circle(start: Points, direction: Points, radius: float) -> float:
+    """How far a ray goes until it leaves a circle about the origin; 0 if it starts outside.
+
+    Args:
+        start: Where it starts, shape ``(2,)``.
+        direction: Unit vector.
+        radius: Radius of the circle, in the unit of ``start``.
+    """
+    along = float(start @ direction)
+    inside = radius**2 - float(start @ start)
+    return -along + math.sqrt(along**2 + inside) if inside > 0.0 else 0.0

@@ -5,9 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from slipgrasp.core.trace.frames import MissingPackageError
-from slipgrasp.recordings.clip import ClipError
-from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed, ExportFinished, ExportMoved
 from slipgrasp.web.model.intents.intent import Intent, Send
@@ -70,7 +68,7 @@ class ExportWorker(Worker):
             answer = ExportFinished(number, make(tell))
         except ExportCancelledError:
             answer = ExportFailed(number, _CANCELLED)
-        except (ServiceBusyError, MissingPackageError, ClipError) as error:
+        except SlipgraspError as error:
             answer = ExportFailed(number, f"The file could not be made: {error}.")
         except OSError as error:
             answer = ExportFailed(number, f"The file could not be made: {error.strerror or error}.")

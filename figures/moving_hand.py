@@ -1,0 +1,318 @@
+"""The hand at one time after the other, and how far its fingertips have slipped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from textwrap import fill, shorten
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.figures.hand_motion import HandMotion, drawable
+from slipgrasp.figures.moving_lens import MovingLens
+from slipgrasp.figures.panels import finger_colour, lighter
+from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches
+from slipgrasp.figures.sheet import ending_words, rows_from_start
+from slipgrasp.figures.slip_times import Window
+from slipgrasp.figures.style import paint
+from slipgrasp.recordings.palette import (
+    CONE,
+    GHOST,
+    JOINT,
+    LINK,
+    MARK,
+    MUTED,
+    OBJECT,
+    OBJECT_EDGE,
+    PHASES,
+)
+
+Pixels = NDArray[np.uint8]
+
+SIZE = (6.4, 5.6)
+"""Width and height [inches] of a picture of which no other size is asked for."""
+
+# Around the object, in its largest radius; what else is drawn, in the span of the picture.
+_MARGIN = 0.35
+_FORCE_LENGTH = 0.22
+_CONE_LENGTH = 0.16
+_TIP_RADIUS = 0.022
+_LINK_WIDTH = 0.05
+"""Width of a finger [m], at most `_WIDEST_LINK` of the span."""
+_WIDEST_LINK = 0.09
+_GLASS, _BEHIND = 0.75, 2.0  # the object in space, and what stands behind it
+_TITLE_WIDTH = 75
+_POINTS_PER_INCH = 72.0
+
+
+class _Finger(NamedTuple):
+    """The moving parts of one finger."""
+
+    outline: Line2D
+    links: Line2D
+    joints: Line2D
+    cone: Polygon
+    force: Line2D
+    head: Polygon
+    tip: Line2D
+    slip: Line2D
+
+
+class _Sizes(NamedTuple):
+    """Width of a link, and of a fingertip [points]."""
+
+    link: float
+    tip: float
+
+
+class MovingHand:
+    """Draws a run at one time after the other; use it inside `style.paper_style`.
+
+    Args:
+        result: The run.
+        motion: Where everything stands at the times to be drawn.
+        window: Which stretch of the run the chart shows.
+        clock: Tells a time in words.
+        size: Width and height of the picture [px]; letters grow with its height.
+    """
+
+    def __init__(
+        self,
+        result: RunResult,
+        motion: HandMotion,
+        window: Window,
+        clock: Callable[[float], str],
+        size: tuple[int, int],
+    ) -> None:
+        self._motion, self._tell = motion, clock
+        dpi = size[1] / SIZE[1]
+        self._figure = Figure(figsize=(size[0] / dpi, SIZE[1]), dpi=dpi)
+        self._canvas = FigureCanvasAgg(self._figure)
+        hand = self._figure.add_axes((0.0, 0.36, 1.0, 0.56))
+        self._span, points_per_metre = _show_what_is_held(hand, motion)
+        strength = float(np.hypot(*np.moveaxis(motion.forces, -1, 0)).max())
+        self._metres_per_newton = _FORCE_LENGTH * self._span / max(strength, 1e-9)
+        ghost: dict[str, Any] = {
+            "gid": "desired",
+            "fill": False,
+            "edgecolor": paint(GHOST),
+            "linestyle": "--",
+            "linewidth": 1.0,
+        }
+        self._ghost = Polygon(motion.desired[0], **ghost)
+        body: dict[str, Any] = {
+            "gid": "object",
+            "facecolor": paint(OBJECT),
+            "edgecolor": paint(OBJECT_EDGE),
+            "linewidth": 1.0,
+        }
+        self._body = Polygon(motion.corners[0], **body)
+        self._edges = LineCollection([], colors=[paint(OBJECT_EDGE)], linewidths=0.8)
+        hand.add_patch(self._ghost)
+        hand.add_patch(self._body)
+        hand.add_collection(self._edges)
+        chart = _draw_chart(self._figure, result, window)
+        self._cursor = chart.axvline(0.0, color=paint(MARK), linewidth=0.8)
+        count = motion.slip.shape[1]
+        self._link_width = min(_LINK_WIDTH, _WIDEST_LINK * self._span)
+        width, dot = self._link_width, 2.0 * _TIP_RADIUS * self._span
+        sizes = _Sizes(points_per_metre * width, points_per_metre * dot)
+        self._fingers = [_add_finger(hand, chart, i, sizes) for i in range(count)]
+        self._lenses: list[MovingLens] = []
+        if result.scenario.in_space:
+            self._body.set_alpha(_GLASS)
+            for part in (p for i in np.flatnonzero(motion.behind) for p in self._fingers[i][:3]):
+                part.set_zorder(part.get_zorder() - _BEHIND)
+            self._lenses = [MovingLens(self._figure, result, i, motion.times) for i in range(count)]
+        self._clock = self._figure.text(0.98, 0.955, "", ha="right", va="center", fontsize=11)
+        self._ending = self._figure.text(0.5, 0.895, "", ha="center", va="center", fontsize=10)
+        self._last_words = ending_words(result)
+        title = shorten(result.name, 2 * _TITLE_WIDTH, placeholder=" …")
+        words = fill(title, _TITLE_WIDTH).replace("$", r"\$")
+        self._figure.text(0.02, 0.955, words, va="center", fontsize=8.5)
+        self._moving = self._collect()
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._canvas.draw()
+        self._still = self._canvas.copy_from_bbox(self._figure.bbox)
+
+    def _collect(self) -> list[Artist]:
+        """What moves, from back to front."""
+        fingers = [part for finger in self._fingers for part in finger]
+        lenses = [part for lens in self._lenses for part in lens.artists]
+        words = [self._clock, self._ending]
+        return sorted(
+            [self._ghost, self._body, self._edges, self._cursor, *fingers, *lenses, *words],
+            key=lambda a: a.get_zorder(),
+        )
+
+    def draw(self, frame: int) -> Pixels:
+        """The picture at one of the times.
+
+        Args:
+            frame: Which time of the motion.
+
+        Returns:
+            Red, green and blue, shape ``(height, width, 3)``.
+        """
+        self._place_all(frame)
+        self._canvas.restore_region(self._still)
+        for artist in self._moving:
+            artist.draw(self._canvas.get_renderer())
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+    def draw_figure(self, frame: int) -> Figure:
+        """The figure at one of the times, to be saved; nothing else can be drawn then."""
+        self._place_all(frame)
+        for artist in self._moving:
+            artist.set_animated(False)
+        return self._figure
+
+    def _place_all(self, frame: int) -> None:
+        motion, time = self._motion, float(self._motion.times[frame])
+        self._ghost.set_xy(motion.desired[frame])
+        self._body.set_xy(motion.corners[frame])
+        self._edges.set_segments(list(motion.edges[frame]))
+        self._cursor.set_xdata([time, time])
+        self._clock.set_text(self._tell(time).replace("t", "$t$", 1))
+        is_last = frame == len(motion.times) - 1
+        self._ending.set_text(self._last_words if is_last else "")
+        for i, finger in enumerate(self._fingers):
+            self._place(finger, i, frame)
+        for lens in self._lenses:
+            lens.place(frame)
+
+    def _place(self, finger: _Finger, index: int, frame: int) -> None:
+        motion = self._motion
+        tip, normal = motion.joints[frame, index, -1], motion.normals[frame, index]
+        # The ball touches the face from outside; the round end of the link stays behind it.
+        ball = tip - _TIP_RADIUS * self._span * normal
+        points = _shortened(motion.joints[frame, index], ball, 0.5 * self._link_width)
+        for part in (finger.outline, finger.links):
+            part.set_data(*points.T)
+        finger.joints.set_data(*points[:-1].T)
+        finger.tip.set_data(*ball[:, None])
+        phase = ContactPhase(int(motion.phases[frame, index]))
+        colour = paint(PHASES[phase])
+        finger.tip.set_markerfacecolor(colour)
+        finger.cone.set_xy(tip + _CONE_LENGTH * self._span * motion.cones[frame, index])
+        force = self._metres_per_newton * motion.forces[frame, index]
+        finger.force.set_data(*np.stack([tip, tip + 0.9 * force]).T)
+        finger.force.set_color(colour)
+        finger.head.set_xy(_arrow_head(tip + force, force, 0.018 * self._span))
+        finger.head.set_color(colour)
+        finger.slip.set_data([motion.times[frame]], [1e3 * motion.slip[frame, index]])
+        finger.slip.set_markerfacecolor(colour)
+
+
+def _show_what_is_held(axes: Axes, motion: HandMotion) -> tuple[float, float]:
+    """Sets the limits so that the object never leaves the picture, with its fingertips.
+
+    Returns:
+        The larger span of what is shown for sure [m], and how large a metre is [points].
+    """
+    points = np.concatenate([motion.corners, motion.desired]).reshape(-1, 2)
+    radius = 0.5 * float(np.hypot(*np.ptp(motion.corners[0], axis=0)))
+    low, high = points.min(axis=0) - _MARGIN * radius, points.max(axis=0) + _MARGIN * radius
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    size = figure.get_size_inches() * axes.get_position().size
+    # One scale for both directions: the larger of what width and height need.
+    scale = float(((high - low) / size).max())
+    middle, half = 0.5 * (low + high), 0.5 * scale * size
+    axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
+    axes.set_ylim(middle[1] - half[1], middle[1] + half[1])
+    axes.set_axis_off()
+    return float((high - low).max()), _POINTS_PER_INCH / scale
+
+
+def _shortened(
+    joints: NDArray[np.float64], ball: NDArray[np.float64], gap: float
+) -> NDArray[np.float64]:
+    """The joints of a finger, whose last link ends at a gap from the middle of its fingertip."""
+    along = ball - joints[-2]
+    length = max(float(np.hypot(*along)), 1e-9)
+    return np.concatenate([joints[:-1], [joints[-2] + max(1.0 - gap / length, 0.0) * along]])
+
+
+def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
+    """The slips in a stretch of the run, the phases above them, and what the colours mean."""
+    contacts = range(result.trace.shape.num_contacts)
+    strip = figure.add_axes((0.1, 0.325, 0.87, 0.035))
+    draw_lanes(strip, result, contacts, window)
+    name_lanes(strip, result, contacts, offset=0.008)
+    chart = figure.add_axes((0.1, 0.125, 0.87, 0.19))
+    rows = rows_from_start(result.trace)
+    in_space = result.scenario.in_space
+    slips = result.trace.slip_path if in_space else result.trace.slip
+    for i in contacts:
+        colour = paint(lighter(finger_colour(i), 0.2))
+        values = 1e3 * drawable(slips[rows, i])
+        name = result.scenario.finger_names[i]
+        chart.plot(result.trace.times[rows], values, color=colour, label=name)
+    chart.axhline(0.0, color=paint(lighter(MUTED, 0.4)), linewidth=0.5, zorder=1.0)
+    chart.set_xlim(*window)
+    chart.margins(y=0.15)
+    chart.set_xlabel("$t$ [s]", labelpad=1.0)
+    chart.set_ylabel("way slid [mm]" if in_space else "slip [mm]")
+    chart.legend(loc="best", ncols=3)
+    patches = phase_patches(result)
+    figure.legend(handles=patches, loc="lower center", ncols=3, handlelength=1.2, fontsize=8.5)
+    return chart
+
+
+def _add_finger(hand: Axes, chart: Axes, index: int, sizes: _Sizes) -> _Finger:
+    def line(axes: Axes, zorder: float, **style: Any) -> Line2D:
+        (drawn,) = axes.plot([], [], zorder=zorder, **style)
+        return drawn
+
+    edge = paint(JOINT)
+    links: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+    dot: dict[str, Any] = {
+        "marker": "o",
+        "linestyle": "",
+        "markeredgecolor": edge,
+        "markeredgewidth": 0.8,
+    }
+    grey: dict[str, Any] = {"fc": paint(lighter(CONE, 0.45)), "alpha": 0.45, "lw": 0.0}
+    cone = Polygon(np.zeros((3, 2)), gid=f"cone-{index}", zorder=2.2, **grey)
+    head = Polygon(np.zeros((3, 2)), lw=0.0, zorder=3.3)
+    hand.add_patch(cone)
+    hand.add_patch(head)
+    return _Finger(
+        outline=line(hand, 2.4, color=edge, linewidth=sizes.link + 1.6, **links),
+        links=line(hand, 2.5, color=paint(lighter(LINK, 0.3)), linewidth=sizes.link, **links),
+        joints=line(
+            hand, 2.6, markersize=sizes.link, markerfacecolor=paint(lighter(LINK, 0.7)), **dot
+        ),
+        cone=cone,
+        force=line(hand, 3.2, gid=f"force-{index}", linewidth=2.2),
+        head=head,
+        tip=line(hand, 3.4, gid=f"fingertip-{index}", markersize=sizes.tip, **dot),
+        slip=line(
+            chart, 3.0, markersize=5.0, **{**dot, "markeredgecolor": paint(finger_colour(index))}
+        ),
+    )
+
+
+def _arrow_head(
+    point: NDArray[np.float64], along: NDArray[np.float64], size: float
+) -> NDArray[np.float64]:
+    """A triangle whose tip is at a point; nothing where there is no direction."""
+    length = float(np.hypot(*along))
+    if length == 0.0:
+        return np.stack([point] * 3)
+    forward = along / length * size
+    aside = 0.55 * np.array([-forward[1], forward[0]])
+    back = point - 1.6 * forward
+    return np.stack([point, back + aside, back - aside])

@@ -1,0 +1,131 @@
+"""A contact of a hand in space in the plane of its face, from outside: a lens of moving pictures.
+
+The spot first touched is in the middle and t_x points up. Around the fingertip lies the disc that
+friction cannot leave, all of one size; the line in it is the friction on the object.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from matplotlib.text import Text
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.figures.hand_motion import Reader, drawable
+from slipgrasp.figures.panels import lighter
+from slipgrasp.figures.slip_planes import in_plane
+from slipgrasp.figures.style import paint
+from slipgrasp.recordings.palette import CONE, MARK, MUTED, OBJECT, PHASES
+
+Values = NDArray[np.float64]
+
+# In the radius of the lens.
+_REACH, _DISC, _ROOM = 0.62, 0.34, 1.15
+
+# Where the lenses stand, in the width and height of the picture.
+_LOW, _HIGH, _WIDTH = 0.37, 0.9, 0.2
+_MICROMETRES_BELOW = 1e-4  # [m]
+_LEAST_SLIP = 1e-6  # that is drawn as large as the lens [m]
+
+
+class _Parts(NamedTuple):
+    face: Circle
+    cross: Line2D
+    disc: Circle
+    way: Line2D
+    friction: Line2D
+    tip: Line2D
+    rim: Circle
+    words: Text
+
+
+class MovingLens:
+    """Draws one contact at one time after the other.
+
+    Args:
+        figure: The picture.
+        result: A run of a hand in space.
+        contact: Which contact.
+        times: Times to be drawn, shape ``(times,)`` [s].
+    """
+
+    def __init__(self, figure: Figure, result: RunResult, contact: int, times: Values) -> None:
+        trace = result.trace
+        read = Reader(trace.times, times)
+        slip = in_plane(trace.slip, contact)
+        self._scale = _REACH / max(float(np.abs(trace.slip).max()), _LEAST_SLIP)
+        self._way = self._scale * drawable(slip)
+        self._spots, self._slid = self._scale * read.between(slip), read.between(trace.slip_path)
+        self._slid = self._slid[:, contact]
+        self._share = read.between(_share_of_limit(trace, contact))
+        self._rows = np.searchsorted(trace.times, times, side="right")
+        self._phases = read.last(trace.phase)[:, contact]
+        height = min((_HIGH - _LOW) / len(result.scenario.fingers), _WIDTH)
+        bottom = _HIGH - height * (contact + 1)
+        self._axes = figure.add_axes((1.0 - _WIDTH, bottom, _WIDTH, height))
+        self._axes.set_axis_off()
+        self._axes.set_aspect("equal")
+        self._axes.set_xlim(-_ROOM, _ROOM)
+        self._axes.set_ylim(-_ROOM, _ROOM)
+        self._name = result.scenario.finger_names[contact]
+        self._parts = self._add_parts()
+
+    def _add_parts(self) -> _Parts:
+        """All of it moves, from back to front, so that it covers the fingers."""
+        face = Circle((0.0, 0.0), 1.0, fc=paint(lighter(OBJECT, 0.4)), lw=0.0, zorder=10.0)
+        disc = Circle((0.0, 0.0), _DISC, fc=paint(lighter(CONE, 0.75)), ec=paint(CONE), lw=0.8)
+        disc.set(alpha=0.7, zorder=10.2)
+        rim = Circle((0.0, 0.0), 1.0, fill=False, lw=2.0, zorder=10.6)
+        for patch in (face, disc, rim):
+            self._axes.add_patch(patch)
+
+        def line(zorder: float, **style: Any) -> Line2D:
+            (drawn,) = self._axes.plot([], [], zorder=zorder, **style)
+            return drawn
+
+        cross = line(10.1, color=paint(lighter(MUTED, 0.4)), linewidth=0.5)
+        cross.set_data([-1.0, 1.0, np.nan, 0.0, 0.0], [0.0, 0.0, np.nan, -1.0, 1.0])
+        way = line(10.3, color=paint(PHASES[ContactPhase.SLIP]), linewidth=2.0)
+        friction = line(10.4, color=paint(CONE), linewidth=1.8)
+        tip = line(10.5, marker="o", markersize=4.5, mec=paint(MARK), mew=0.6)
+        words = self._axes.text(
+            0.0, -0.63, "", ha="center", va="center", fontsize=7.5, linespacing=0.9, zorder=10.7
+        )
+        return _Parts(face, cross, disc, way, friction, tip, rim, words)
+
+    @property
+    def artists(self) -> tuple[Artist, ...]:
+        """What moves."""
+        return self._parts
+
+    def place(self, frame: int) -> None:
+        """Shows one of the times."""
+        parts, spot = self._parts, self._spots[frame]
+        colour = paint(PHASES[ContactPhase(int(self._phases[frame]))])
+        parts.rim.set_edgecolor(colour)
+        parts.tip.set_markerfacecolor(colour)
+        parts.tip.set_data(*spot[:, None])
+        parts.disc.set_center((float(spot[0]), float(spot[1])))
+        parts.way.set_data(*np.concatenate([self._way[: self._rows[frame]], spot[None]]).T)
+        parts.friction.set_data(*np.stack([spot, spot + _DISC * self._share[frame]]).T)
+        parts.words.set_text(f"{self._name}\n{_length(float(self._slid[frame]))}")
+
+
+def _length(metres: float) -> str:
+    small = 0.0 < metres < _MICROMETRES_BELOW
+    return f"{1e6 * metres:.3g} µm" if small else f"{1e3 * metres:.3g} mm"
+
+
+def _share_of_limit(trace: Trace, contact: int) -> Values:
+    """Friction on the object over the largest there is, ``(rows, 2)``; 0 where there is none."""
+    limit = (trace.friction_coefficient * trace.normal_force)[:, contact, None]
+    force = -in_plane(trace.tangential_force, contact)
+    return np.divide(force, limit, out=np.zeros_like(force), where=limit > 0.0)

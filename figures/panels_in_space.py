@@ -1,0 +1,105 @@
+"""What the figures of a hand in space show where that differs from the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import JOINTS_IN_SPACE
+from slipgrasp.figures.panels import (
+    Curve,
+    Panel,
+    Plot,
+    Values,
+    axis_colour,
+    contact_force_panel,
+    finger_colour,
+    lighter,
+    link_colour,
+    torque_panel,
+)
+from slipgrasp.recordings.palette import CONE
+
+_AXES = "xyz"
+
+
+def spatial_tracking_panels(result: RunResult) -> tuple[Panel, ...]:
+    """Errors of the object's position and attitude, and both slips of every fingertip."""
+    return (*_pose_panels(result), _slip_panel(result))
+
+
+def _pose_panels(result: RunResult) -> Iterator[Panel]:
+    contacts = tuple(range(result.trace.shape.num_contacts))
+    quantities = (
+        ("object position error", "$e$ [mm]", "$e_{axis}$"),
+        ("object attitude error, as a rotation vector", r"$e_\theta$ [mrad]", r"$e_{\theta axis}$"),
+    )
+    for k, (title, label, symbol) in enumerate(quantities):
+        curves = [
+            Curve(
+                label=symbol.replace("axis", axis),
+                colour=axis_colour(way),
+                values=1e3 * result.trace.tracking_error[:, 3 * k + way],
+            )
+            for way, axis in enumerate(_AXES)
+        ]
+        plot = Plot(label=label, curves=tuple(curves), least_span=0.02, with_zero=True)
+        yield Panel(title=title, plots=(plot,), contacts=contacts)
+
+
+def _slip_panel(result: RunResult) -> Panel:
+    trace = result.trace
+    slip = trace.slip.reshape(len(trace), -1, 2)
+    speed = np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
+    quantities = (
+        ("$s_x$ [mm]", slip[..., 0]),
+        ("$s_y$ [mm]", slip[..., 1]),
+        (r"$|\dot s|$ [mm/s]", speed),
+    )
+    plots = [
+        Plot(
+            label=label,
+            curves=_per_contact(result, 1e3 * values, named=k == 0),
+            least_span=0.02,
+            with_zero=True,
+        )
+        for k, (label, values) in enumerate(quantities)
+    ]
+    contacts = tuple(range(trace.shape.num_contacts))
+    title = "fingertip slips along both tangents of their faces, and their speeds"
+    return Panel(title=title, plots=tuple(plots), contacts=contacts)
+
+
+def _per_contact(result: RunResult, values: Values, *, named: bool) -> tuple[Curve, ...]:
+    names = result.scenario.finger_names
+    return tuple(
+        Curve(label=names[i] if named else "", colour=finger_colour(i), values=column)
+        for i, column in enumerate(values.T)
+    )
+
+
+def spatial_force_panels(result: RunResult) -> tuple[Panel, ...]:
+    """For every finger its joint torques, and the two parts of its force on the object."""
+    return tuple(panel for i in range(len(result.scenario.fingers)) for panel in _forces(result, i))
+
+
+def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
+    trace, colour = result.trace, finger_colour(finger)
+    yield torque_panel(
+        result, finger, [lighter(colour, 0.33 * joint) for joint in range(JOINTS_IN_SPACE)]
+    )
+    normal = trace.normal_force[:, finger]
+    limit = trace.friction_coefficient[:, finger] * normal
+    yield contact_force_panel(
+        result,
+        finger,
+        Curve(label=r"$\mu F_n$", colour=CONE, values=limit, role="limit"),
+        Curve(label="$F_n$ normal", colour=link_colour(finger, 0), values=normal),
+        Curve(
+            label="$|F_t|$ tangential",
+            colour=link_colour(finger, 1),
+            values=trace.tangential_size[:, finger],
+        ),
+    )

@@ -1,0 +1,67 @@
+"""An instant of a run as a picture of any size: the hand as in films, as PNG or SVG."""
+
+from __future__ import annotations
+
+import io
+import re
+from functools import partial
+from typing import BinaryIO
+
+import numpy as np
+from PIL import Image
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.figures.files import save_figure
+from slipgrasp.figures.motion import motion_of
+from slipgrasp.figures.moving_hand import MovingHand
+from slipgrasp.figures.slip_times import Window
+from slipgrasp.figures.style import paper_style
+from slipgrasp.recordings.clip import WHOLE, Clip
+from slipgrasp.recordings.still import AT_THE_END, Still
+
+
+def write_still(
+    result: RunResult,
+    stream: BinaryIO,
+    still: Still = AT_THE_END,
+    clip: Clip = WHOLE,
+    *,
+    ending: str,
+) -> None:
+    """Writes an instant of a run as a picture.
+
+    Args:
+        result: The run.
+        stream: Where the file goes.
+        still: Which instant, and how large.
+        clip: Which stretch of the run the chart in it shows.
+        ending: ``png`` or ``svg``, whose size can be changed by whoever shows it.
+
+    Raises:
+        StillError: If the run does not have that instant.
+        ClipError: If nothing of the run lies in the clip.
+    """
+    motion = motion_of(result, np.array([still.time_in(result)]))
+    size = still.width, still.height
+    with paper_style():
+        hand = MovingHand(result, motion, Window(*clip.span(result)), _clock, size)
+        if ending == "png":
+            Image.fromarray(hand.draw(0)).save(stream, format="PNG")
+            return
+        drawing = io.BytesIO()
+        save_figure(hand.draw_figure(0), drawing, ending)
+    stream.write(_in_pixels(drawing.getvalue().decode(), still).encode())
+
+
+def _clock(time: float) -> str:
+    return f"t = {1e3 * time:.4g} ms" if time < 1.0 else f"t = {time:.5g} s"
+
+
+def _in_pixels(svg: str, still: Still) -> str:
+    """A drawing with the size that was asked for, whatever its letters are measured in."""
+    sized = re.sub(r' width="[^"]*pt"', f' width="{still.width}"', svg, count=1)
+    return re.sub(r' height="[^"]*pt"', f' height="{still.height}"', sized, count=1)
+
+
+write_png = partial(write_still, ending="png")
+write_svg = partial(write_still, ending="svg")
