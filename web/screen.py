@@ -8,7 +8,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES, Rgb
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.picture import CameraMoved
-from slipgrasp.web.model.page_layout import MARGIN, guess_layout, panel_sizes
+from slipgrasp.web.model.page_layout import MARGIN, Arrangement, guess_layout, panel_sizes
 from slipgrasp.web.model.view import Shown, ViewState
 from slipgrasp.web.panels.appearance_panel import AppearancePanel
 from slipgrasp.web.panels.charts_panel import ChartsPanel
@@ -52,7 +52,6 @@ class Screen:
         self._scene, self._camera = Scene(client), camera
         layout = guess_layout(client.camera.image_width, client.camera.image_height)
         sizes = panel_sizes(layout.width, layout.height)
-        gui.main_panel.dock_right()
         self._scenario = ScenarioPanel(gui, view.draft, send)
         self._file = ScenarioFilePanel(gui, send)
         self._appearance = AppearancePanel(gui, view.appearance, send)
@@ -70,13 +69,15 @@ class Screen:
             self._compare = ComparePanel(gui, send)
         with self._results.add_tab("Study", viser.Icon.GRID_DOTS):
             self._study = StudyPanel(gui, send, self._widen_results)
-        self._results.dock_left()
         self._controls = gui.add_panel()
         with self._controls.add_tab("Playback", viser.Icon.PLAYER_PLAY):
             self._session_state = SessionStatePanel(gui, key)
             self._playback = PlaybackPanel(gui, send)
-        self._controls.float(x=MARGIN, y=-MARGIN)
+        # On a phone both are parts of one sheet, and folded up at first.
+        self._results.expand()
+        self._controls.expand()
         self._is_wide = False
+        self._arrangement: Arrangement | None = None
         self._widths = (0, 0, 0)
         self._page_layout = layout
         self._fit()
@@ -127,6 +128,7 @@ class Screen:
     def _fit(self) -> None:
         """Gives every column its share of the page; what the user resized stays until then."""
         sizes = panel_sizes(self._page_layout.width, self._page_layout.height)
+        self._arrange(self._page_layout.arrangement)
         results = sizes.study if self._is_wide else sizes.results
         panels = (self._results, self._gui.main_panel, self._controls)
         widths = (results, sizes.scenario, self._page_layout.playback)
@@ -134,6 +136,21 @@ class Screen:
             if width != before:
                 panel.set_width(width)
         self._widths = widths
+
+    def _arrange(self, arrangement: Arrangement) -> None:
+        """Puts the panels where there is room for them; on a phone viser has a sheet for all."""
+        if arrangement is self._arrangement:
+            return
+        # A panel that is put elsewhere, or comes back from the sheet, forgets its width.
+        self._arrangement, self._widths = arrangement, (0, 0, 0)
+        if arrangement is Arrangement.SHEET:
+            return
+        self._results.dock_left()
+        if arrangement is Arrangement.ONE_COLUMN:
+            self._gui.main_panel.dock_below(self._results)
+        else:
+            self._gui.main_panel.dock_right()
+        self._controls.float(x=MARGIN, y=-MARGIN)
 
     def _widen_results(self, is_wide: bool) -> None:
         """Gives the results more room, for what is wide."""

@@ -30,9 +30,12 @@ from slipgrasp.web.reducers.charts import ChartsReducer
 from slipgrasp.web.reducers.compare import CompareReducer
 from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.reducers.frame_pacing import FramePacer
+from slipgrasp.web.reducers.heavier import HeavierReducer
+from slipgrasp.web.reducers.laws import LawsReducer
 from slipgrasp.web.reducers.link import LinkReducer
 from slipgrasp.web.reducers.picture import PictureReducer
 from slipgrasp.web.reducers.playback import PlaybackReducer
+from slipgrasp.web.reducers.premises import PremisesReducer
 from slipgrasp.web.reducers.recordings import RecordingsReducer
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.reducers.runs import RunReducer
@@ -104,6 +107,9 @@ class Session:
             PlaybackReducer(services.pacer, partial(has_unsent, client)),
             LinkReducer(self._mailbox.send),
             ChartsReducer(),
+            LawsReducer(services.runs, self._mailbox.send),
+            HeavierReducer(services.runs, self._mailbox.send),
+            PremisesReducer(self._mailbox.send),
             ExportReducer(services.recordings, self._mailbox.send, self._deliver),
             StudyReducer(services.studies, services.recordings.room, self._mailbox.send),
         )

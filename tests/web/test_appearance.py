@@ -15,7 +15,13 @@ from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.picture import MeasurePage, SetAppearance, ToggleDark
-from slipgrasp.web.model.page_layout import MARGIN, PageLayout, guess_layout, panel_sizes
+from slipgrasp.web.model.page_layout import (
+    MARGIN,
+    Arrangement,
+    PageLayout,
+    guess_layout,
+    panel_sizes,
+)
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.intents_schema import PageGestures
@@ -116,6 +122,21 @@ def test_the_scene_keeps_its_share_of_every_page(width: int, height: int) -> Non
     sizes = panel_sizes(width, height)
     assert width - sizes.results - sizes.scenario > 0.45 * width
     assert sizes.study >= sizes.results
+
+
+@pytest.mark.parametrize(
+    ("width", "arrangement"),
+    [
+        (360, Arrangement.SHEET),
+        (576, Arrangement.SHEET),
+        (577, Arrangement.ONE_COLUMN),
+        (799, Arrangement.ONE_COLUMN),
+        (800, Arrangement.TWO_COLUMNS),
+        (3840, Arrangement.TWO_COLUMNS),
+    ],
+)
+def test_panels_go_where_a_page_has_room_for_them(width: int, arrangement: Arrangement) -> None:
+    assert replace(LAYOUT, width=width).arrangement is arrangement
 
 
 def test_the_playback_panel_spans_the_scene_with_a_margin() -> None:

@@ -10,8 +10,10 @@ from playwright.sync_api import expect
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.web.charts.chosen import CHOSEN_TAB, MOST_CHOSEN, chosen_charts, search_html
+from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts, search_html
 from slipgrasp.web.charts.drawn import ChartedRun
+from slipgrasp.web.charts.xy import XY_TAB
+from slipgrasp.web.model.charts_view import MOST_CHOSEN
 from slipgrasp.web.model.intents.picture import ToggleLine, ToggleSignal
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.charts import ChartsReducer
@@ -65,7 +67,7 @@ def test_there_is_an_end_to_what_can_be_chosen(case_2: RunResult) -> None:
 
 def test_a_run_that_lacks_a_signal_shows_the_others(case_1: RunResult, case_2: RunResult) -> None:
     view = chosen(view_of(case_2), "estimate_fingers.0.friction", "slip_0")
-    other = ChartedRun.of(case_1, chosen=view.charts.chosen)
+    other = ChartedRun.of(case_1, view=view.charts)
     assert [chart.key for chart in other.tabs[CHOSEN_TAB]] == ["signals-m"]
     back = replace(view, shown=view_of(case_1).shown)
     assert chosen(back, "slip_0").charts.chosen == ("estimate_fingers.0.friction",)
@@ -81,7 +83,9 @@ def test_the_field_offers_what_is_not_chosen_and_says_what_it_is(case_2: RunResu
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-def test_on_the_page_a_signal_is_found_by_name_and_drawn(visitors: Visitors) -> None:
+def test_on_the_page_a_signal_is_found_by_name_and_drawn_against_another(
+    visitors: Visitors,
+) -> None:
     page = visitors.open()
     page.get_by_role("tab", name=CHOSEN_TAB, exact=True).click()
     field = page.get_by_label("Add a signal")
@@ -94,3 +98,11 @@ def test_on_the_page_a_signal_is_found_by_name_and_drawn(visitors: Visitors) -> 
     expect(head.locator("[data-sg-value]").first).not_to_be_empty()
     page.get_by_role("button", name="torque_0_1 ✕", exact=True).click()
     expect(head.locator("[data-sg-value]")).to_have_count(1)
+
+    page.locator(".u-over:visible").first.click(modifiers=["Shift"])
+    expect(head).to_contain_text("Δ")
+    page.get_by_role("tab", name=XY_TAB, exact=True).click()
+    page.get_by_label("Chosen signals against").select_option("slip_0")
+    chart = page.get_by_role("img", name="Chosen signals against slip_0")
+    for spots in ("[data-sg-spot]", "[data-sg-marked]"):
+        expect(chart.locator(spots)).to_have_attribute("r", "4.5")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -9,6 +10,7 @@ from queue import SimpleQueue
 from xml.etree import ElementTree
 
 import pytest
+from PIL import Image
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -18,6 +20,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts
 from slipgrasp.web.charts.figure import ChartsHeading, charts_svg, draw_charts_figure
+from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
     CancelExport,
@@ -27,10 +30,11 @@ from slipgrasp.web.model.intents.export import (
     ExportFinished,
     ExportMoved,
     ExportPicture,
+    ExportStill,
 )
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.playback import TimeWindow, slip_window
-from slipgrasp.web.model.view import ChartsView, Ghost, RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import Ghost, RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.export_panel import ExportPanel
 from slipgrasp.web.reducers.export import ExportReducer, clip_of
 from slipgrasp.web.workers.export_worker import ExportWorker
@@ -144,6 +148,17 @@ def test_a_clip_tells_how_far_it_is_and_arrives(office: Office) -> None:
     (file,) = office.delivered
     assert file.name == f"{STEM}-clip.html"
     assert file.content.lstrip().lower().startswith(b"<!doctype html")
+
+
+def test_a_still_is_the_play_head_in_the_size_that_was_asked_for(office: Office) -> None:
+    office.take(ExportStill("png", 640, 360))
+    office.finish()
+    office.take(ExportStill("png", 640, 10))
+    office.finish()
+    (file,) = office.delivered
+    assert file.name == f"{STEM}-50ms.png"
+    assert Image.open(io.BytesIO(file.content)).size == (640, 360)
+    assert "the height is 10 px; allowed: 240" in office.view.exporting.message
 
 
 def test_only_one_file_is_made_at_a_time(office: Office) -> None:

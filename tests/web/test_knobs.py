@@ -289,6 +289,23 @@ def test_a_number_beyond_the_slider_survives_a_page_that_cuts_it_off(
     assert knob.read(1.5) == 1.5
 
 
+def test_a_slider_is_as_before_once_a_number_that_is_not_allowed_has_been_replaced(
+    viewer_server: ViewerServer,
+) -> None:
+    panel, _ = panel_of(viewer_server, load_scenario("paper-case-1"))
+    knob = panel.knob(MASS)
+    before = (knob.input.min, knob.input.max)
+    for refused_value in (-3.0, 2000.0):
+        knob.read(refused_value)
+        assert not before[0] <= refused_value <= before[1]
+        assert knob.input.min <= refused_value <= knob.input.max
+        assert knob.read(1.2) == 1.2
+        assert (knob.input.min, knob.input.max) == before
+    knob.read(4.0)
+    assert knob.read(1.2) == 1.2
+    assert knob.input.max == 4.0
+
+
 def test_a_yes_or_no_is_a_checkbox(viewer_server: ViewerServer) -> None:
     panel, sent = panel_of(viewer_server, load_scenario("paper-case-1"))
     knob = panel.knob("sensing.true_phases")

@@ -96,6 +96,7 @@ def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(
     ):
         page.get_by_role("button", name=button, exact=True).click()
         note(page, words).wait_for()
+    page.get_by_text("Push at 0.08 s", exact=True).click()
     set_number(page, "force y [N]", "-12")
     note(page, "push (0, -12) N for 0.05 s").wait_for()
     wait_until(lambda: slip_at_end(page) != slip_before, "the chart did not change")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -16,6 +17,14 @@ from slipgrasp.web.model.sampling import Sample, Sampler
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, Framing, frame_box, stands_at
 from slipgrasp.web.scene.images import lens_background, lettering
 from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
+from slipgrasp.web.scene.lens_places import (
+    NUMBERS_HEIGHT,
+    NUMBERS_PLACE,
+    TITLE_HEIGHT,
+    TITLE_PLACE,
+    box_around,
+    place_lenses,
+)
 from slipgrasp.web.scene.marks import (
     ContactMarks,
     FullScale,
@@ -26,7 +35,7 @@ from slipgrasp.web.scene.marks import (
     dashed,
     sizes_on_hand,
 )
-from slipgrasp.web.scene.shapes import circle, extrude, lift, tapered_bar
+from slipgrasp.web.scene.shapes import circle, distance_to_circle, extrude, lift, tapered_bar
 
 SIZES = MarkSizes(0.02, 0.02, 0.1, 0.1, 0.05, 0.005, 0.005, 0.05)
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
@@ -131,6 +140,10 @@ def test_two_millimetres_of_slip_fill_a_lens_like_fifty() -> None:
         assert 0.25 < shown / 0.6 <= 0.7
 
 
+def test_a_slip_that_is_larger_than_a_lens_is_shown_smaller_than_life() -> None:
+    assert 0.25 < 0.146 * lens_magnification(0.146, 0.11) / 0.11 <= 0.7
+
+
 def test_no_slip_gives_a_finite_magnification() -> None:
     assert lens_magnification(0.0, 0.6) == 200.0
 
@@ -142,12 +155,51 @@ def test_round_numbers_enclose_a_value(value: float) -> None:
     assert nice_at_least(value) / nice_at_most(value) <= 2.0
 
 
-def test_lenses_stand_side_by_side_above_the_hand(case_2: RunResult) -> None:
-    layout = lay_out(case_2)
-    left, right = layout.lens_centres
-    assert right[0] - left[0] > 2.0 * layout.lens_radius
-    assert left[1] - layout.lens_radius > 0.9
-    assert (layout.low < layout.high).all()
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 6])
+def test_lenses_and_their_words_stand_apart_above_what_is_held(count: int) -> None:
+    places = place_lenses(LOW, HIGH, count)
+    assert (places.low <= LOW + 1e-12).all()
+    half = np.array([1.0, TITLE_PLACE + 0.5 * TITLE_HEIGHT]) * places.radius
+    below = np.array([1.0, 2.0 * NUMBERS_HEIGHT - NUMBERS_PLACE]) * places.radius
+    boxes = [(centre - below, centre + half) for centre in places.centres]
+    for low, high in boxes:
+        assert low[1] >= HIGH[1]
+        assert (low >= places.low).all()
+        assert (high <= places.high).all()
+    for (low_a, high_a), (low_b, high_b) in itertools.combinations(boxes, 2):
+        assert (high_a <= low_b).any() or (high_b <= low_a).any()
+
+
+def test_the_picture_is_of_what_is_held_until_the_whole_hand_is_wanted(case_2: RunResult) -> None:
+    near, far = lay_out(case_2), lay_out(case_2, whole_hand=True)
+    bases = np.array([finger.base for finger in case_2.scenario.fingers])
+    assert (far.low < bases.min(axis=0)).all()
+    assert (near.high[0] < bases[:, 0].max(), near.low[0] > bases[:, 0].min()) == (True, True)
+    middle = Picture(724, 900, 185)
+    small, large = (frame_box(layout.low, layout.high, middle).distance for layout in (far, near))
+    assert small > 3.0 * large
+
+
+def test_runs_of_one_desired_motion_have_one_picture(case_1: RunResult, case_2: RunResult) -> None:
+    usual, lagging = lay_out(case_1), lay_out(case_2)
+    np.testing.assert_array_equal(usual.lens_centres, lagging.lens_centres)
+    np.testing.assert_array_equal(usual.high, lagging.high)
+
+
+def test_what_falls_far_is_still_in_the_picture() -> None:
+    corners, path = np.array([[-0.1, -0.1], [0.1, 0.1]]), np.zeros((3, 2))
+    near, far = np.zeros((3, 2)), np.array([[0.0, 0.0], [0.0, 0.14], [np.nan, 9.0]])
+    (low, high), (lower, same) = (box_around(corners, path, lag, 0.15) for lag in (near, far))
+    assert lower[1] < -0.1 - 0.14 < low[1]
+    np.testing.assert_array_equal(high, same)
+
+
+def test_a_ray_ends_on_the_circle_that_it_leaves() -> None:
+    start, direction = np.array([0.3, -0.2]), np.array([0.6, 0.8])
+    end = start + distance_to_circle(start, direction, 1.0) * direction
+    assert np.hypot(*end) == pytest.approx(1.0)
+    assert distance_to_circle(2.0 * direction, direction, 1.0) == 0.0
+    assert distance_to_circle(start, direction, math.inf) == math.inf
 
 
 @pytest.mark.parametrize("picture", [Picture(730, 900, 200), Picture(400, 700), Picture(2000, 500)])

@@ -12,9 +12,10 @@ import pytest
 
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.web.charts.study_map import MOST_CELLS, draw_map, ticks_of
+from slipgrasp.web.charts.study_map import MOST_CELLS, draw_map
 from slipgrasp.web.model.study_draft import study_of
 from slipgrasp.web.model.study_map import MapPicture, locate
+from slipgrasp.web.model.ticks import ticks_of
 from slipgrasp.web.panels.map_html import map_html
 from tests.recordings.studying import make_study, run_study
 from tests.web.studying import STUDY_DRAFT, quick_scenario

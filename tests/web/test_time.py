@@ -167,15 +167,19 @@ def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_t
 ) -> None:
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     pause_at(page, 0.08)
+    page.locator("[data-sg-chart=slip] .sg-line").first.click()
+    page.get_by_text("Slip: left hidden.").wait_for()
     page.get_by_role("button", name="Copy link").click()
     page.locator("[data-sg-copied]").wait_for()
     link = page.evaluate("navigator.clipboard.readText()")
     run = state(page)["run"]
-    assert link == f"{dashboard.url}/?run={run}&t=0.08"
+    assert link.startswith(f"{dashboard.url}/?run={run}&t=0.08&charts=")
     theirs = visitors.open(link.partition("?")[2])
     wait_for_time(theirs, 0.08)
     assert state(theirs)["run"] == run
     theirs.get_by_text("Replay", exact=True).wait_for()
+    hidden = theirs.locator("[data-sg-chart=slip] .sg-line").first
+    expect(hidden).to_have_attribute("aria-pressed", "false")
 
     theirs.goto(f"{dashboard.url}/?fixedDpr=0.3&run=nope&t=soon")
     expect(theirs.locator("#sg-notice")).to_contain_text("there is no recording 'nope'")

@@ -21,8 +21,8 @@ from slipgrasp.web.model.sampling import Spot
 
 Values = NDArray[np.float64]
 
-# Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad].
-_LEAST_LENGTH = 0.01
+LEAST_LENGTH = 0.01
+"""Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad]."""
 _QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m²": "Inertia"}
 
 
@@ -108,7 +108,7 @@ def _slips_in_plane(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "mm",
             "How far each fingertip has slid along its face. Flat means that it sticks.",
             tuple(_per_finger("slip", names, 1e3 * trace.slip)),
-            least=_LEAST_LENGTH,
+            least=LEAST_LENGTH,
         ),
         Chart(
             "slip-velocity",
@@ -116,7 +116,7 @@ def _slips_in_plane(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "mm/s",
             "How fast each fingertip slides along its face; exactly zero while it sticks.",
             tuple(_per_finger("velocity", names, 1e3 * trace.slip_velocity)),
-            least=_LEAST_LENGTH,
+            least=LEAST_LENGTH,
         ),
     )
 
@@ -140,7 +140,7 @@ def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "How far each fingertip has slid on its face: sₓ, towards the object's z axis, solid, "
             "and s_y across it dashed. Flat means that it sticks.",
             tuple(both),
-            least=_LEAST_LENGTH,
+            least=LEAST_LENGTH,
         ),
         Chart(
             "slip-velocity",
@@ -148,7 +148,7 @@ def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "mm/s",
             "How fast each fingertip slides on its face; exactly zero while it sticks.",
             tuple(_per_finger("velocity", names, speed)),
-            least=_LEAST_LENGTH,
+            least=LEAST_LENGTH,
         ),
     )
 
@@ -173,7 +173,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             "mm",
             "How far the object's centre is from where it should be.",
             tuple(_axes("xyz"[:ways], errors[:, :ways])),
-            least=_LEAST_LENGTH,
+            least=LEAST_LENGTH,
         ),
         Chart(
             "turn-error",
@@ -184,7 +184,7 @@ def tracking_charts(result: RunResult) -> tuple[Chart, ...]:
             tuple(_axes("xyz", errors[:, ways:]))
             if in_space
             else (Line("theta", "θ", FINGERS[2], errors[:, 2]),),
-            least=_LEAST_LENGTH,
+            least=LEAST_LENGTH,
         ),
         Chart(
             "torques",

@@ -10,11 +10,11 @@ from slipgrasp.core.trace.columns import Column, columns_of
 from slipgrasp.core.trace.trace import SIGNALS, Trace
 from slipgrasp.recordings.palette import FINGERS
 from slipgrasp.web.charts.charts import Chart, Line
-from slipgrasp.web.model.intents.picture import ToggleSignal
+from slipgrasp.web.model.charts_view import ChartsView
+from slipgrasp.web.model.intents.picture import DrawAgainst, ToggleSignal
 from slipgrasp.web.page.markup import change_attribute, click_attribute
 
 CHOSEN_TAB = "Signals"
-MOST_CHOSEN = 12
 
 _SENTENCES = {signal.name: signal.text for signal in SIGNALS}
 
@@ -50,6 +50,30 @@ def _lines(columns: Sequence[Column]) -> Iterator[Line]:
     for i, column in enumerate(columns):
         colour, values = FINGERS[i % len(FINGERS)], column.values.astype(float)
         yield Line(column.name, column.name, colour, values, dashed=i >= len(FINGERS))
+
+
+def against_html(trace: Trace, charts_view: ChartsView) -> str:
+    """A field for what the chosen signals are drawn against.
+
+    Args:
+        trace: Whose signals can be chosen.
+        charts_view: Which of them are.
+    """
+    if not charts_view.chosen:
+        return (
+            f"<div class='sg-cursors'>Signals that you choose under {CHOSEN_TAB} can be drawn here "
+            "against any other.</div>"
+        )
+    options = "".join(
+        f"<option value='{escape(name)}'{' selected' if name == charts_view.across else ''}>"
+        f"{escape(name)}</option>"
+        for name in choosable(trace)
+    )
+    return (
+        "<div class='sg-search'><label>Chosen signals against "
+        f"<select {change_attribute(DrawAgainst, 'name')}><option value=''>nothing</option>"
+        f"{options}</select></label></div>"
+    )
 
 
 def search_html(trace: Trace, chosen: Sequence[str]) -> str:

@@ -4,37 +4,65 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.words.phrases import joined
 from slipgrasp.web.charts.charts import Chart, charts_of
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts
 from slipgrasp.web.charts.columns import Drawing, event_rows, rows_inside
+from slipgrasp.web.charts.xy import XyChart, chosen_xy_charts, xy_charts
+from slipgrasp.web.model.charts_view import PLAIN, ChartsView
 from slipgrasp.web.model.playback import TimeWindow
-from slipgrasp.web.model.view import ChartsView
+
+_COINCIDE = 0.004
+"""Lines hide each other where they are nowhere farther apart, as a part of the largest value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChartedRun:
-    """A run with its charts by tab, and the signals that were chosen for the last one."""
+    """A run with its charts by tab, and what was chosen for some of them.
+
+    Attributes:
+        trace: The run.
+        tabs: Its charts over time, by tab.
+        xy: Its charts of one quantity against another.
+        chosen: Names of the signals that have charts of the user's choice.
+        across: Name of the signal that these are drawn against, too.
+    """
 
     trace: Trace
     tabs: Mapping[str, tuple[Chart, ...]]
+    xy: tuple[XyChart, ...]
     chosen: tuple[str, ...]
+    across: str
 
     @classmethod
     def of(
-        cls, result: RunResult, known: Sequence[ChartedRun] = (), chosen: tuple[str, ...] = ()
+        cls, result: RunResult, known: Sequence[ChartedRun] = (), view: ChartsView = PLAIN
     ) -> ChartedRun:
         """The run with all its charts; made only as far as it is not among those known."""
         made = next((run for run in known if run.trace is result.trace), None)
-        if made is not None and made.chosen == chosen:
+        if made is not None and (made.chosen, made.across) == (view.chosen, view.across):
             return made
         tabs = charts_of(result) if made is None else made.tabs
-        return cls(result.trace, {**tabs, CHOSEN_TAB: chosen_charts(result, chosen)}, chosen)
+        return cls(
+            result.trace,
+            {**tabs, CHOSEN_TAB: chosen_charts(result, view.chosen)},
+            (*xy_charts(result), *chosen_xy_charts(result, view.chosen, view.across)),
+            view.chosen,
+            view.across,
+        )
+
+    def lines(self) -> Iterator[tuple[str, str]]:
+        """Every line that can be hidden: the key of its chart, and its own."""
+        charts = chain(*self.tabs.values(), (xy.chart for xy in self.xy))
+        return ((chart.key, line.key) for chart in charts for line in chart.lines)
 
     def find(self, key: str) -> Chart | None:
         """The chart with a key; None if this run has none."""
@@ -42,7 +70,7 @@ class ChartedRun:
         return next((chart for chart in charts if chart.key == key), None)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class DrawnChart:
     """One chart as it is drawn.
 
@@ -61,6 +89,23 @@ class DrawnChart:
     def columns(self) -> tuple[NDArray[np.float64], ...]:
         """Time, slipping (0 or 1), the lines, and those of the ghost."""
         return self.own.columns(self.ghost)
+
+    @cached_property
+    def scale(self) -> float:
+        """The largest absolute value that is drawn of the run, at least what the chart shows."""
+        rows = [np.abs(line.values[self.own.rows]) for line in self.own.chart.lines]
+        sizes = [float(values.max(initial=0.0)) for values in rows]
+        return max([self.chart.least, *(size for size in sizes if np.isfinite(size))])
+
+    @cached_property
+    def upon(self) -> tuple[tuple[int, ...], ...]:
+        """For each line that is drawn, those drawn after it that lie upon it all the way."""
+        rows = [line.values[self.own.rows] for line in self.own.chart.lines]
+        near = _COINCIDE * self.scale
+        return tuple(
+            tuple(k for k in range(i + 1, len(rows)) if np.abs(rows[k] - rows[i]).max() <= near)
+            for i in range(len(rows))
+        )
 
 
 def drawn_charts(
@@ -98,10 +143,22 @@ def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
         yield (
             f"Charts show at least {len(own.rows)} of {len(inside)} samples: every extreme{kept}."
         )
+    upon = [words for chart in charts for words in _words_upon(chart)]
+    if upon:
+        yield f"One line on another: {', '.join(upon)}."
     for chart in charts:
         labels = [line.label for line in chart.chart.lines if line.key in chart.hidden]
         if labels:
             yield f"{chart.chart.title}: {', '.join(labels)} hidden."
+
+
+def _words_upon(drawn: DrawnChart) -> Iterator[str]:
+    """Which lines hide others, unless all of them are nothing."""
+    lines = drawn.own.chart.lines
+    if drawn.scale > drawn.chart.least:
+        for line, upon in zip(lines, drawn.upon, strict=True):
+            if upon:
+                yield f"{joined([lines[k].label for k in upon])} on {line.label}"
 
 
 def _is_whole(drawing: Drawing) -> bool:

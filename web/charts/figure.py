@@ -38,6 +38,7 @@ _TICKS = 10.5
 # Smaller numbers on an axis are written with exponents.
 _PLAIN = 1e-3
 _PALE, _BAND, _SLIPPING = 0.4, 0.12, 0.13
+_BROADER = 1.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,8 +148,8 @@ def _draw_lines(axes: Axes, drawn: DrawnChart) -> None:
     axes.fill_between(times, 0.0, slipping, transform=across, **_area(SHADE, _SLIPPING))
     own = drawn.own.chart
     drawn_lines: dict[str, NDArray[np.float64]] = {}
-    for line, column in zip(own.lines, columns, strict=False):
-        axes.plot(times, column, **_style(line))
+    for line, column, upon in zip(own.lines, columns, drawn.upon, strict=False):
+        axes.plot(times, column, **_style(line, len(upon)))
         drawn_lines[line.key] = column
     colours = {line.key: line.colour for line in own.lines}
     for upper, lower in own.bands:
@@ -163,11 +164,12 @@ def _area(colour: Rgb, opacity: float) -> dict[str, Any]:
     return {"color": paint(colour), "alpha": opacity, "linewidth": 0.0}
 
 
-def _style(line: Line) -> dict[str, Any]:
-    colour = paint(line.colour)
+def _style(line: Line, covers: int = 0) -> dict[str, Any]:
+    """How a line is drawn; one with others upon it is so broad that it shows on both sides."""
+    colour, broader = paint(line.colour), _BROADER * covers
     if line.dashed:
-        return {"color": colour, "linewidth": 0.8, "linestyle": (0, (4.0, 2.0))}
-    return {"color": colour, "linewidth": 1.1}
+        return {"color": colour, "linewidth": 0.8 + broader, "linestyle": (0, (4.0, 2.0))}
+    return {"color": colour, "linewidth": 1.1 + broader}
 
 
 def _draw_legend(

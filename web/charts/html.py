@@ -8,14 +8,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from html import escape
+from typing import NamedTuple
 
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.model.colours import css, legible
-from slipgrasp.web.model.intents.picture import ToggleLine
+from slipgrasp.web.model.intents.picture import ToggleLine, ToggleMark
+from slipgrasp.web.model.sampling import locate
+from slipgrasp.web.model.ticks import digits_of
+from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.page.markup import click_attribute
 
 _NOTE = "font-size:0.75em;opacity:0.75;padding:0 1em;line-height:1.3"
+
+
+class Cursors(NamedTuple):
+    """Two times at which charts are read [s]: the play head, and the second cursor or None."""
+
+    time: float
+    mark: float | None
 
 
 def head_html(chart: Chart, hidden: frozenset[str], *, dark: bool) -> str:
@@ -47,15 +60,78 @@ def _entry_html(chart: Chart, line: Line, is_hidden: bool, dark: bool) -> str:
     )
 
 
-def readings_html(changes: Sequence[float], values: Mapping[str, Sequence[float]]) -> str:
-    """What the page's script writes into the charts of a tab; nothing that is seen by itself.
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """What is read off the charts of a tab.
+
+    Attributes:
+        values: By key of the chart, what each of its lines shows at the play head, in words.
+        changes: When parameters change [s].
+        mark: Where the second cursor stands [s]; None if there is none.
+        spots: By key of an XY chart, where its curves are at the play head [px].
+        marked: Where they are at the second cursor [px].
+    """
+
+    values: Mapping[str, Sequence[str]]
+    changes: Sequence[float]
+    mark: float | None = None
+    spots: Mapping[str, Sequence[Sequence[float | None]]] = field(default_factory=dict)
+    marked: Mapping[str, Sequence[Sequence[float | None]]] = field(default_factory=dict)
+
+
+def read_lines(chart: Chart, trace: Trace, cursors: Cursors, scale: float) -> list[str]:
+    """What each line shows at the play head, and how far that is from the second cursor.
 
     Args:
-        changes: When parameters change [s].
-        values: By key of the chart, what each of its lines shows at the play head.
+        chart: The chart.
+        trace: The run.
+        cursors: The times of both.
+        scale: The largest value of the chart, by which digits are chosen.
     """
-    shown = {key: [f"{value:.4g}" for value in read] for key, read in values.items()}
-    readings = {"changes": changes, "values": shown}
+    values = chart.values_at(locate(trace.times, cursors.time))
+    if cursors.mark is None:
+        return [digits_of(value, scale) for value in values]
+    before = chart.values_at(locate(trace.times, cursors.mark))
+    elapsed = cursors.time - cursors.mark
+    both = zip(values, before, strict=True)
+    return [
+        f"{digits_of(v, scale)} ({_difference(v - b, elapsed, chart.unit, scale)})" for v, b in both
+    ]
+
+
+def _difference(difference: float, elapsed: float, unit: str, scale: float) -> str:
+    told = f"Δ {digits_of(difference, scale, signed=True)}"
+    if elapsed == 0.0:
+        return told
+    slope = difference / elapsed
+    return f"{told}, {digits_of(slope, abs(slope), signed=True)} {_per_second(unit)}"
+
+
+def _per_second(unit: str) -> str:
+    """The unit of the slope of a line: ``mm/s²`` for one in ``mm/s``."""
+    if unit == "1":
+        return "1/s"
+    return f"{unit}²" if unit.endswith("/s") else f"{unit}/s"
+
+
+def cursor_html(cursors: Cursors) -> str:
+    """How far the play head is from the second cursor, or how to set one, in one line."""
+    if cursors.mark is None:
+        return (
+            f"<div class='sg-cursors'>Shift+click, or {keys_of(ToggleMark())} at the play head, "
+            "sets a second cursor.</div>"
+        )
+    elapsed = digits_of(1e3 * (cursors.time - cursors.mark), 100.0, signed=True)
+    return (
+        f"<div class='sg-cursors'>From {1e3 * cursors.mark:.6g} ms to the play head "
+        f"<b>Δt {elapsed} ms</b> <button type='button' class='sg-chip' title='Takes the second "
+        f"cursor away' {click_attribute(ToggleMark())}>✕</button></div>"
+    )
+
+
+def readings_html(read: Readings) -> str:
+    """What the page's script writes into the charts of a tab; nothing that is seen by itself."""
+    readings = asdict(read)
     return f"<div hidden data-sg-readings='{escape(json.dumps(readings))}'></div>"
 
 

@@ -20,6 +20,7 @@ _TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 46
 _LABEL = 14
 _PALE, _BAND = 0.4, 0.12
 _PAD = 0.1
+_BROADER = 3.0
 _NO_POINTS = uplot.Series_Points(show=False)
 # What stands where a plot has room for a line and there is none.
 _NO_VALUES = np.empty(0)
@@ -102,7 +103,7 @@ def _style_of(drawn: DrawnChart, dark: bool) -> object:
     lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]
     pale = [line.colour for line in ghost]
     window, chart = drawn.own.window, drawn.chart
-    return (window, chart.unit, chart.least, drawn.own.chart.bands, lines, pale, dark)
+    return (window, chart.unit, chart.least, drawn.own.chart.bands, lines, drawn.upon, pale, dark)
 
 
 def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
@@ -134,22 +135,24 @@ def _axes(chart: Chart) -> tuple[uplot.Axis, ...]:
 
 
 def _series(drawn: DrawnChart, dark: bool) -> tuple[uplot.Series, ...]:
-    own = _lines(drawn.own.chart.lines, 1.0, dark)
-    pale = _lines(drawn.ghost.chart.lines if drawn.ghost else (), _PALE, dark)
+    own = _lines(drawn.own.chart.lines, [len(upon) for upon in drawn.upon], 1.0, dark)
+    ghost = drawn.ghost.chart.lines if drawn.ghost else ()
+    pale = _lines(ghost, [0] * len(ghost), _PALE, dark)
     slipping = uplot.Series(
         label="slipping", scale="share", width=0, fill=css(SHADE, 0.13), points=_NO_POINTS
     )
     return (uplot.Series(label="time [s]"), slipping, *own, *pale)
 
 
-def _lines(lines: Sequence[Line], opacity: float, dark: bool) -> Iterator[uplot.Series]:
-    """Lines over each other; the lower ones are broader, to show where all agree."""
-    for i, line in enumerate(lines):
-        below = 1.0 - i / len(lines)
+def _lines(
+    lines: Sequence[Line], upon: Sequence[int], opacity: float, dark: bool
+) -> Iterator[uplot.Series]:
+    """Lines over each other; one with others upon it is so broad that it shows on both sides."""
+    for line, covers in zip(lines, upon, strict=True):
         yield uplot.Series(
             label=line.label,
             stroke=css(legible(line.colour, dark=dark), opacity),
-            width=1.0 + below if line.dashed else 1.5 + 1.5 * below,
+            width=(1.25 if line.dashed else 1.75) + _BROADER * covers,
             dash=(5, 4) if line.dashed else (),
             points=_NO_POINTS,
             pxAlign=0,

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
-from slipgrasp.core.scenario.spatial import refuse_in_space
 from slipgrasp.recordings.clip import WHOLE, Clip
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.page_layout import Picture
@@ -26,7 +25,7 @@ MAX_FRAMES = 1800
 """Most frames of a file, one minute at 30 per second; a longer run has fewer per second."""
 
 _SMALLEST_PICTURE = Picture(1000, 800)
-_ROOM_FOR_WORDS = 0.16
+_SHARE_FOR_WORDS = 0.09
 _TITLE = "<title>"
 _END_OF_TITLE = "</title>"
 
@@ -52,7 +51,6 @@ def write_html(
     Raises:
         ClipError: If nothing of the run lies in the clip.
     """
-    refuse_in_space(result.scenario, "replays")
     times = clip.times(result, fps, MAX_FRAMES)
     server = ViewerServer()
     try:
@@ -90,7 +88,7 @@ def _record(
 
 
 def _frame(server: ViewerServer, layout: SceneLayout | SpatialLayout) -> None:
-    room = np.array([0.0, _ROOM_FOR_WORDS])
+    room = np.array([0.0, _room_for_words(layout)])
     framing = frame_box(
         layout.low - room, layout.high + 1.6 * room, _SMALLEST_PICTURE, layout.plane
     )
@@ -100,15 +98,19 @@ def _frame(server: ViewerServer, layout: SceneLayout | SpatialLayout) -> None:
     server.initial_camera.look_at = framing.look_at
 
 
+def _room_for_words(layout: SceneLayout | SpatialLayout) -> float:
+    return _SHARE_FOR_WORDS * float(layout.high[1] - layout.low[1])
+
+
 def _add_words(
     server: ViewerServer, result: RunResult, layout: SceneLayout | SpatialLayout
 ) -> viser.LabelHandle:
     """How the run went above the scene, and a clock below, which is returned."""
-    middle = 0.5 * (layout.low[0] + layout.high[0])
+    middle, room = 0.5 * (layout.low[0] + layout.high[0]), _room_for_words(layout)
     words = (
-        ("outcome", headline_of(result), layout.high[1] + 1.1 * _ROOM_FOR_WORDS, 1.5),
-        ("title", result.name, layout.high[1] + 0.3 * _ROOM_FOR_WORDS, 0.9),
-        ("clock", "", layout.low[1] - 0.4 * _ROOM_FOR_WORDS, 1.2),
+        ("outcome", headline_of(result), layout.high[1] + 1.1 * room, 1.5),
+        ("title", result.name, layout.high[1] + 0.3 * room, 0.9),
+        ("clock", "", layout.low[1] - 0.4 * room, 1.2),
     )
     *_, clock = (
         server.scene.add_label(

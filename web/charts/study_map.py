@@ -1,7 +1,4 @@
-"""Draws the map of a study for the page: its runs as SVG that answers to clicks.
-
-To be called from a thread: importing it loads what draws figures, which takes a second.
-"""
+"""Draws the map of a study for the page: its runs as SVG that answers to clicks."""
 
 from __future__ import annotations
 
@@ -30,13 +27,13 @@ from slipgrasp.web.model.intents.study import OpenStudyRun
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
 from slipgrasp.web.model.study_words import value_words
+from slipgrasp.web.model.ticks import ticks_of
 from slipgrasp.web.page.markup import click_attribute
 
 MOST_CELLS = 2500
 """More could neither be told apart nor clicked, and would slow the page down."""
 MOST_POINTS = 1500
 
-_TICKS = 5
 _RADIUS = 9
 
 
@@ -103,32 +100,6 @@ def _axis_picture(names: ParameterNames, axis: MapAxis) -> MapAxisPicture:
         borders=borders,
         ticks=tuple((share, f"{value:.6g}") for share, value in zip(shares, values, strict=True)),
     )
-
-
-def ticks_of(low: float, high: float, *, is_log: bool) -> list[float]:
-    """Round values for the numbers at an axis.
-
-    Args:
-        low: Where it begins.
-        high: Where it ends, above.
-        is_log: Whether equal distances are equal ratios.
-    """
-    if is_log and high >= 3.0 * low:
-        decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-        for steps in ((1, 2, 5), (1, 3), (1,)):
-            values = [step * 10.0**decade for decade in decades for step in steps]
-            inside = [value for value in values if low <= value <= high]
-            if len(inside) <= _TICKS + 2:
-                break
-        return inside
-    step = _round_step((high - low) / _TICKS)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [place * step for place in range(first, last + 1)]
-
-
-def _round_step(least: float) -> float:
-    power = 10.0 ** math.floor(math.log10(least))
-    return min(f * power for f in (1.0, 2.0, 2.5, 5.0, 10.0) if f * power >= least * (1 - 1e-9))
 
 
 def _base(x: MapAxis, y: MapAxis) -> tuple[float, float] | None:

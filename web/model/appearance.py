@@ -17,12 +17,14 @@ class Appearance:
         force_scale: How much longer than usual the arrows of forces are, 0.5 to 4.
         cones: Whether friction cones are drawn.
         lenses: Whether the contacts are shown magnified.
+        whole_hand: Whether the fingers are seen as far as their mounts, and the object small.
     """
 
     dark: bool = False
     force_scale: float = 1.0
     cones: bool = True
     lenses: bool = True
+    whole_hand: bool = False
 
     def within_bounds(self) -> Appearance:
         """This appearance with a force scale that can be drawn; it comes from a browser."""

@@ -13,7 +13,14 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
-from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.trace.types import (
+    SLIPS_ALONG_BOTH_TANGENTS,
+    SLIPS_ALONG_ONE_TANGENT,
+    ContactPhase,
+    Outcome,
+    PhaseChange,
+)
 from slipgrasp.core.words.parameter_words import key_words
 from slipgrasp.web.model.disturbances import disturbance_words, disturbances_of
 from slipgrasp.web.model.draft import Draft
@@ -24,14 +31,31 @@ PHASE_WORDS = {
     ContactPhase.SLIP_FORWARD: "slips forward",
     ContactPhase.SLIP_BACKWARD: "slips backward",
     ContactPhase.SLIP: "slips",
+    **dict.fromkeys(SLIPS_ALONG_ONE_TANGENT, "slips along one tangent"),
+    **dict.fromkeys(SLIPS_ALONG_BOTH_TANGENTS, "slips along both"),
 }
 PHASE_HINTS = {
     ContactPhase.STICK: "The fingertip moves with the face",
     ContactPhase.SLIP_FORWARD: "The fingertip slips forward: clockwise around the object",
     ContactPhase.SLIP_BACKWARD: "The fingertip slips backward: counterclockwise around the object",
     ContactPhase.SLIP: "The fingertip slides on its face, in a direction that may turn",
+    **dict.fromkeys(
+        SLIPS_ALONG_ONE_TANGENT,
+        "The fingertip slides along one tangent of its face and sticks along the other",
+    ),
+    **dict.fromkeys(
+        SLIPS_ALONG_BOTH_TANGENTS,
+        "The fingertip slides along both tangents of its face, friction acts along each by itself",
+    ),
 }
-_IN_SPACE = (ContactPhase.STICK, ContactPhase.SLIP)
+_IN_THE_PLANE = (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD)
+_ON_THE_CONE = (ContactPhase.STICK, ContactPhase.SLIP)
+# One of each kind.
+_IN_THE_PYRAMID = (
+    ContactPhase.STICK,
+    SLIPS_ALONG_ONE_TANGENT[0],
+    SLIPS_ALONG_BOTH_TANGENTS[0],
+)
 
 
 class EventKind(StrEnum):
@@ -63,10 +87,10 @@ class RunEvent:
 
 
 def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
-    """Phases that a contact of a scenario may have."""
-    if scenario.in_space:
-        return _IN_SPACE
-    return tuple(phase for phase in PHASE_WORDS if phase is not ContactPhase.SLIP)
+    """Phases that a contact of a scenario may have, one of each kind."""
+    if not isinstance(scenario, SpatialScenario):
+        return _IN_THE_PLANE
+    return _IN_THE_PYRAMID if scenario.has_pyramid else _ON_THE_CONE
 
 
 def events_of(result: RunResult) -> list[RunEvent]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
@@ -12,6 +13,8 @@ Pixels = Annotated[int, Interval(ge=0, le=20_000)]
 MARGIN = 12
 """Between the playback panel and the edges of the scene [px]."""
 
+_WIDEST_SHEET = 576
+_LEAST_FOR_TWO_COLUMNS = 800
 _LEAST_PLAYBACK = 240
 _USUAL_COVER = 240
 _USUAL_SIZE = (1440, 900)
@@ -24,6 +27,14 @@ class Picture:
     width: int
     height: int
     covered: int = 0
+
+
+class Arrangement(Enum):
+    """Where the panels go: into one sheet at the bottom, or beside the scene."""
+
+    SHEET = "sheet"
+    ONE_COLUMN = "one column"
+    TWO_COLUMNS = "two columns"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +59,14 @@ class PageLayout:
     def picture(self) -> Picture:
         """The scene as the camera has to know it."""
         return Picture(self.scene_width, self.scene_height, self.covered)
+
+    @property
+    def arrangement(self) -> Arrangement:
+        """Where its panels go; viser itself makes the sheet."""
+        if self.width <= _WIDEST_SHEET:
+            return Arrangement.SHEET
+        wide = self.width >= _LEAST_FOR_TWO_COLUMNS
+        return Arrangement.TWO_COLUMNS if wide else Arrangement.ONE_COLUMN
 
     @property
     def playback(self) -> int:

@@ -37,7 +37,6 @@ _DETAILS = (
     "minimum",
     "maximum",
 )
-_MANY_DISTURBANCES = 3
 _NOUNS = {"pulses": "Push", "patches": "Wet spot"}
 _FOLDED_TITLES = {
     "controller": "Controller in detail",
@@ -172,7 +171,7 @@ def disturbance_title(disturbance: Disturbance) -> str:
 def disturbance_groups(
     disturbances: Sequence[Disturbance], names: Sequence[str]
 ) -> tuple[Group, ...]:
-    """A group for everything that happens to the object, unfolded unless there are many.
+    """A group for everything that happens to the object; folded, or the knobs below would leap.
 
     Args:
         disturbances: What happens.
@@ -184,7 +183,7 @@ def disturbance_groups(
         label = key_words(own, names) + unit_words(parameter.unit)
         entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))
     return tuple(
-        Group(disturbance_title(disturbance), len(disturbances) <= _MANY_DISTURBANCES, tuple(own))
+        Group(disturbance_title(disturbance), is_open=False, entries=tuple(own))
         for disturbance, own in zip(disturbances, entries.values(), strict=True)
     )
 

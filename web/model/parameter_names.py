@@ -7,7 +7,8 @@ from collections import Counter
 from functools import lru_cache
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.parameters import Parameter, describe
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
 
 _QUIET_HEADS = ("controller.", "sensing.", "actuation.", "simulation.", "trajectory.")
@@ -27,7 +28,7 @@ class ParameterNames:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        self.definitions = describe(scenario)
+        self.definitions = parameter_definitions(scenario)
         self._tails = Counter(key.removeprefix(_quiet_head(key)) for key in self.definitions)
 
     def words(self, key: str) -> str:

@@ -5,14 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from typing import NamedTuple
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
+from slipgrasp.core.run.premises import has_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.draft import Draft, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
+from slipgrasp.web.model.laws_view import LawsView
 from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import (
     Playback,
@@ -28,6 +32,9 @@ from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSampler, make_sampler
 from slipgrasp.web.model.study import StudyView
+
+MOST_ROWS_WITH_PREMISES = 20_000
+"""Rows of a trace that are evaluated again one by one, which takes some ten seconds."""
 
 Pair = tuple[int, int]
 """Tickets of two runs: the one on the screen, and the pale one."""
@@ -49,29 +56,16 @@ class Comparing:
 
 
 @dataclass(frozen=True, slots=True)
-class ChartsView:
-    """Which lines are hidden, and which signals were added.
+class HowHeavy:
+    """How much heavier the object may get.
 
     Attributes:
-        hidden: Each as the key of its chart and its own key.
-        chosen: Names of signals that have charts of the user's choice.
+        draft: What that is about; None if nobody has asked.
+        words: The answer, or that it is being looked for.
     """
 
-    hidden: frozenset[tuple[str, str]] = frozenset()
-    chosen: tuple[str, ...] = ()
-
-    def toggled(self, chart: str, line: str) -> ChartsView:
-        """With one line hidden, or back."""
-        return replace(self, hidden=self.hidden ^ {(chart, line)})
-
-    def with_signal_toggled(self, name: str) -> ChartsView:
-        """With a signal added, or taken out again."""
-        kept = tuple(each for each in self.chosen if each != name)
-        return replace(self, chosen=kept if name in self.chosen else (*kept, name))
-
-    def hidden_in(self, chart: str) -> frozenset[str]:
-        """Keys of the lines that are hidden in a chart."""
-        return frozenset(line for key, line in self.hidden if key == chart)
+    draft: Draft | None = None
+    words: str = ""
 
 
 class RunStage(StrEnum):
@@ -139,6 +133,18 @@ class Shown:
         return self.replay.name if self.replay else self.result.name
 
 
+class ToldPremises(NamedTuple):
+    """What the paper's theorems suppose of a run.
+
+    Attributes:
+        ticket: The run.
+        sentences: What was found; empty while it is looked for.
+    """
+
+    ticket: int
+    sentences: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Ghost:
     """Another run, drawn pale below the one that is shown.
@@ -172,11 +178,14 @@ class ViewState:
         replay: The recording that was opened last; there is a way back to it.
         notice: What the page has to say across all panels, empty if nothing.
         charts: What the user has made of the charts.
+        laws: Runs with every law, while they are looked at.
+        how_heavy: How much heavier the object may get, if that was asked.
         exporting: The file that is being made for the user.
         editing: How the user edits, and what was asked for before.
         appearance: How the picture looks.
         page_layout: How much room the page has; None until it has told.
         study: The study that is planned, and the one that is followed.
+        premises: Those of the theorems for a run, once somebody has asked.
     """
 
     draft: Draft
@@ -192,11 +201,22 @@ class ViewState:
     replay: Replay | None = None
     notice: str = ""
     charts: ChartsView = field(default_factory=ChartsView)
+    laws: LawsView = field(default_factory=LawsView)
+    how_heavy: HowHeavy = field(default_factory=HowHeavy)
     exporting: Exporting = field(default_factory=Exporting)
     editing: Editing = field(default_factory=Editing)
     appearance: Appearance = field(default_factory=Appearance)
     page_layout: PageLayout | None = None
     study: StudyView = field(default_factory=StudyView)
+    premises: ToldPremises | None = None
+
+    @property
+    def offers_premises(self) -> bool:
+        """Whether the theorems speak of the run on the screen, and nobody has asked yet."""
+        if self.shown is None or not has_premises(self.shown.result.scenario):
+            return False
+        asked = self.premises is not None and self.premises.ticket == self.shown.ticket
+        return not asked and len(self.shown.result.trace) <= MOST_ROWS_WITH_PREMISES
 
     @property
     def is_as_recorded(self) -> bool:

@@ -1,9 +1,11 @@
 // The charts. The session writes lines and legends; this puts into them what moves:
 //   data-sg-chart      the head of a chart, right above its lines
 //   data-sg-value      in a head: what a line shows at the play head
-//   data-sg-readings   hidden: these values, by chart, and when parameters change [s]
+//   data-sg-readings   hidden: these values, by chart, when parameters change and where the second
+//                      cursor stands [s], and where the spots of XY charts are
+//   data-sg-xy         an XY chart, with a spot for each curve at either cursor
 // A drag over a chart shows that stretch of time in all charts, a click puts the play head
-// there, a double click shows the whole run.
+// there, one with Shift the second cursor, a double click shows the whole run.
 import { hold, onFrame, shareOf, state } from "./session_state.js";
 import { post } from "./post.js";
 
@@ -22,17 +24,37 @@ export function startCharts() {
 
 function fillIn() {
   const values = {};
-  let changes = [];
+  const [spots, marked] = [{}, {}];
+  let [changes, second] = [[], null];
   for (const element of document.querySelectorAll("[data-sg-readings]")) {
     const read = readingsOf(element);
     Object.assign(values, read.values);
-    changes = read.changes;
+    Object.assign(spots, read.spots);
+    Object.assign(marked, read.marked);
+    if (read.changes.length > 0) changes = read.changes;
+    second = read.mark;
   }
   for (const head of document.querySelectorAll("[data-sg-chart]")) {
     writeValues(head, values[head.dataset.sgChart] ?? []);
     const area = areaOf(head);
-    if (area) mark(area, changes);
+    if (area) mark(area, changes, second);
   }
+  for (const picture of document.querySelectorAll("[data-sg-xy]")) {
+    putSpots(picture.querySelectorAll("[data-sg-spot]"), spots[picture.dataset.sgXy] ?? []);
+    putSpots(picture.querySelectorAll("[data-sg-marked]"), marked[picture.dataset.sgXy] ?? []);
+  }
+}
+
+/** Moves the spots of an XY chart; one without a place is not seen. */
+function putSpots(circles, places) {
+  circles.forEach((circle, i) => {
+    const place = places[i];
+    const isSeen = place !== undefined && place.every(Number.isFinite);
+    const wanted = isSeen ? { cx: place[0], cy: place[1], r: 4.5 } : { r: 0 };
+    for (const [name, value] of Object.entries(wanted)) {
+      if (circle.getAttribute(name) !== String(value)) circle.setAttribute(name, value);
+    }
+  });
 }
 
 function readingsOf(element) {
@@ -58,7 +80,7 @@ function areaOf(head) {
 }
 
 /** Puts the play head, the changes and what is dragged over into an area. */
-function mark(area, changes) {
+function mark(area, changes, second) {
   let marks = area.querySelector(":scope > .sg-marks");
   if (!marks) {
     marks = document.createElement("div");
@@ -67,17 +89,20 @@ function mark(area, changes) {
       '<i class="sg-dragged" hidden></i><i class="sg-chart-head" data-sg-head></i>';
     area.append(marks);
   }
-  const wanted = `${state.start} ${state.end} ${changes}`;
+  const wanted = `${state.start} ${state.end} ${changes} ${second}`;
   if (marks.dataset.changes === wanted) return;
   marks.dataset.changes = wanted;
-  marks.querySelectorAll(".sg-change").forEach((line) => line.remove());
-  for (const change of changes) {
-    if (change < state.start || change > state.end) continue;
-    const line = document.createElement("i");
-    line.className = "sg-change";
-    line.style.left = `${100 * shareOf(change)}%`;
-    marks.prepend(line);
-  }
+  marks.querySelectorAll(".sg-change, .sg-second").forEach((line) => line.remove());
+  for (const change of changes) addLine(marks, change, "sg-change");
+  if (second !== null) addLine(marks, second, "sg-second");
+}
+
+function addLine(marks, time, kind) {
+  if (time < state.start || time > state.end) return;
+  const line = document.createElement("i");
+  line.className = kind;
+  line.style.left = `${100 * shareOf(time)}%`;
+  marks.prepend(line);
 }
 
 function areas() {
@@ -110,6 +135,8 @@ function onRelease(event) {
   const [start, end] = [drag.from, drag.to].map(timeAt).sort((a, b) => a - b);
   if (isDragged()) {
     post({ kind: "show-window", start, end });
+  } else if (event.shiftKey) {
+    post({ kind: "place-mark", time: start });
   } else {
     hold(start);
     post({ kind: "seek", time: start });

@@ -15,8 +15,19 @@ from typing import Annotated, Any, Literal, get_type_hints
 from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
 
 from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
+from slipgrasp.web.model.intents.heavier import AskHowHeavy
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import FrameHand, MeasurePage, ToggleLine, ToggleSignal
+from slipgrasp.web.model.intents.picture import (
+    DrawAgainst,
+    FrameHand,
+    LayOutCharts,
+    MeasurePage,
+    PlaceMark,
+    SeeCharts,
+    ToggleLine,
+    ToggleMark,
+    ToggleSignal,
+)
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -29,6 +40,7 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
+from slipgrasp.web.model.intents.premises import FindPremises
 from slipgrasp.web.model.intents.recordings import (
     ChooseRecording,
     ListRecordings,
@@ -36,10 +48,12 @@ from slipgrasp.web.model.intents.recordings import (
     OpenRecording,
 )
 from slipgrasp.web.model.intents.scenario import (
+    ChooseLaw,
     Redo,
     RemoveChange,
     RemoveChanges,
     RemoveDisturbance,
+    TryOut,
     Undo,
 )
 from slipgrasp.web.model.intents.study import OpenStudyRun, SeeStudyDraft
@@ -62,6 +76,11 @@ _POSTED: tuple[type[Intent], ...] = (
     OpenLink,
     ToggleLine,
     ToggleSignal,
+    DrawAgainst,
+    PlaceMark,
+    ToggleMark,
+    LayOutCharts,
+    SeeCharts,
     ListRecordings,
     ChooseRecording,
     OpenRecording,
@@ -70,10 +89,14 @@ _POSTED: tuple[type[Intent], ...] = (
     RemoveChange,
     RemoveChanges,
     RemoveDisturbance,
+    TryOut,
+    ChooseLaw,
+    AskHowHeavy,
     SwapRuns,
     EndComparison,
     OpenStudyRun,
     SeeStudyDraft,
+    FindPremises,
 )
 """The intents that a page may post, and nothing else."""
 
@@ -83,6 +106,8 @@ CHANGING: tuple[type[Intent], ...] = (
     RemoveChange,
     RemoveChanges,
     RemoveDisturbance,
+    TryOut,
+    ChooseLaw,
     SeeStudyDraft,
 )
 """Those of them by which a scenario or a study becomes another; the rest only shows things."""

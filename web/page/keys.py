@@ -9,7 +9,7 @@ from viser import Icon, IconName
 
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import FrameHand
+from slipgrasp.web.model.intents.picture import FrameHand, ToggleMark
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -59,7 +59,9 @@ KEYS: tuple[KeyCommand, ...] = (
     _command("S", "Show the slip", Icon.WAVE_SINE, ChooseWindow(WindowChoice.SLIP)),
     _command("W", "Show the whole run", Icon.ARROWS_HORIZONTAL, ChooseWindow(WindowChoice.WHOLE)),
     _command("Z", "Look closer at the play head", Icon.ZOOM_IN, Zoom()),
-    _command("F H", "Look at the whole hand from the front", Icon.FOCUS_CENTERED, FrameHand()),
+    _command("M", "Second cursor of the charts: here, or away", Icon.RULER_MEASURE, ToggleMark()),
+    _command("F", "Look at what is held from the front", Icon.FOCUS_CENTERED, FrameHand()),
+    _command("H", "Look at the whole hand from the front", Icon.HAND_STOP, FrameHand(whole=True)),
     _command("Ctrl+Z", "Undo", Icon.ARROW_BACK_UP, Undo()),
     _command("Ctrl+Shift+Z Ctrl+Y", "Redo", Icon.ARROW_FORWARD_UP, Redo()),
     _command("X", "Dismiss the ghost: take the pale run away", Icon.GHOST_OFF, EndComparison()),

@@ -38,13 +38,14 @@ def change_attribute(intent: type[Intent], field: str) -> str:
     return _attribute("data-sg-change", {"kind": KINDS[intent], field: _CHOSEN})
 
 
-def visible_attribute(intent: type[Intent]) -> str:
+def visible_attribute(intent: type[Intent], **fields: str) -> str:
     """The attribute of an element that tells when it comes into sight, and when it no longer is.
 
     Args:
-        intent: What it tells that with; its only field is ``is_visible``.
+        intent: What it tells that with, by its field ``is_visible``.
+        fields: Its other fields.
     """
-    return _attribute("data-sg-visible", {"kind": KINDS[intent]})
+    return _attribute("data-sg-visible", {"kind": KINDS[intent], **fields})
 
 
 def _attribute(name: str, asked: dict[str, Any]) -> str:

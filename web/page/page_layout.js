@@ -41,9 +41,12 @@ function measure() {
   };
 }
 
-/** How much of the scene's lower half lies below the playback panel's upper edge. */
+/** How much of the scene's lower half lies below the upper edge of what holds the strip: a window
+ * of its own, or on a phone the sheet of everything. */
 function covered(scene) {
-  const panel = document.querySelector(".sg-transport")?.closest("[data-floating-window]");
+  const strip = document.querySelector(".sg-transport");
+  const panel =
+    strip?.closest("[data-floating-window]") ?? strip?.closest(".mantine-Paper-root");
   const height = panel ? scene.bottom - panel.getBoundingClientRect().top : 0;
   return height > 0 && height < 0.6 * scene.height ? Math.round(height) : 0;
 }

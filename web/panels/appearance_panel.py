@@ -47,9 +47,14 @@ class AppearancePanel:
             self.lenses = gui.add_checkbox(
                 "lenses", appearance.lenses, hint="Show every contact magnified above the hand."
             )
+            self.whole_hand = gui.add_checkbox(
+                "whole hand",
+                appearance.whole_hand,
+                hint="Look at the fingers as far as their mounts, not at what is held alone.",
+            )
         self._command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
         self._command.on_trigger(lambda _: send(ToggleDark()))
-        for widget in (self.dark, self.force_scale, self.cones, self.lenses):
+        for widget in (self.dark, self.force_scale, self.cones, self.lenses, self.whole_hand):
             widget.on_update(self._pass_on)
 
     def update(self, view: ViewState) -> None:
@@ -58,6 +63,7 @@ class AppearancePanel:
         self.dark.value = appearance.dark
         self.force_scale.value = appearance.force_scale
         self.cones.value, self.lenses.value = appearance.cones, appearance.lenses
+        self.whole_hand.value = appearance.whole_hand
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -75,6 +81,7 @@ class AppearancePanel:
                         force_scale=float(self.force_scale.value),
                         cones=bool(self.cones.value),
                         lenses=bool(self.lenses.value),
+                        whole_hand=bool(self.whole_hand.value),
                     )
                 )
             )

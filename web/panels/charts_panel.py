@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import zip_longest
 
 import viser
 
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.web.charts.charts import CHART_TABS
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, search_html
 from slipgrasp.web.charts.drawn import ChartedRun, DrawnChart, drawn_charts, remarks_on
-from slipgrasp.web.charts.html import note_html, readings_html
+from slipgrasp.web.charts.html import (
+    Cursors,
+    Readings,
+    cursor_html,
+    note_html,
+    read_lines,
+    readings_html,
+)
+from slipgrasp.web.charts.law_charts import LAWS_TAB
 from slipgrasp.web.charts.plot import Plot
+from slipgrasp.web.charts.xy import XY_TAB
+from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.playback import Playback, TimeWindow
-from slipgrasp.web.model.sampling import locate
-from slipgrasp.web.model.view import ChartsView, Ghost, Shown, ViewState
+from slipgrasp.web.model.view import Ghost, Shown, ViewState
+from slipgrasp.web.panels.laws_tab import LawsTab
+from slipgrasp.web.panels.xy_tab import XyTab
 
 _READING_INTERVAL = 0.1
 _READINGS_PER_WINDOW = 300
@@ -49,56 +62,69 @@ class ChartsPanel:
             name: _Tab(client.gui, self._group.add_tab(name), height)
             for name in (*CHART_TABS, CHOSEN_TAB)
         }
+        self._xy = XyTab(client.gui, self._group.add_tab(XY_TAB))
+        self._laws = LawsTab(client.gui, self._group.add_tab(LAWS_TAB))
         self._shown: Shown | None = None
         self._ghost: Ghost | None = None
         self._run: ChartedRun | None = None
         self._ghost_run: ChartedRun | None = None
         self._drawn: tuple[TimeWindow, ChartsView, bool] | None = None
-        self._read_time, self._read_at = 0.0, 0.0
+        self._read, self._read_at = Cursors(0.0, None), 0.0
 
     def update(self, view: ViewState) -> None:
         """Draws a new run or window at once, and reads the lines off ten times a second."""
         if view.shown is None or view.playback is None:
             return
+        self._laws.update(view)
         playback, now = view.playback, time.monotonic()
-        run = self._take_runs(view.shown, view.ghost, view.charts.chosen)
-        drawing = (playback.window, view.charts, view.appearance.dark)
+        run = self._take_runs(view.shown, view.ghost, view.charts)
+        cursors = Cursors(playback.time, view.charts.mark)
+        drawing = (playback.window, replace(view.charts, mark=None), view.appearance.dark)
         is_new = drawing != self._drawn
-        if not (is_new or self._must_read(playback, now)):
+        if not (is_new or self._must_read(playback, cursors, now)):
             return
         with self._client.atomic():
             if is_new:
-                pages = drawn_charts(run, self._ghost_run, playback.window, view.charts)
-                label = view.ghost.label if view.ghost else ""
-                for name, tab in self._tabs.items():
-                    tab.draw(pages[name], label, dark=view.appearance.dark)
-                self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
+                self._draw(run, view, playback.window)
                 self._drawn = drawing
             changes = [change.time for change in view.shown.result.scenario.changes]
-            for name, tab in self._tabs.items():
-                tab.read(run, name, playback.time, changes)
-        self._read_time, self._read_at = playback.time, now
+            for tab in self._tabs.values():
+                tab.read(run.trace, cursors, changes)
+            self._xy.read(run.trace, cursors)
+        self._read, self._read_at = cursors, now
+
+    def _draw(self, run: ChartedRun, view: ViewState, window: TimeWindow) -> None:
+        """Draws what may have changed under every tab."""
+        ghost, dark = self._ghost_run, view.appearance.dark
+        label = view.ghost.label if view.ghost else ""
+        pages = drawn_charts(run, ghost, window, view.charts)
+        for name, tab in self._tabs.items():
+            tab.draw(pages[name], label, dark=dark)
+        self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
+        self._xy.draw(run, ghost, window, view.charts, label, dark=dark)
 
     def remove(self) -> None:
         """Takes everything off the page."""
         self._group.remove()
 
-    def _take_runs(self, shown: Shown, ghost: Ghost | None, chosen: tuple[str, ...]) -> ChartedRun:
+    def _take_runs(self, shown: Shown, ghost: Ghost | None, charts_view: ChartsView) -> ChartedRun:
         """The charts of the run; those of another one are yet to be drawn."""
-        is_same = self._run is not None and self._run.chosen == chosen
+        choice = (charts_view.chosen, charts_view.across)
+        is_same = self._run is not None and (self._run.chosen, self._run.across) == choice
         if self._run is None or not is_same or shown is not self._shown or ghost is not self._ghost:
             # A run that becomes the ghost of the next one has its charts already.
             known = [run for run in (self._run, self._ghost_run) if run is not None]
             self._shown, self._ghost, self._drawn = shown, ghost, None
-            self._run = ChartedRun.of(shown.result, known, chosen)
-            self._ghost_run = ChartedRun.of(ghost.shown.result, known, chosen) if ghost else None
+            self._run = ChartedRun.of(shown.result, known, charts_view)
+            pale = ghost.shown.result if ghost else None
+            self._ghost_run = ChartedRun.of(pale, known, charts_view) if pale else None
         return self._run
 
-    def _must_read(self, playback: Playback, now: float) -> bool:
+    def _must_read(self, playback: Playback, cursors: Cursors, now: float) -> bool:
         if not playback.playing:
-            return playback.time != self._read_time
+            return cursors != self._read
         since = now - self._read_at
-        return is_reading_due(self._read_time, playback.time, playback.window, since)
+        return is_reading_due(self._read.time, playback.time, playback.window, since)
 
 
 class _Tab:
@@ -107,13 +133,16 @@ class _Tab:
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, height: int) -> None:
         self._gui, self._tab, self._height = gui, tab, height
         self._plots: list[Plot] = []
+        self._drawn: Sequence[DrawnChart] = ()
         with tab:
             self._question = gui.add_html("", visible=False)
             self._readings = gui.add_html("")
+            self._cursors = gui.add_html("")
             self._note = gui.add_html("", visible=False)
 
     def draw(self, charts: Sequence[DrawnChart], ghost_label: str, *, dark: bool) -> None:
         """Draws charts, and says what there is to know of them."""
+        self._drawn = charts
         with self._tab:
             for chart in charts[len(self._plots) :]:
                 self._plots.append(Plot(self._gui, self._height, chart, dark=dark))
@@ -129,8 +158,11 @@ class _Tab:
         """Shows something above the charts."""
         self._question.content, self._question.visible = html, True
 
-    def read(self, run: ChartedRun, name: str, seconds: float, changes: Sequence[float]) -> None:
-        """Tells what the charts show at the play head [s], and when parameters change [s]."""
-        spot = locate(run.trace.times, seconds)
-        values = {chart.key: chart.values_at(spot) for chart in run.tabs[name]}
-        self._readings.content = readings_html(changes, values)
+    def read(self, trace: Trace, cursors: Cursors, changes: Sequence[float]) -> None:
+        """Tells what the charts show at the cursors, and when parameters change [s]."""
+        self._cursors.content = cursor_html(cursors)
+        values = {
+            drawn.chart.key: read_lines(drawn.chart, trace, cursors, drawn.scale)
+            for drawn in self._drawn
+        }
+        self._readings.content = readings_html(Readings(values, changes, cursors.mark))

@@ -6,7 +6,8 @@ from html import escape
 
 import viser
 
-from slipgrasp.recordings.export import MOVING_FORMATS
+from slipgrasp.recordings.export import MOVING_FORMATS, STILL_FORMATS
+from slipgrasp.recordings.still import AT_THE_END, LEAST_SIDE, MOST_SIDE
 from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.export import Exporting
@@ -15,6 +16,7 @@ from slipgrasp.web.model.intents.export import (
     ExportCharts,
     ExportClip,
     ExportPicture,
+    ExportStill,
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import ViewState
@@ -55,6 +57,26 @@ class ExportPanel:
                 button = gui.add_button(label, icon=icon, hint=hint, disabled=True)
                 button.on_click(lambda _, intent=intent: send(intent()))
                 self._buttons.append(button)
+            for form in STILL_FORMATS:
+                button = gui.add_button(
+                    f"Still ({form.title})",
+                    icon=viser.Icon.PHOTO_STAR,
+                    hint=f"Draws the instant at the play head as {form.contents} of any size.",
+                    disabled=True,
+                )
+                button.on_click(lambda _, name=form.name: send(self._still(name)))
+                self._buttons.append(button)
+            self._sides = [
+                gui.add_number(
+                    f"still {side} [px]",
+                    initial_value=usual,
+                    min=LEAST_SIDE,
+                    max=MOST_SIDE,
+                    step=1,
+                    hint=f"{side.capitalize()} of a still.",
+                )
+                for side, usual in (("width", AT_THE_END.width), ("height", AT_THE_END.height))
+            ]
             for title, form in _CLIPS.items():
                 button = gui.add_button(
                     f"Clip ({title})",
@@ -67,7 +89,7 @@ class ExportPanel:
                 )
                 self._buttons.append(button)
             self._height = gui.add_dropdown(
-                "height [px]",
+                "clip height [px]",
                 _HEIGHTS,
                 initial_value="720",
                 hint="Of the picture in a GIF, an MP4 or a WebM.",
@@ -80,6 +102,10 @@ class ExportPanel:
             self._words = gui.add_html("")
             self._picture = gui.add_html(picture_html(Exporting()))
         self._drawn: tuple[bool, str, Exporting] | None = None
+
+    def _still(self, name: str) -> ExportStill:
+        width, height = (int(side.value) for side in self._sides)
+        return ExportStill(name, width, height)
 
     def update(self, view: ViewState) -> None:
         """Shows what can be taken away, and how far a file has come."""

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from html import escape
 
+import numpy as np
 import viser
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.verdict import Verdict, describe_run
+from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.core.words.phrases import milliseconds
+from slipgrasp.core.words.phrases import joined, milliseconds
+from slipgrasp.core.words.trials import purpose_of, trials_in
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
 from slipgrasp.web.model.colours import css, sign, tone, word
+from slipgrasp.web.model.intents.heavier import AskHowHeavy
+from slipgrasp.web.model.intents.playback import Seek
+from slipgrasp.web.model.intents.premises import FindPremises
+from slipgrasp.web.model.intents.scenario import TryOut
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.replay import Replay
-from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ToldPremises, ViewState
+from slipgrasp.web.page.markup import click_attribute, clickable
 
 _BUSY = (RunStage.COMPILING, RunStage.SIMULATING, RunStage.OPENING)
 _SMALL = "sg-small"
@@ -35,16 +42,19 @@ class OutcomePanel:
         self._welcome = gui.add_html(welcome_html())
         self._card = gui.add_html("")
         self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
-        self._shown: tuple[RunStatus, int] | None = None
+        self._shown: tuple[RunStatus, int, str, ToldPremises | None] | None = None
 
     def update(self, view: ViewState) -> None:
         """Shows how the latest run went, and what became of the latest request."""
         ticket = view.shown.ticket if view.shown else 0
-        if self._shown == (view.status, ticket):
+        how_heavy = view.how_heavy.words if view.how_heavy.draft is view.draft else ""
+        shown = (view.status, ticket, how_heavy, view.premises)
+        if shown == self._shown:
             return
-        self._shown = (view.status, ticket)
+        self._shown = shown
         self._busy.visible = view.status.stage in _BUSY
-        self._card.content = outcome_html(view.status, view.shown)
+        card = outcome_html(view.status, view.shown, how_heavy, premises_html(view))
+        self._card.content = card
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -66,17 +76,26 @@ def welcome_html() -> str:
     return (
         "<div class='sg-welcome'>A hand holds an object by friction alone. The lenses magnify "
         f"its contacts: {sticks} sticks, {forward} and {backward} slip. "
-        "<b>Move a knob on the right</b>, and the run is computed anew at once. "
+        "<b>Move a knob</b>, and the run is computed anew at once. "
         "<button type='button' data-sg-welcomed title='Does not show this again'>Got it</button>"
         "</div>"
     )
 
 
-def outcome_html(status: RunStatus, shown: Shown | None) -> str:
-    """The whole card as HTML; everything that could come from outside is escaped."""
+def outcome_html(
+    status: RunStatus, shown: Shown | None, how_heavy: str = "", premises: str = ""
+) -> str:
+    """The whole card as HTML; everything that could come from outside is escaped.
+
+    Args:
+        status: What became of the latest request.
+        shown: The run on the screen.
+        how_heavy: How much heavier its object may get, in words; empty if nobody has asked.
+        premises: What is told of the theorems, as HTML.
+    """
     verdict = ""
     if shown is not None:
-        verdict = _card_html(shown.result)
+        verdict = _card_html(shown.result, how_heavy, premises)
         if status.stage is RunStage.REFUSED:
             verdict = f"<div style='opacity:0.55'>{verdict}</div>"
     note = status_html(status, shown)
@@ -85,23 +104,78 @@ def outcome_html(status: RunStatus, shown: Shown | None) -> str:
     return f"<div class='sg-outcome'>{''.join(parts)}</div>"
 
 
-def _card_html(result: RunResult) -> str:
+def _card_html(result: RunResult, how_heavy: str, premises: str) -> str:
     """What matters most in plain sight; the rest unfolds, and then stays so."""
-    verdict = _verdict_in_page_words(result)
-    rest = _paragraph(escape(" ".join(verdict.sentences[_TOLD:])))
+    verdict = describe_run(result)
+    told = [in_page_words(text, result.scenario) for text in verdict.sentences]
     return (
-        f"{_verdict_html(verdict)}{_warnings_html(result)}"
+        f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
+        f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
+        f"{_suggestion_html(verdict.suggestion, result.scenario)}"
+        f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
-        f"{rest}{_metrics_html(result)}</details>"
+        f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
     )
 
 
-def _verdict_in_page_words(result: RunResult) -> Verdict:
-    """How the run went, with parameters called as on their knobs."""
-    verdict, scenario = describe_run(result), result.scenario
-    told = tuple(in_page_words(text, scenario) for text in verdict.sentences)
-    suggestion = in_page_words(verdict.suggestion, scenario)
-    return replace(verdict, sentences=told, suggestion=suggestion)
+def _first_slip_html(result: RunResult) -> str:
+    """Which fingertip slips first and when, with a way to go there; nothing if none slips."""
+    trace = result.trace
+    slips = trace.phase != ContactPhase.STICK
+    if not slips.any():
+        return ""
+    time = float(trace.times[int(np.argmax(slips.any(axis=1)))])
+    first = slips[trace.times == time].any(axis=0)
+    names = [name for name, slid in zip(result.scenario.finger_names, first, strict=True) if slid]
+    go = (
+        "<button type='button' class='sg-try' title='Puts the play head there' "
+        f"{click_attribute(Seek(time))}>t = {1e3 * time:.4g} ms</button>"
+    )
+    return f"<p>First to slip: {escape(joined(names))}, at {go}</p>"
+
+
+def _suggestion_html(suggestion: str, scenario: Scenario) -> str:
+    """What to try: a button for each option that can be set as it stands, words for the rest."""
+    if not suggestion:
+        return ""
+    trials = [in_page_words(trial.words, scenario) for trial in trials_in(suggestion, scenario)]
+    buttons = "".join(
+        "<button type='button' class='sg-try' title='Sets this on the whole run; undo takes it "
+        f"back' {click_attribute(TryOut(words))}>{escape(words)}</button>"
+        for words in trials
+    )
+    purpose = purpose_of(suggestion)
+    words = f"<b>Try:</b> {escape(in_page_words(suggestion, scenario))}"
+    if buttons and purpose is not None:
+        words = f"<b>{' '.join(['Try', *purpose.split()])}:</b>"
+    group = f"<div class='sg-tries' role='group' aria-label='What to try'>{buttons}</div>"
+    return _paragraph(words) + group * bool(buttons)
+
+
+def _how_heavy_html(result: RunResult, how_heavy: str) -> str:
+    """The question how much heavier the object may get, of one that is held; or the answer."""
+    if how_heavy:
+        return f"<p role='status'>{escape(how_heavy)}</p>"
+    is_poured = any(change.parameter == "object.mass" for change in result.scenario.changes)
+    if not result.metrics.held or is_poured:
+        return ""
+    hint = "Runs the scenario with heavier and heavier objects; their inertia stays as it is"
+    return (
+        f"<div class='sg-tries'><button type='button' class='sg-try' title='{hint}' "
+        f"{click_attribute(AskHowHeavy())}>How much heavier may it get?</button></div>"
+    )
+
+
+def premises_html(view: ViewState) -> str:
+    """What the theorems suppose of the run on the screen, or how to ask for it."""
+    if view.offers_premises:
+        hint = "What the paper's theorems suppose of this run and promise, and what it did."
+        asks = clickable(hint, FindPremises())
+        return f"<p class='{_SMALL}'><u {asks}>Premises of the theorems</u></p>"
+    told, ticket = view.premises, view.shown.ticket if view.shown else 0
+    if told is None or told.ticket != ticket:
+        return ""
+    return "".join(_paragraph(escape(text), _SMALL) for text in told.sentences or ("Looking …",))
 
 
 def status_html(status: RunStatus, shown: Shown | None) -> str:
@@ -141,17 +215,6 @@ def _replay_html(replay: Replay) -> str:
         f"<b>Replay of {escape(replay.name)}</b>"
         f"{_paragraph(f'Recorded {escape(replay.recorded)}. {program}{how}', _SMALL)}</div>"
     )
-
-
-def _verdict_html(verdict: Verdict) -> str:
-    head = (
-        f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
-        "</div>"
-    )
-    body = _paragraph(escape(" ".join(verdict.sentences[:_TOLD])))
-    if not verdict.suggestion:
-        return head + body
-    return head + body + _paragraph(f"<b>Try:</b> {escape(verdict.suggestion)}")
 
 
 def _warnings_html(result: RunResult) -> str:

@@ -137,7 +137,16 @@ class _SliderKnob(Knob):
         if math.isfinite(number) and not low <= number <= high:
             self._outgrown = self._outgrown.by(number, low if number < low else high, now)
             self._span(min(low, number), max(high, number))
+        elif math.isfinite(number) and not (self._allows(low) and self._allows(high)):
+            # It was widened for a number that is not allowed, which this one has replaced.
+            low, high, _ = slider_range(self._parameter, self._definitions, number)
+            self._span(low, high)
         return number
+
+    def _allows(self, number: float) -> bool:
+        """Whether a number is within the bounds of the parameter."""
+        least, most = self._parameter.minimum, self._parameter.maximum
+        return (least is None or number >= least) and (most is None or number <= most)
 
     @property
     def _fits(self) -> bool:

@@ -101,7 +101,7 @@ class ScenarioPanel:
         listed = (draft, view.ghost)
         if listed != self._listed:
             self._listed = listed
-            self.changes.content = changes_html(draft) + ghost_html(view.ghost)
+            self.changes.content = listed_html(draft, view.ghost)
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -176,7 +176,20 @@ def reach_html(reach: Reach, playback: Playback | None) -> str:
         words = "A knob that you move changes the run <b>from the play head on</b>."
     else:
         words = f"A knob that you move now changes the run <b>from t = {time:g} s on</b>."
-    return f"<div class='sg-editor-note'>{words}</div>"
+    return f"<div class='sg-editor-note sg-reach'>{words}</div>"
+
+
+def listed_html(draft: Draft, ghost: Ghost | None) -> str:
+    """What changes, happens and is pale, in a place of one size: the knobs below never move."""
+    listed = changes_html(draft) + ghost_html(ghost)
+    empty = (
+        "<div class='sg-editor-note sg-empty'>What changes during the run, and the run before, "
+        "are listed here.</div>"
+    )
+    return (
+        "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and pale run'>"
+        f"{listed or empty}</div>"
+    )
 
 
 def changes_html(draft: Draft) -> str:

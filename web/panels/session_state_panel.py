@@ -33,7 +33,8 @@ class SessionStatePanel:
         """Tells what has changed, and now and then where the moving play head stands."""
         now, playback = time.monotonic(), view.playback or _AT_START
         moving = None if playback.playing else playback.time
-        telling = (linked_run(view), view.notice, playback.window, playback.speed, moving)
+        layout = view.charts.layout()
+        telling = (linked_run(view), layout, view.notice, playback.window, playback.speed, moving)
         if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
             return
         self._told, self._told_at = telling, now
@@ -55,6 +56,7 @@ def session_state_html(key: str, view: ViewState) -> str:
     state = {
         "session": key,
         "run": linked_run(view),
+        "charts": view.charts.layout(),
         "notice": view.notice,
         "time": playback.time,
         "start": playback.window.start,

@@ -9,7 +9,8 @@ from typing import ClassVar
 
 from slipgrasp.core.words.phrases import milliseconds
 from slipgrasp.recordings.clip import Clip
-from slipgrasp.recordings.export import MOVING_FORMATS, ExportFormat
+from slipgrasp.recordings.export import MOVING_FORMATS, STILL_FORMATS
+from slipgrasp.recordings.still import AT_THE_END, Still
 from slipgrasp.web.charts.drawn import ChartedRun, drawn_charts
 from slipgrasp.web.model.export import ExportFile, Exporting, file_name
 from slipgrasp.web.model.intents.export import (
@@ -20,6 +21,7 @@ from slipgrasp.web.model.intents.export import (
     ExportFinished,
     ExportMoved,
     ExportPicture,
+    ExportStill,
 )
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.view import Shown, ViewState
@@ -27,7 +29,7 @@ from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 
-_MOVING = {each.name: each for each in MOVING_FORMATS}
+_PICTURES = {each.name: each for each in (*MOVING_FORMATS, *STILL_FORMATS)}
 
 
 class ExportReducer(Reducer):
@@ -43,6 +45,7 @@ class ExportReducer(Reducer):
         ExportPicture,
         ExportCharts,
         ExportClip,
+        ExportStill,
         CancelExport,
         ExportMoved,
         ExportFinished,
@@ -73,18 +76,18 @@ class ExportReducer(Reducer):
         begun = replace(view.exporting, number=number, share=0.0, message="", is_failure=False)
         if isinstance(intent, ExportPicture):
             # The page itself takes the picture of what it shows.
-            time = milliseconds(view.playback.time) if view.playback else ""
-            name = file_name(run, time.replace(" ", ""), "png")
+            name = file_name(run, _instant(view), "png")
             return replace(begun, pictures=begun.pictures + 1, picture_name=name)
         if isinstance(intent, ExportCharts):
             name = file_name(run, "charts", "svg")
             self._worker.start(number, lambda _: ExportFile(name, self._charts(view, shown)))
             return replace(begun, busy_with="Drawing the charts")
-        assert isinstance(intent, ExportClip)
-        chosen, clip = _MOVING[intent.name], clip_of(view, intent.height)
-        name = file_name(run, "clip", chosen.name)
+        assert isinstance(intent, ExportClip | ExportStill)
+        chosen = _PICTURES[intent.name]
+        what = "clip" if isinstance(intent, ExportClip) else _instant(view)
+        name = file_name(run, what, chosen.name)
         self._worker.start(
-            number, lambda tell: ExportFile(name, self._clip(shown, chosen, clip, tell))
+            number, lambda tell: ExportFile(name, self._draw(view, shown, intent, tell))
         )
         return replace(begun, busy_with=f"Making the {chosen.title}")
 
@@ -93,12 +96,21 @@ class ExportReducer(Reducer):
         with self._recordings.room_for(*runs):
             return _charts_file(view, shown)
 
-    def _clip(
-        self, shown: Shown, chosen: ExportFormat, clip: Clip, tell: Callable[[float], None]
+    def _draw(
+        self,
+        view: ViewState,
+        shown: Shown,
+        asked: ExportClip | ExportStill,
+        tell: Callable[[float], None],
     ) -> bytes:
+        """A picture that was asked for, moving or not; whether it can be comes out here."""
         stream = io.BytesIO()
+        if isinstance(asked, ExportClip):
+            clip, still = clip_of(view, asked.height), AT_THE_END
+        else:
+            clip, still = clip_of(view), still_of(view, asked)
         with self._recordings.room_for(shown.result):
-            chosen.write(shown.result, stream, tell, clip=clip)
+            _PICTURES[asked.name].write(shown.result, stream, tell, clip=clip, still=still)
         return stream.getvalue()
 
     def _take_answer(
@@ -122,9 +134,8 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     from slipgrasp.web.charts.figure import ChartsHeading, charts_svg
 
     assert view.playback is not None
-    chosen = view.charts.chosen
-    ghost = ChartedRun.of(view.ghost.shown.result, chosen=chosen) if view.ghost else None
-    run = ChartedRun.of(shown.result, chosen=chosen)
+    ghost = ChartedRun.of(view.ghost.shown.result, view=view.charts) if view.ghost else None
+    run = ChartedRun.of(shown.result, view=view.charts)
     pages = drawn_charts(run, ghost, view.playback.window, view.charts)
     heading = ChartsHeading(
         title=shown.name,
@@ -135,9 +146,24 @@ def _charts_file(view: ViewState, shown: Shown) -> bytes:
     return charts_svg([chart for charts in pages.values() for chart in charts], heading)
 
 
-def clip_of(view: ViewState, height: int) -> Clip:
+def clip_of(view: ViewState, height: int | None = None) -> Clip:
     """The stretch of the run on the screen, at the speed on the screen."""
     if view.playback is None:
         return Clip(height=height)
     window = view.playback.window
     return Clip(start=window.start, end=window.end, speed=view.playback.speed, height=height)
+
+
+def still_of(view: ViewState, asked: ExportStill) -> Still:
+    """The instant at the play head, in the size that was asked for.
+
+    Raises:
+        StillError: If no picture has that size.
+    """
+    time = view.playback.time if view.playback else None
+    return Still(time=time, width=asked.width, height=asked.height)
+
+
+def _instant(view: ViewState) -> str:
+    """The play head in the name of a file."""
+    return milliseconds(view.playback.time).replace(" ", "") if view.playback else ""

@@ -43,8 +43,9 @@ class PictureReducer(Reducer):
                 self._camera.report(position)
             case MeasurePage():
                 return self._fit(intent, view)
-            case FrameHand():
+            case FrameHand(whole):
                 self._camera.frame()
+                return replace(view, appearance=replace(view.appearance, whole_hand=whole))
             case SetAppearance(appearance):
                 return replace(view, appearance=appearance.within_bounds())
             case ToggleDark():

@@ -9,10 +9,12 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.core.scenario.own_laws import law_names
+from slipgrasp.core.words.trials import trials_in
 from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.editing import LawNote, Reach, Turn
@@ -20,6 +22,7 @@ from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
     AddDisturbance,
+    ChooseLaw,
     ChoosePreset,
     ChooseReach,
     LoadScenario,
@@ -29,9 +32,11 @@ from slipgrasp.web.model.intents.scenario import (
     RemoveDisturbance,
     ResetScenario,
     SetParameter,
+    TryOut,
     Undo,
 )
 from slipgrasp.web.model.laws import set_words, with_law, without_law_change
+from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.sampling import locate
 from slipgrasp.web.model.view import RunStatus, Shown, ViewState, with_status
 from slipgrasp.web.reducers.reducer import Reducer
@@ -56,6 +61,8 @@ class ScenarioReducer(Reducer):
         ChoosePreset,
         LoadScenario,
         ResetScenario,
+        TryOut,
+        ChooseLaw,
         Undo,
         Redo,
         EndComparison,
@@ -68,6 +75,10 @@ class ScenarioReducer(Reducer):
         match intent:
             case SetParameter(key, value) if key == LAW:
                 return _with_law(view, value)
+            case ChooseLaw(law):
+                return _with_law(view, law, on_all=True)
+            case TryOut(words):
+                return _tried(view, words)
             case SetParameter():
                 return _moved(view, intent, time.monotonic())
             case ChooseReach(reach):
@@ -149,7 +160,23 @@ def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
     return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
 
 
-def _with_law(view: ViewState, kind: Value) -> ViewState:
+def _tried(view: ViewState, words: str) -> ViewState:
+    """The view in which what the card suggests is set on the whole run, as one step."""
+    if view.shown is None:
+        return view
+    scenario = view.shown.result.scenario
+    trials = trials_in(describe_run(view.shown.result).suggestion, scenario)
+    offered = {in_page_words(trial.words, scenario): trial.values for trial in trials}
+    values = offered.get(words, {})
+    if LAW in values:
+        return _with_law(view, values[LAW], on_all=True)
+    draft = view.draft
+    for key, value in values.items():
+        draft = draft.edited(key, value)
+    return _with_draft(view, draft)
+
+
+def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewState:
     """The view with another law and its settings, and what those are in words.
 
     A law that is chosen while the run plays acts on all of it: nobody aims at an instant then.
@@ -158,6 +185,7 @@ def _with_law(view: ViewState, kind: Value) -> ViewState:
         return view
     playback = view.playback
     is_aimed = view.editing.reach is Reach.PLAY_HEAD and not (playback and playback.playing)
+    is_aimed = is_aimed and not on_all
     time = change_time(playback.time if playback else 0.0) if is_aimed else None
     draft = with_law(view.draft, kind, time)
     chosen = _with_draft(view, draft)

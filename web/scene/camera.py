@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
-FIELD_OF_VIEW = math.radians(22.0)
+FIELD_OF_VIEW = math.radians(10.0)
 _FREE_SHARE = 0.3
 _TOLERANCE = 0.03
 

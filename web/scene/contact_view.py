@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
@@ -20,7 +22,7 @@ from slipgrasp.web.scene.marks import (
     contact_marks,
     dashed,
 )
-from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
+from slipgrasp.web.scene.shapes import circle, distance_to_circle, extrude, lift, polyline, position
 
 _HALO = 1.75
 _FINEST_FRICTION = 5e-3
@@ -37,6 +39,7 @@ class ContactView:
         magnification: How much larger than life slip is drawn.
         sizes: Sizes of the marks.
         detail: How finely they are drawn.
+        reach: How far from the spot touched first the arrow of the force may end [m].
     """
 
     def __init__(
@@ -48,7 +51,9 @@ class ContactView:
         magnification: float,
         sizes: MarkSizes,
         detail: Detail,
+        reach: float = math.inf,
     ) -> None:
+        self._reach = reach
         self.magnification = magnification
         self._frame, self._sizes = frame, sizes
         scene.add_frame(name, show_axes=False, position=position(anchor))
@@ -79,7 +84,7 @@ class ContactView:
             self._colour(phase)
         self._follow_tip.follow(marks.tip)
         self._follow_trail.follow(marks.trail)
-        force = np.stack([np.zeros(2), marks.force])
+        force = np.stack([np.zeros(2), self._within(marks.tip, marks.force)])
         # Where nothing slips, the second arrow hides in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
         self._follow_arrows.follow(np.stack([force, motion]))
@@ -88,6 +93,14 @@ class ContactView:
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""
         self._cone.show(visible)
+
+    def _within(self, tip: NDArray[np.float64], arrow: NDArray[np.float64]) -> NDArray[np.float64]:
+        """An arrow from the fingertip, as much of it as fits into the lens."""
+        length = float(np.hypot(*arrow))
+        if length == 0.0:
+            return arrow
+        room = distance_to_circle(tip, arrow / length, self._reach)
+        return min(1.0, room / length) * arrow
 
     def _draw_tip(self, tip: NDArray[np.float64]) -> None:
         self._tip.position = position(tip)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-_SMALLEST_MOVE = 1e-3
+_SMALLEST_MOVE = 5e-4
 _NUMBERS_INTERVAL = 0.1
 
 

@@ -28,6 +28,7 @@ _FRONT_IN_LENS = 0.043
 _PUSH_DEPTH = 0.09
 _ARC = 1.5 * math.pi
 _SHORTEST_PUSH = 1e-3
+_LETTER = 0.016
 
 
 class WetSpots:
@@ -111,7 +112,7 @@ class PushView:
             f"{name}/words",
             "",
             font_size_mode="scene",
-            font_scene_height=0.05,
+            font_scene_height=_LETTER,
             anchor="center-center",
         )
         self._follow_object = Follower(detail, self._move)
@@ -148,8 +149,10 @@ class PushView:
         told = [f"{np.hypot(*force):.3g} N"] if force.any() else []
         told += [f"{moment:.3g} N m"] if moment else []
         self._words.text = "push " + ", ".join(told)
-        aside = tail / max(float(np.hypot(*tail)), 1e-9) * 0.05
-        self._words.position = position(tail + aside, _PUSH_DEPTH)
+        # Beyond the tail, as far as it takes to leave it free.
+        away = tail / max(float(np.hypot(*tail)), 1e-9)
+        room = _LETTER * np.array([0.3 * len(self._words.text) + 0.5, 1.0])
+        self._words.position = position(tail + float(np.abs(away) @ room) * away, _PUSH_DEPTH)
 
 
 def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, float]:

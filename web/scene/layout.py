@@ -1,4 +1,4 @@
-"""Where the hand, the lenses above it and the camera go; plain geometry."""
+"""Where the hand and the lenses above it stand, and what the camera looks at; plain geometry."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import ObjectParameters
 from slipgrasp.core.scenario.geometry import joint_points, outline
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.scene.lens_places import box_around, place_lenses
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 _MARGIN_LOW = np.array([0.24, 0.26])
 _MARGIN_HIGH = np.array([0.24, 0.1])
-_LARGEST_LENS = 0.6
-_LENS_WIDTH = 0.44
 _LENS_SHARE = 0.64
 _LARGEST_MAGNIFICATION = 200.0
 
@@ -30,9 +29,10 @@ class SceneLayout:
         lens_centres: Middle of the lens of each contact, shape ``(contacts, 2)``.
         lens_radius: Radius of every lens.
         magnification: How much larger than life the lenses show the contacts.
-        low: Lower left corner of everything drawn.
-        high: Upper right corner of everything drawn.
-        hand_high: Upper right corner of the hand, without the lenses above it.
+        low: Lower left corner of the picture.
+        high: Its upper right corner.
+        hand_low: Lower left corner of what is seen of the hand, without the lenses above it.
+        hand_high: Upper right corner of that.
     """
 
     lens_centres: NDArray[np.float64]
@@ -40,6 +40,7 @@ class SceneLayout:
     magnification: float
     low: NDArray[np.float64]
     high: NDArray[np.float64]
+    hand_low: NDArray[np.float64]
     hand_high: NDArray[np.float64]
 
     @property
@@ -49,34 +50,47 @@ class SceneLayout:
 
     def corners(self, *, lenses: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower left and upper right corner of the picture, with the lenses or without [m]."""
-        return self.low, self.high if lenses else self.hand_high
+        return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
 
 
-def lay_out(result: RunResult) -> SceneLayout:
-    """Room for the hand below and one lens per contact above it.
+def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
+    """Room for the object and its fingertips below, and one lens per contact above them.
 
     Args:
-        result: The run whose first pose and largest slip decide places and magnification.
+        result: The run, whose motion and largest slip decide places and magnification.
+        whole_hand: Whether there is room for the fingers too, as far as their mounts.
     """
     fingers = result.scenario.fingers
-    start = Sampler(result.trace[:1]).at(0.0)
-    joints = [joint_points(f, q) for f, q in zip(fingers, start.joint_positions, strict=True)]
-    points = np.concatenate([*joints, _corners(result.scenario.object, start.object_pose)])
-    low = points.min(axis=0) - _MARGIN_LOW
-    high = points.max(axis=0) + _MARGIN_HIGH
-    width = high[0] - low[0]
-    radius = min(_LENS_WIDTH * width / len(fingers), _LARGEST_LENS)
-    middle = low[0] + width * (np.arange(len(fingers)) + 0.5) / len(fingers)
-    height = high[1] + 0.08 + radius
+    low, high = _hand_box(result) if whole_hand else _grasp_box(result)
+    places = place_lenses(low, high, len(fingers))
     slip = float(np.abs(result.trace.slip).max())
     return SceneLayout(
-        lens_centres=np.stack([middle, np.full(len(fingers), height)], axis=1),
-        lens_radius=radius,
-        magnification=lens_magnification(slip, radius),
-        low=low,
-        high=np.array([high[0], height + radius + 0.24]),
+        lens_centres=places.centres,
+        lens_radius=places.radius,
+        magnification=lens_magnification(slip, places.radius),
+        low=places.low,
+        high=places.high,
+        hand_low=low,
         hand_high=high,
     )
+
+
+def _grasp_box(result: RunResult) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of a box around the object wherever it should be, and its fingertips [m]."""
+    trace, body = result.trace, result.scenario.object
+    radius = float(np.hypot(*outline(body).T).max())
+    start, lag = trace.object_pose[0], trace.tracking_error[:, :2]
+    path = trace.object_pose[:, :2] + lag - start[:2]
+    return box_around(_corners(body, start), path, lag, radius)
+
+
+def _hand_box(result: RunResult) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of a box around object, fingers and mounts at the start [m]."""
+    start = Sampler(result.trace[:1]).at(0.0)
+    pairs = zip(result.scenario.fingers, start.joint_positions, strict=True)
+    joints = [joint_points(finger, q) for finger, q in pairs]
+    points = np.concatenate([*joints, _corners(result.scenario.object, start.object_pose)])
+    return points.min(axis=0) - _MARGIN_LOW, points.max(axis=0) + _MARGIN_HIGH
 
 
 def _corners(body: ObjectParameters, pose: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,7 +108,7 @@ def lens_magnification(largest_slip: float, radius: float) -> float:
         radius: Radius of the lens [m].
     """
     wanted = _LENS_SHARE * radius / max(largest_slip, 1e-9)
-    return min(max(nice_at_most(wanted), 1.0), _LARGEST_MAGNIFICATION)
+    return min(nice_at_most(wanted), _LARGEST_MAGNIFICATION)
 
 
 def nice_at_most(value: float) -> float:

@@ -14,26 +14,24 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario.geometry import ContactFrame
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lens_background, lettering
+from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lens_background
 from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
+from slipgrasp.web.scene.lens_frame import LensFrame
 from slipgrasp.web.scene.marks import FullScale, sizes_in_lens
-from slipgrasp.web.scene.shapes import circle, lift, polyline, position
+from slipgrasp.web.scene.shapes import circle, distance_to_circle, lift, polyline
 from slipgrasp.web.scene.surfaces import Surfaces
 
 Points = NDArray[np.float64]
 
-LENS_DEPTH = 0.15
+LENS_DEPTH = 0.12
 """How much nearer to the eye than the hand all lenses are [m], so that no finger covers one."""
 
-_LEAST_SHOWN = 0.001  # [mm]
-_RIM_SEGMENTS = 72
 _SPOT_SEGMENTS = 36
 _BACKGROUND_DEPTH = -0.01
-_TITLE_HEIGHT = 0.135
+_FACE_WIDTH, _FINE_LINE = 0.03, 0.018
 
 
 class LensView:
@@ -73,21 +71,20 @@ class LensView:
             layout.magnification,
             self._sizes,
             detail,
+            0.97 * self._radius,
         )
         self._add_background(scene, name, surfaces)
-        self._rim = self._add_rim(scene, name, surfaces)
-        none = np.zeros((1, 2, 3))
+        self._surround = LensFrame(scene, name, self._centre, self._radius, finger, surfaces)
+        none, fine = np.zeros((1, 2, 3)), _FINE_LINE * self._radius
         self._leader = scene.add_line_segments(
-            f"{name}/leader", none, surfaces.leader, thickness=0.006
+            f"{name}/leader", none, surfaces.leader, thickness=fine
         )
         self._ticks = scene.add_line_segments(
-            f"{name}/ticks", none, surfaces.object_edge, thickness=0.006
+            f"{name}/ticks", none, surfaces.object_edge, thickness=fine
         )
         self._stub = scene.add_line_segments(
             f"{name}/stub", none, surfaces.link, thickness=1.5 * self._sizes.tip_radius
         )
-        self._titles = self._add_titles(scene, name, finger, surfaces)
-        self._add_labels(scene, name)
         self._phase: ContactPhase | None = None
         self._follow_spot = Follower(detail, self._draw_leader)
         self._follow_stub = Follower(detail, self._draw_stub)
@@ -104,7 +101,7 @@ class LensView:
         self._ticks.points = lift(
             np.stack([points, points + length * self._frame.normal], axis=1), 0.045
         )
-        self._scale.text = f"×{magnification:g}, ticks {1e3 * step:g} mm"
+        self._surround.tell_scale(magnification, step)
 
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""
@@ -132,14 +129,13 @@ class LensView:
         phase = sample.phases[self._index]
         if phase is not self._phase:
             self._phase = phase
-            self._rim.colors = np.array(PHASES[phase], dtype=np.uint8)
-            slips = phase is not ContactPhase.STICK
-            for title, visible in zip(self._titles, (not slips, slips), strict=True):
-                title.visible = visible
+            self._surround.show_phase(phase)
         self._follow_spot.follow(spot)
         self._follow_stub.follow(self._stub_of(sample))
         if self._detail.with_numbers:
-            self._update_words(sample, pale_slip)
+            i = self._index
+            force = math.hypot(sample.normal_force[i], sample.tangential_force[i])
+            self._surround.tell_numbers(float(sample.slip[i]), force, pale_slip)
 
     def _add_background(self, scene: viser.SceneApi, name: str, surfaces: Surfaces) -> None:
         """The background: a disc, and the half of it that is the object."""
@@ -150,63 +146,10 @@ class LensView:
         tangent = np.asarray(self._frame.tangent)
         face = self._centre + 0.985 * self._radius * np.array([[tangent, -tangent]])
         scene.add_line_segments(
-            f"{name}/face", lift(face, 0.04), surfaces.object_edge, thickness=0.01
-        )
-
-    def _add_rim(
-        self, scene: viser.SceneApi, name: str, surfaces: Surfaces
-    ) -> viser.LineSegmentsHandle:
-        """The ring in the colour of the phase, and a fine one that parts it from the background."""
-        for part, radius, thickness, colour in (
-            ("bezel", 1.025, 0.07, surfaces.joint),
-            ("rim", 1.0, 0.045, PHASES[ContactPhase.STICK]),
-        ):
-            ring = self._centre + circle(radius * self._radius, _RIM_SEGMENTS)
-            depth = 0.05 if part == "rim" else 0.03
-            added = scene.add_line_segments(
-                f"{name}/{part}",
-                polyline(ring, depth, closed=True),
-                colour,
-                thickness=thickness * self._radius,
-            )
-        return added
-
-    def _add_titles(
-        self, scene: viser.SceneApi, name: str, finger: str, surfaces: Surfaces
-    ) -> list[viser.ImageHandle]:
-        """What the fingertip does, once for each of sticking and slipping."""
-        place = self._centre + np.array([0.0, self._radius + 0.12])
-        return [
-            add_image_in_plane(
-                scene,
-                f"{name}/title/{word}",
-                SceneImage(
-                    lettering(f"{finger.capitalize()} fingertip {word}", surfaces.ink),
-                    _TITLE_HEIGHT,
-                ),
-                place,
-                0.0,
-            )
-            for word in ("sticks", "SLIPS")
-        ]
-
-    def _add_labels(self, scene: viser.SceneApi, name: str) -> None:
-        """Numbers, on the half that is not the object, off the middle by shares of the radius."""
-        normal = np.asarray(self._frame.normal)
-        aside = -np.abs(self._frame.tangent)
-        self._words, self._scale = (
-            scene.add_label(
-                f"{name}/{word}",
-                "",
-                position=position(self._centre + self._radius * place, 0.15),
-                font_size_mode="scene",
-                font_scene_height=size * self._radius,
-                anchor="center-center",
-            )
-            for word, size, place in (
-                ("words", 0.12, -0.46 * normal + 0.4 * aside),
-                ("scale", 0.085, -0.28 * normal + 0.8 * aside),
-            )
+            f"{name}/face",
+            lift(face, 0.04),
+            surfaces.object_edge,
+            thickness=_FACE_WIDTH * self._radius,
         )
 
     def _draw_leader(self, spot: Points) -> None:
@@ -227,29 +170,10 @@ class LensView:
         ball = slip * np.asarray(self._frame.tangent) - self._sizes.tip_radius * np.asarray(
             self._frame.normal
         )
-        length = _distance_to_rim(ball, back, 0.92 * self._radius)
+        length = distance_to_circle(ball, back, 0.92 * self._radius)
         return self._centre + np.array([[ball, ball + length * back]])
-
-    def _update_words(self, sample: Sample, pale_slip: float | None) -> None:
-        lines = [f"slip {_millimetres(sample.slip[self._index])}"]
-        if pale_slip is not None:
-            lines.append(f"pale {_millimetres(pale_slip)}")
-        force = math.hypot(sample.normal_force[self._index], sample.tangential_force[self._index])
-        self._words.text = "\n".join((*lines, f"force {force:.1f} N"))
 
 
 def spot_ring(radius: float) -> NDArray[np.float32]:
     """The ring around the spot that a lens shows, in the axes of the object."""
     return polyline(circle(radius, _SPOT_SEGMENTS), 0.09, closed=True)
-
-
-def _distance_to_rim(start: Points, direction: Points, radius: float) -> float:
-    """How far a ray from inside a circle about the origin goes until it meets the circle."""
-    along = float(start @ direction)
-    return -along + math.sqrt(max(along**2 - float(start @ start) + radius**2, 0.0))
-
-
-def _millimetres(slip: float) -> str:
-    length = 1e3 * abs(float(slip))
-    digits = ".2g" if _LEAST_SHOWN <= length < 1.0 else ".1f"
-    return f"{length:{digits}} mm"

@@ -73,13 +73,13 @@ def sizes_on_hand(inner_radius: float) -> MarkSizes:
     """
     share = min(max(inner_radius / _USUAL_INNER_RADIUS, 0.4), 1.4)
     return MarkSizes(
-        tip_radius=0.02 * share,
-        trail_width=0.014 * share,
+        tip_radius=0.011 * share,
+        trail_width=0.008 * share,
         cone_length=0.9 * inner_radius,
-        force_length=0.09 * share,
+        force_length=0.08 * share,
         speed_length=0.1 * share,
-        shaft_radius=0.005 * share,
-        line_width=0.004 * share,
+        shaft_radius=0.003 * share,
+        line_width=0.002 * share,
         depth=0.06,
     )
 
@@ -200,7 +200,7 @@ def full_scale(result: RunResult) -> FullScale:
     Round numbers, so that arrows of similar runs compare; a short peak may be longer.
     """
     forces = np.abs(result.trace.normal_force)
-    usual = max(float(np.median(forces)), 0.4 * float(forces.max()))
+    usual = max(float(np.median(forces, axis=0).max()), 0.4 * float(forces.max()))
     speed = float(np.abs(result.trace.slip_velocity).max())
     return FullScale(
         nice_at_least(max(usual, _LEAST_FULL_FORCE)), nice_at_least(max(speed, _LEAST_FULL_SPEED))

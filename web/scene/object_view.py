@@ -19,7 +19,7 @@ from slipgrasp.web.scene.surfaces import Surfaces
 HALF_DEPTH = 0.05
 """Half the thickness of the object towards the eye [m]."""
 _DASHES = 36
-_FACE_WIDTH = 0.012
+_FACE_WIDTH = 0.006
 
 
 class PoseFrame:
@@ -70,11 +70,11 @@ class ObjectView:
         )
         edge = surfaces.object_edge
         edges = polyline(corners, HALF_DEPTH + 0.002, closed=True)
-        scene.add_line_segments(f"{name}/body/edges", edges, edge, thickness=0.005)
+        scene.add_line_segments(f"{name}/body/edges", edges, edge, thickness=0.003)
         scene.add_line_segments(f"{name}/body/faces", _faces(frames), edge, thickness=_FACE_WIDTH)
         _add_centre(scene, f"{name}/body/centre", 0.3 * inner_radius(body), surfaces)
         self._desired = PoseFrame(scene, f"{name}/desired", detail)
-        scene.add_line_segments(f"{name}/desired/outline", _dashes(corners), GHOST, thickness=0.008)
+        scene.add_line_segments(f"{name}/desired/outline", _dashes(corners), GHOST, thickness=0.004)
 
     def update(self, sample: Sample) -> None:
         """Moves the object and the outline to their poses."""

@@ -30,6 +30,7 @@ Stage = viser.ClientHandle | viser.ViserServer
 
 _ROOT = "/hand"
 _GHOST_ROOT = "/ghost"
+_LEAST_RINGED = 2.0
 
 
 class PlanarPicture:
@@ -67,7 +68,7 @@ class PlanarPicture:
             Where everything is, for the camera.
         """
         self._appearance = appearance
-        layout = lay_out(result)
+        layout = lay_out(result, whole_hand=appearance.whole_hand)
         self._run = run_facts(result, layout, self._appearance.force_scale)
         with self._stage.atomic():
             views = self._views_of(result.scenario, layout)
@@ -117,8 +118,9 @@ class PlanarPicture:
             lens.update(sample, run.full, run.believed(sample, i), spots[i], pale)
 
     def _views_of(self, scenario: Scenario, layout: SceneLayout) -> _Views:
-        """The nodes for a hand, made anew only if its shape or its colours have changed."""
-        shape = (_shape(scenario), self._appearance.dark)
+        """The nodes for a hand, made anew only for another shape, other colours or other lenses."""
+        places = (layout.lens_radius, layout.lens_centres.tobytes())
+        shape = (_shape(scenario), self._appearance.dark, places)
         if self._views is None or self._view_shape != shape:
             self.remove()
             self._views = _make_views(
@@ -184,11 +186,12 @@ class _Views:
             view.show_cone(appearance.cones)
 
     def magnify(self, layout: SceneLayout) -> None:
-        """Sets how much larger than life the lenses show the contacts."""
+        """Sets how much larger than life the lenses show the contacts; rings tell of how little."""
         ring = spot_ring(layout.lens_radius / layout.magnification)
         for lens, spot in zip(self.lenses, self.rings, strict=True):
             lens.magnify(layout.magnification)
             spot.points = ring
+            spot.visible = spot.visible and layout.magnification >= _LEAST_RINGED
 
     def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
@@ -227,7 +230,7 @@ def _make_views(
         for spot, frame in zip(spots, frames, strict=True)
     )
     rings = tuple(
-        scene.add_line_segments(f"{spot}/ring", spot_ring(1.0), surfaces.leader, thickness=0.006)
+        scene.add_line_segments(f"{spot}/ring", spot_ring(1.0), surfaces.leader, thickness=0.002)
         for spot in spots
     )
     lens_root = scene.add_frame(

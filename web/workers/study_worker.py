@@ -11,6 +11,7 @@ from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.reading import ROW_COST
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.server.studies.service import StudyService
+from slipgrasp.web.charts.study_map import draw_map
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.study import (
     StudiesListed,
@@ -156,9 +157,6 @@ class StudyWorker(QueueWorker):
         started = time.monotonic()
         if not is_new and not status.state.has_ended and started < self._draw_again_at:
             return None, True
-        # What draws figures takes a second to load, and few sessions ever need it.
-        from slipgrasp.web.charts.study_map import draw_map
-
         try:
             with self._room(ROW_COST * status.finished):
                 picture = draw_map(self._service.results(status.stored.id))

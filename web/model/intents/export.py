@@ -32,6 +32,21 @@ class ExportClip(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class ExportStill(Intent):
+    """The user wants the instant at the play head as a drawing; its size is not validated yet.
+
+    Attributes:
+        name: Format of the file.
+        width: Of the picture [px].
+        height: Likewise.
+    """
+
+    name: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
 class CancelExport(Intent):
     """The user does not want the file any more."""
 

@@ -8,13 +8,16 @@ from typing import Annotated
 from annotated_types import MaxLen
 
 from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.charts_view import MAX_LAYOUT
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.page_layout import PageLayout
 
 
 @dataclass(frozen=True, slots=True)
 class FrameHand(Intent):
-    """The user wants to see the whole hand from the front again."""
+    """The user wants to look from the front again, at what is held or at the whole hand."""
+
+    whole: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,3 +60,37 @@ class ToggleSignal(Intent):
     """The user wants a signal in the charts, or out of them; the name is not validated yet."""
 
     name: Annotated[str, MaxLen(80)]
+
+
+@dataclass(frozen=True, slots=True)
+class DrawAgainst(LatestIntent):
+    """The user wants the chosen signals against another; empty is against none any more."""
+
+    name: Annotated[str, MaxLen(80)]
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceMark(LatestIntent):
+    """The user put the second cursor of the charts to a time [s]."""
+
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class ToggleMark(Intent):
+    """The user wants the second cursor where the play head stands, or away if there is one."""
+
+
+@dataclass(frozen=True, slots=True)
+class LayOutCharts(LatestIntent):
+    """The page opens with a layout of the charts; it is not validated yet."""
+
+    layout: Annotated[str, MaxLen(MAX_LAYOUT)]
+
+
+@dataclass(frozen=True, slots=True)
+class SeeCharts(Intent):
+    """The page tells that a tab of the charts came into sight, or went out of it."""
+
+    tab: Annotated[str, MaxLen(20)]
+    is_visible: bool

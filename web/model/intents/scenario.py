@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from annotated_types import Interval
+from annotated_types import Interval, MaxLen
 
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Value
@@ -84,6 +84,20 @@ class LoadScenario(Intent):
 @dataclass(frozen=True, slots=True)
 class ResetScenario(Intent):
     """The user wants the preset back as it comes."""
+
+
+@dataclass(frozen=True, slots=True)
+class TryOut(Intent):
+    """The user wants to try what the card suggests: the words of one of its buttons."""
+
+    words: Annotated[str, MaxLen(600)]
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseLaw(LatestIntent):
+    """The user wants another control law on the whole run."""
+
+    law: Annotated[str, MaxLen(80)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from slipgrasp.core.scenario.spatial_geometry import (
 )
 from slipgrasp.web.model.spatial_sampling import SpatialSampler
 from slipgrasp.web.scene.layout import lens_magnification, nice_at_least
+from slipgrasp.web.scene.lens_places import box_around, place_lenses
 from slipgrasp.web.scene.marks import FullScale
 from slipgrasp.web.scene.space.solids import prism_edges, rotation_of
 from slipgrasp.web.scene.view_plane import ViewPlane
@@ -29,9 +30,6 @@ _ELEVATION = math.radians(24.0)
 _ASIDE = math.radians(14.0)
 _MARGIN_LOW = np.array([0.2, 0.2])
 _MARGIN_HIGH = np.array([0.2, 0.08])
-_LARGEST_LENS = 0.6
-_LENS_WIDTH = 0.46
-_USUAL_DISTANCE = 8.0
 _SLIP_SHARE = 0.62
 _DISC_SHARE = 0.5
 
@@ -46,9 +44,10 @@ class SpatialLayout:
         lens_radius: Radius of every lens.
         magnification: How much larger than life the lenses show the contacts.
         disc_scale: Radius of a friction disc in a lens per limit of friction [m/N].
-        low: Lower left corner of everything drawn.
-        high: Upper right corner of everything drawn.
-        hand_high: Upper right corner of the hand, without the lenses above it.
+        low: Lower left corner of the picture.
+        high: Its upper right corner.
+        hand_low: Lower left corner of what is seen of the hand, without the lenses above it.
+        hand_high: Upper right corner of that.
     """
 
     plane: ViewPlane
@@ -58,11 +57,12 @@ class SpatialLayout:
     disc_scale: float
     low: Points
     high: Points
+    hand_low: Points
     hand_high: Points
 
     def corners(self, *, lenses: bool) -> tuple[Points, Points]:
         """Lower left and upper right corner of the picture, with the lenses or without [m]."""
-        return self.low, self.high if lenses else self.hand_high
+        return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
 
 
 def contacts_of(scenario: SpatialScenario) -> tuple[SpatialContact, ...]:
@@ -70,54 +70,63 @@ def contacts_of(scenario: SpatialScenario) -> tuple[SpatialContact, ...]:
     return tuple(spatial_contact(scenario.object, finger) for finger in scenario.fingers)
 
 
-def lay_out_space(result: RunResult, full: FullScale) -> SpatialLayout:
-    """Room for the hand below and one lens per contact above it.
+def lay_out_space(result: RunResult, full: FullScale, *, whole_hand: bool = False) -> SpatialLayout:
+    """Room for the object and its fingertips below, and one lens per contact above them.
 
     Args:
-        result: The run whose first pose and largest slip decide places and magnification.
+        result: The run, whose motion and largest slip decide places and magnification.
         full: What an arrow of full length stands for.
+        whole_hand: Whether there is room for the fingers too, as far as their pedestals.
     """
-    scenario = spatial(result)
-    start = SpatialSampler(result.trace[:1]).at(0.0)
-    turn, centre = rotation_of(start.object_pose[3:]), start.object_pose[:3]
-    body = prism_edges(np.array(base_corners(scenario.object)), scenario.object.height)
-    joints = [
-        spatial_joint_points(finger, q)
-        for finger, q in zip(scenario.fingers, start.joint_positions, strict=True)
-    ]
+    scenario, trace = spatial(result), result.trace
+    turn = rotation_of(trace.object_pose[0, 3:])
     plane = ViewPlane.seen_from(_best_azimuth(scenario, turn), _ELEVATION)
-    corners = centre + body.reshape(-1, 3) @ turn.T
-    points = _as_seen(plane, np.concatenate([*joints, corners]), centre)
-    low, high = points.min(axis=0) - _MARGIN_LOW, points.max(axis=0) + _MARGIN_HIGH
-    count, width = len(scenario.fingers), high[0] - low[0]
-    radius = min(_LENS_WIDTH * width / count, _LARGEST_LENS)
-    middle = low[0] + width * (np.arange(count) + 0.5) / count
-    height = high[1] + 0.06 + radius
-    limits = result.trace.friction_coefficient.max() * full.force
-    slip = np.linalg.norm(result.trace.slip.reshape(len(result.trace), count, 2), axis=2)
+    corners = plane.project(_corners(scenario, trace.object_pose[0]))
+    if whole_hand:
+        low, high = _hand_box(result, plane, corners)
+    else:
+        radius = 0.5 * float(np.hypot(*np.ptp(corners, axis=0)))
+        lag = trace.tracking_error[:, :3]
+        path = plane.project(trace.object_pose[:, :3] + lag - trace.object_pose[0, :3])
+        low, high = box_around(corners, path, plane.project(lag), radius)
+    count = len(scenario.fingers)
+    places = place_lenses(low, high, count)
+    limits = trace.friction_coefficient.max() * full.force
+    slip = np.linalg.norm(trace.slip.reshape(len(trace), count, 2), axis=2)
     return SpatialLayout(
         plane=plane,
-        lens_centres=np.stack([middle, np.full(count, height)], axis=1),
-        lens_radius=radius,
-        magnification=lens_magnification(float(slip.max()), _SLIP_SHARE * radius),
-        disc_scale=_DISC_SHARE * radius / nice_at_least(max(float(limits), 1e-3)),
-        low=low,
-        high=np.array([high[0], height + radius + 0.24]),
+        lens_centres=places.centres,
+        lens_radius=places.radius,
+        magnification=lens_magnification(float(slip.max()), _SLIP_SHARE * places.radius),
+        disc_scale=_DISC_SHARE * places.radius / nice_at_least(max(float(limits), 1e-3)),
+        low=places.low,
+        high=places.high,
+        hand_low=low,
         hand_high=high,
     )
+
+
+def _corners(scenario: SpatialScenario, pose: Points) -> Points:
+    """Corners of the object in a pose, shape ``(corners, 3)`` [m]."""
+    body = prism_edges(np.array(base_corners(scenario.object)), scenario.object.height)
+    return pose[:3] + body.reshape(-1, 3) @ rotation_of(pose[3:]).T
+
+
+def _hand_box(result: RunResult, plane: ViewPlane, corners: Points) -> tuple[Points, Points]:
+    """Corners of a box around object, fingers and pedestals at the start, in the plane [m]."""
+    start = SpatialSampler(result.trace[:1]).at(0.0)
+    joints = [
+        plane.project(spatial_joint_points(finger, q))
+        for finger, q in zip(spatial(result).fingers, start.joint_positions, strict=True)
+    ]
+    points = np.concatenate([*joints, corners])
+    return points.min(axis=0) - _MARGIN_LOW, points.max(axis=0) + _MARGIN_HIGH
 
 
 def spatial(result: RunResult) -> SpatialScenario:
     """The scenario of a run in space."""
     assert isinstance(result.scenario, SpatialScenario), "only runs in space come here"
     return result.scenario
-
-
-def _as_seen(plane: ViewPlane, points: Points, centre: Points) -> Points:
-    """Points of the world in the plane, those nearer to the eye farther out."""
-    flat, middle = plane.project(points), plane.project(centre)
-    nearer = (points - centre) @ np.array(plane.towards)
-    return middle + (flat - middle) / (1.0 - nearer / _USUAL_DISTANCE)[:, None]
 
 
 def _best_azimuth(scenario: SpatialScenario, turn: Points) -> float:

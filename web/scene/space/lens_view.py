@@ -18,8 +18,9 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import CONE, PHASES
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lettering, round_patch
+from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, round_patch
 from slipgrasp.web.scene.layout import nice_at_least
+from slipgrasp.web.scene.lens_frame import LensFrame
 from slipgrasp.web.scene.marks import FullScale
 from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
 from slipgrasp.web.scene.space.contact_marks import ContactState, way_segments
@@ -28,10 +29,8 @@ from slipgrasp.web.scene.surfaces import Surfaces
 
 Points = NDArray[np.float64]
 
-_RIM_SEGMENTS = 72
-_TITLE_HEIGHT = 0.135
 _SPEED_LENGTH = 0.32
-_LEAST_SHOWN = 0.001  # [mm]
+_FINE_LINE = 0.018
 
 
 class SpatialLensView:
@@ -67,12 +66,13 @@ class SpatialLensView:
         patch = SceneImage(round_patch(surfaces.object), 2.0 * self._radius)
         add_image_in_plane(scene, f"{name}/face", patch, np.zeros(2), -0.01)
         self._grid = scene.add_line_segments(
-            f"{name}/grid", np.zeros((1, 2, 3)), surfaces.object_edge, thickness=0.005
+            f"{name}/grid",
+            np.zeros((1, 2, 3)),
+            surfaces.object_edge,
+            thickness=_FINE_LINE * self._radius,
         )
-        self._rim = self._add_rim()
+        self._surround = LensFrame(scene, name, np.zeros(2), self._radius, finger, surfaces)
         self._add_marks()
-        self._titles = self._add_titles(finger)
-        self._words, self._scale = self._add_labels()
         self._phase: ContactPhase | None = None
         self._slid = np.zeros((1, 2))
         self._follow_tip = Follower(detail, self._draw_tip)
@@ -116,27 +116,8 @@ class SpatialLensView:
         motion = np.stack([friction, friction + speed]) if slips else np.zeros((2, 2))
         self._follow_arrows.follow(np.stack([np.stack([np.zeros(2), friction]), motion]))
         if self._detail.with_numbers:
-            self._tell(state)
-
-    def _tell(self, state: ContactState) -> None:
-        force = math.hypot(*state.friction, state.normal)
-        slip = float(np.linalg.norm(state.slip))
-        self._words.text = f"slip {_millimetres(slip)}\nforce {force:.1f} N"
-
-    def _add_rim(self) -> viser.LineSegmentsHandle:
-        """The ring in the colour of the phase, and a fine one that parts it from the page."""
-        for part, radius, thickness, colour in (
-            ("bezel", 1.025, 0.07, self._surfaces.joint),
-            ("rim", 1.0, 0.045, PHASES[ContactPhase.STICK]),
-        ):
-            ring = circle(radius * self._radius, _RIM_SEGMENTS)
-            added = self._scene.add_line_segments(
-                f"{self._name}/{part}",
-                polyline(ring, 0.05 if part == "rim" else 0.03, closed=True),
-                colour,
-                thickness=thickness * self._radius,
-            )
-        return added
+            force = math.hypot(*state.friction, state.normal)
+            self._surround.tell_numbers(float(np.linalg.norm(state.slip)), force)
 
     def _add_marks(self) -> None:
         scene, name, radius = self._scene, self._name, self._radius
@@ -171,31 +152,6 @@ class SpatialLensView:
             head_length=5.0 * shaft,
         )
 
-    def _add_titles(self, finger: str) -> list[viser.ImageHandle]:
-        """What the fingertip does, once for each of sticking and slipping."""
-        titles = []
-        for word in ("sticks", "SLIPS"):
-            words = lettering(f"{finger.capitalize()} fingertip {word}", self._surfaces.ink)
-            room = 2.0 * self._radius * words.shape[0] / words.shape[1]
-            title = SceneImage(words, min(_TITLE_HEIGHT, room))
-            above = np.array([0.0, self._radius + 0.12])
-            name = f"{self._name}/title/{word}"
-            titles.append(add_image_in_plane(self._scene, name, title, above, 0.0))
-        return titles
-
-    def _add_labels(self) -> list[viser.LabelHandle]:
-        return [
-            self._scene.add_label(
-                f"{self._name}/{word}",
-                "",
-                position=position(self._radius * np.array([x, y]), 0.15),
-                font_size_mode="scene",
-                font_scene_height=size * self._radius,
-                anchor="center-center",
-            )
-            for word, size, x, y in (("words", 0.12, 0.0, -0.58), ("scale", 0.085, 0.0, -0.84))
-        ]
-
     def _draw_grid(self) -> None:
         """A cross through the spot touched first, with ticks at round slips."""
         step = nice_at_least(0.15 * self._radius / self._magnification)
@@ -206,16 +162,13 @@ class SpatialLensView:
         axis = np.array([[[-0.95, 0.0], [0.95, 0.0]]]) * self._radius
         lines = np.concatenate([axis, axis[..., ::-1], across, across[..., ::-1]])
         self._grid.points = lift(lines, 0.004)
-        self._scale.text = f"×{self._magnification:g}, ticks {1e3 * step:g} mm"
+        self._surround.tell_scale(self._magnification, step)
 
     def _colour(self, phase: ContactPhase) -> None:
         colour = PHASES[phase]
-        slips = phase is not ContactPhase.STICK
-        self._rim.colors = np.array(colour, dtype=np.uint8)
+        self._surround.show_phase(phase)
         self._ball.color = colour
         self._arrows.colors = np.array([glow(CONE), glow(colour)], dtype=np.uint8)
-        for title, visible in zip(self._titles, (not slips, slips), strict=True):
-            title.visible = visible
 
     def _draw_tip(self, slip: Points) -> None:
         self._tip.position = position(slip, 0.02)
@@ -256,7 +209,10 @@ class Leader:
         below = layout.lens_centres[index] - np.array([0.0, 1.05 * layout.lens_radius])
         self._end = layout.plane.place(below)
         self._line = scene.add_line_segments(
-            name, np.zeros((1, 2, 3)), surfaces.leader, thickness=0.006
+            name,
+            np.zeros((1, 2, 3)),
+            surfaces.leader,
+            thickness=_FINE_LINE * layout.lens_radius,
         )
         self._follower = Follower(detail, self._draw)
 
@@ -266,9 +222,3 @@ class Leader:
 
     def _draw(self, spot: Points) -> None:
         self._line.points = np.array([[spot, self._end]], dtype=np.float32)
-
-
-def _millimetres(slip: float) -> str:
-    length = 1e3 * slip
-    digits = ".2g" if _LEAST_SHOWN <= length < 1.0 else ".1f"
-    return f"{length:{digits}} mm"

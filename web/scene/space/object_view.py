@@ -13,7 +13,7 @@ from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.space.solids import dashed_edges, prism, prism_edges, triple
 from slipgrasp.web.scene.surfaces import Surfaces
 
-_OPACITY = 0.55
+_OPACITY = 0.4
 _DASHES = 9
 
 
@@ -65,11 +65,11 @@ class SpatialObjectView:
             side="double",
         )
         scene.add_line_segments(
-            f"{name}/body/edges", edges.astype(np.float32), surfaces.object_edge, thickness=0.006
+            f"{name}/body/edges", edges.astype(np.float32), surfaces.object_edge, thickness=0.003
         )
         self._desired = SpatialPoseFrame(scene, f"{name}/desired", detail)
         dashes = dashed_edges(edges, _DASHES).astype(np.float32)
-        scene.add_line_segments(f"{name}/desired/outline", dashes, GHOST, thickness=0.008)
+        scene.add_line_segments(f"{name}/desired/outline", dashes, GHOST, thickness=0.004)
 
     def update(self, object_pose: NDArray[np.float64], desired_pose: NDArray[np.float64]) -> None:
         """Moves the object and the outline to their poses."""

@@ -69,7 +69,7 @@ class SpatialPicture:
         """
         self._appearance = appearance
         full = full_scale(result)
-        layout = lay_out_space(result, full)
+        layout = lay_out_space(result, full, whole_hand=appearance.whole_hand)
         self._full = full._replace(force=full.force / appearance.force_scale)
         self._beliefs = beliefs_of(result)
         with self._stage.atomic():
@@ -121,8 +121,9 @@ class SpatialPicture:
         ]
 
     def _views_of(self, scenario: SpatialScenario, layout: SpatialLayout) -> _Views:
-        """The nodes for a hand, made anew only if its shape or its colours have changed."""
-        shape = (_shape(scenario), self._appearance.dark)
+        """The nodes for a hand, made anew only for another shape, other colours or other lenses."""
+        places = (layout.lens_radius, layout.lens_centres.tobytes())
+        shape = (_shape(scenario), self._appearance.dark, places)
         if self._views is None or self._shape != shape:
             self.remove()
             surfaces = surfaces_for(dark=self._appearance.dark)

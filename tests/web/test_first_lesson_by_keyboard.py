@@ -1,0 +1,84 @@
+"""The first lesson without a mouse: see the slip, ask why, change it, take it back."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.waiting import wait_until
+from tests.web.conftest import Visitors
+from tests.web.driving import knob
+
+MOST_STOPS = 120
+
+
+def told(page: Page) -> dict[str, Any]:
+    """What the session tells of itself."""
+    text = page.locator("#sg-session-state").get_attribute("data-sg-state")
+    return json.loads(text or "{}")
+
+
+def tab_to(page: Page, wanted: Locator) -> None:
+    """Presses Tab until an element has the focus, as somebody without a mouse does."""
+    for _ in range(MOST_STOPS):
+        if wanted.evaluate("element => element === document.activeElement"):
+            return
+        page.keyboard.press("Tab")
+    pytest.fail(f"{wanted} is not reached by {MOST_STOPS} tabs")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
+def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
+    page = visitors.open()
+    card = page.locator(".sg-outcome")
+    welcome = page.get_by_role("button", name="Got it")
+    tab_to(page, welcome)
+    page.keyboard.press("Enter")
+    expect(welcome).to_be_hidden()
+
+    # Which fingertip slips, and until when: the events, one after the other.
+    page.keyboard.press("Home")
+    page.keyboard.press("]")
+    wait_until(lambda: told(page)["time"] == pytest.approx(0.1129, abs=2e-3), "no event")
+    expect(card).to_contain_text("Both fingertips slipped")
+    expect(card).to_contain_text("friction 1.2 where there is 0.25")
+    page.keyboard.press("Space")
+    wait_until(lambda: told(page)["playing"], "Space does not play")
+    page.keyboard.press("Space")
+    wait_until(lambda: not told(page)["playing"], "Space does not pause")
+
+    # What would stop it: the first suggestion, and back again.
+    page.keyboard.press("Home")
+    suggestion = page.get_by_role("button", name="composite law", exact=True)
+    tab_to(page, suggestion)
+    page.keyboard.press("Enter")
+    expect(card).to_contain_text("37.7 µm")
+    page.keyboard.press("Control+z")
+    expect(card).to_contain_text("47.2 mm")
+
+    # How much heavier it may get: by asking, and by a knob.
+    tab_to(page, page.get_by_role("button", name="How much heavier may it get?"))
+    page.keyboard.press("Enter")
+    expect(card).to_contain_text("Held up to 9.85 kg")
+    mass = knob(page, "mass [kg]")
+    tab_to(page, mass)
+    before = float(mass.get_attribute("aria-valuenow") or "nan")
+    page.keyboard.press("ArrowRight")
+    wait_until(lambda: float(mass.get_attribute("aria-valuenow") or "nan") > before, "no change")
+    expect(card).not_to_contain_text("47.2 mm")
+    ghost = page.get_by_role("button", name="dismiss ghost")
+    expect(ghost).to_be_visible()
+    page.keyboard.press("x")
+    expect(ghost).to_be_hidden()
+
+    # The keys are listed, and the list is left as it came.
+    page.keyboard.press("?")
+    keys = page.get_by_role("dialog", name="Keys")
+    expect(keys).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(keys).to_be_hidden()

@@ -1,0 +1,120 @@
+"""The laws side by side, and what the card suggests as buttons."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.own_laws import law_names
+from slipgrasp.core.words.trials import trials_in
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.server.runs.service import RunService
+from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.laws import LawRunFinished
+from slipgrasp.web.model.intents.scenario import ChooseLaw, TryOut, Undo
+from slipgrasp.web.model.laws import with_law
+from slipgrasp.web.model.laws_view import LawRun, LawsView
+from slipgrasp.web.model.parameter_names import in_page_words
+from slipgrasp.web.model.playback import TimeWindow
+from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.panels.outcome_panel import outcome_html
+from slipgrasp.web.reducers.laws import REST, LawsReducer
+from slipgrasp.web.reducers.scenario import ScenarioReducer
+from tests.server.serving import patient_settings
+from tests.waiting import wait_until
+from tests.web.test_charts_panel import view_of
+from tests.web.test_xy_charts import path_of
+
+QUICK = {"simulation.duration": 0.05}
+
+
+def seen(view: ViewState) -> ViewState:
+    return replace(view, charts=view.charts.with_tab_seen(LAWS_TAB, is_visible=True))
+
+
+def quick_view(result: RunResult) -> ViewState:
+    view = view_of(result)
+    return replace(view, draft=replace(view.draft, edits=QUICK))
+
+
+def runs_of(view: ViewState, reducer: LawsReducer, sent: list[Intent]) -> ViewState:
+    wait_until(lambda: len(sent) == len(law_names()), "not every law was run")
+    for intent in sent:
+        view = reducer.reduce(intent, view)
+    return view
+
+
+def test_every_law_is_run_once_with_its_settings_while_looked_at(
+    store: RecordingStore, case_2: RunResult, tmp_path: Path
+) -> None:
+    sent: list[Intent] = []
+    service = RunService(store, patient_settings(tmp_path / "data"))
+    reducer = LawsReducer(service, sent.append)
+    view = quick_view(case_2)
+    assert reducer.pass_time(0.0, view) is view and reducer.wait(0.0, view) is None
+    view = seen(view)
+    assert reducer.wait(0.0, view) == pytest.approx(REST)
+    view = reducer.pass_time(REST, view)
+    shown = runs_of(view, reducer, sent)
+    assert [run.kind for run in shown.laws.runs] == list(law_names())
+    for run in shown.laws.runs:
+        expected = simulate(with_law(view.draft, run.kind, None).scenario())
+        assert run.result is not None
+        np.testing.assert_array_equal(run.result.trace.slip, expected.trace.slip)
+    assert reducer.wait(1.0, shown) is None
+    late = LawRunFinished(99, LawRun("theorem-3", case_2))
+    assert reducer.reduce(late, shown) is shown
+    for worker in reducer.workers:
+        worker.close()
+
+
+def test_a_law_that_a_scenario_does_not_allow_is_named_with_the_reason() -> None:
+    view = LawsView().with_run(LawRun("one", None, "not with <this>"))
+    html = laws_html(view.runs, "two", dark=False)
+    assert "not with &lt;this&gt;" in html and "<button" not in html
+
+
+def test_lines_of_laws_hold_what_their_runs_do(case_1: RunResult, case_2: RunResult) -> None:
+    runs = (LawRun("one", case_1), LawRun("two", None, "why"), LawRun("three", case_2))
+    html = law_charts_html(runs, TimeWindow(0.0, 0.1), dark=False)
+    slip, offset, force = html.split("<svg")[1:]
+    assert len(path_of(slip, 0)) > 10
+    for svg in (slip, offset, force):
+        # Both reach from one side of the frame to the other.
+        ends = [path_of(svg, curve)[[0, -1], 0].tolist() for curve in (0, 1)]
+        assert ends == 2 * [[52.0, 330.0]]
+    # Case II slips farther than case I: its line ends higher.
+    assert path_of(slip, 1)[-1, 1] < path_of(slip, 0)[-1, 1]
+
+
+def test_a_law_is_taken_on_the_whole_run_and_taken_back(case_2: RunResult) -> None:
+    view = view_of(case_2)
+    taken = ScenarioReducer().reduce(ChooseLaw("composite"), view)
+    assert taken.draft == with_law(view.draft, "composite", None)
+    assert taken.draft.changes == ()
+    assert ScenarioReducer().reduce(Undo(), taken).draft == view.draft
+    assert ScenarioReducer().reduce(ChooseLaw("no such law"), view) is view
+
+
+def test_what_the_card_suggests_is_a_button_that_does_it_and_is_taken_back(
+    case_2: RunResult,
+) -> None:
+    view = view_of(case_2)
+    trials = trials_in(describe_run(case_2).suggestion, case_2.scenario)
+    card = outcome_html(view.status, view.shown)
+    assert card.count("&quot;try-out&quot;") == len(trials) == 3
+    for trial in trials:
+        after = ScenarioReducer().reduce(TryOut(in_page_words(trial.words, case_2.scenario)), view)
+        for key, value in trial.values.items():
+            assert after.draft.value_at(0.0, key) == value
+        assert ScenarioReducer().reduce(Undo(), after).draft == view.draft
+    assert trials[-1].values == {LAW: "composite"}
+    assert ScenarioReducer().reduce(TryOut("raise everything"), view) is view

@@ -1,0 +1,104 @@
+"""The page at its smallest sizes: nothing lies over anything else, and nothing is out of reach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+
+import pytest
+from playwright.sync_api import Browser, Error, Locator, Page, ViewportSize
+
+from tests.server.serving import RunningServer
+from tests.waiting import wait_until
+from tests.web.conftest import visitors_of
+from tests.web.driving import knob
+
+pytestmark = [
+    pytest.mark.browser,
+    # A viewer may leave in the middle of a frame.
+    pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection"),
+]
+
+PHONE = ViewportSize(width=360, height=740)
+SCENE = "canvas[data-engine]"
+STRIP, VERDICT = ".sg-track", ".sg-verdict"
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where something is on a page [px]."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def is_beside(self, other: Box) -> bool:
+        return self.right <= other.left + 1.0 or other.right <= self.left + 1.0
+
+    def is_across(self, other: Box) -> bool:
+        """Whether it is within another from left to right."""
+        return other.left - 1.0 <= self.left and self.right <= other.right + 1.0
+
+
+NOWHERE = Box(-1.0, -1.0, 1e6, 1e6)
+
+
+def box_of(shown: Locator) -> Box:
+    """Everywhere while the page makes it anew, which fits nowhere."""
+    box = shown.bounding_box()
+    if box is None:
+        return NOWHERE
+    return Box(box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"])
+
+
+@pytest.fixture(scope="module")
+def small_page(browser: Browser, dashboard: RunningServer) -> Iterator[Page]:
+    with visitors_of(browser, dashboard) as visitors:
+        yield visitors.open()
+
+
+# It takes a moment until a page has told its size, and its columns have followed.
+
+
+@pytest.mark.parametrize("size", [(577, 800), (800, 800), (1024, 700)])
+def test_columns_leave_the_scene_its_place_and_the_strip_is_in_it(
+    small_page: Page, size: tuple[int, int]
+) -> None:
+    page = small_page
+    page.set_viewport_size(ViewportSize(width=size[0], height=size[1]))
+    window = page.locator("[data-floating-window]", has=page.locator(STRIP))
+
+    def fits() -> bool:
+        scene = box_of(page.locator(SCENE))
+        columns = [box_of(page.locator(VERDICT)), box_of(knob(page, "mass [kg]"))]
+        return (
+            250 <= scene.right - scene.left < size[0]
+            and box_of(window).is_across(scene)
+            and all(column.is_beside(scene) for column in columns)
+        )
+
+    wait_until(fits, "something lies over the scene, or there is none")
+
+
+def test_a_phone_has_the_picture_the_strip_how_it_went_and_the_knobs(small_page: Page) -> None:
+    page = small_page
+    page.set_viewport_size(PHONE)
+    page.locator(".mantine-Paper-root", has=page.locator(STRIP)).first.wait_for()
+    whole = box_of(page.locator("body"))
+
+    def is_reached(shown: Locator) -> bool:
+        with suppress(Error):  # where the page draws it anew meanwhile
+            shown.scroll_into_view_if_needed()
+        strip, box = box_of(page.locator(STRIP)), box_of(shown)
+        return (
+            strip.top > 0.4 * PHONE["height"]
+            and strip.is_across(whole)
+            and box.is_across(whole)
+            and strip.bottom <= box.top
+            and box.bottom <= PHONE["height"]
+        )
+
+    for shown in (page.locator(VERDICT), knob(page, "mass [kg]")):
+        wait_until(lambda shown=shown: is_reached(shown), "it lies below the strip, or outside")

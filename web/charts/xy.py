@@ -1,0 +1,221 @@
+"""Charts of one quantity against another over the time of a run, such as a force in its cone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.recordings.palette import FINGERS, MUTED
+from slipgrasp.web.charts.charts import LEAST_LENGTH, Chart, Line, tangential_forces
+from slipgrasp.web.charts.chosen import choosable, chosen_charts
+
+Values = NDArray[np.float64]
+
+XY_TAB = "XY"
+_BEFORE = "A force beyond is what stick would have needed in the instant before a slip."
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class XyChart:
+    """A chart whose lines are curves: its values go upwards, others across.
+
+    Attributes:
+        chart: What goes upwards, a line for each curve.
+        across: What goes across, one value per row for each curve.
+        across_words: What that is, with its unit.
+        outlines: What stands still, such as the edge of a cone: the corners of each, across and
+            upwards, shape ``(points, 2)``.
+        is_true_to_scale: Whether a unit is as long across as upwards.
+        span: Where what goes across begins and ends, if that is given.
+        least_across: Values from -least to +least are shown at least.
+    """
+
+    chart: Chart
+    across: tuple[Values, ...]
+    across_words: str
+    outlines: tuple[Values, ...] = ()
+    is_true_to_scale: bool = False
+    span: tuple[float, float] | None = None
+    least_across: float = 0.0
+
+
+def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
+    """Slip, contact forces and the way of the object, each against what it goes with."""
+    trace, scenario = result.trace, result.scenario
+    names = scenario.finger_names
+    has_pyramid = isinstance(scenario, SpatialScenario) and scenario.has_pyramid
+    charts = [_speed_over_slip(trace, names), _object_path(trace)]
+    if not has_pyramid:
+        charts.insert(1, _force_in_cone(trace, names))
+    if trace.shape.in_space:
+        shares = _friction_shares(trace, names, has_pyramid=has_pyramid)
+        charts = [_slip_paths(trace, names), shares, *charts]
+    return tuple(charts)
+
+
+def chosen_xy_charts(result: RunResult, names: Sequence[str], across: str) -> tuple[XyChart, ...]:
+    """The signals that were chosen against another one, a chart per unit, in SI units.
+
+    Args:
+        result: The run.
+        names: Names of columns; those that the run does not have are left out.
+        across: Name of the column that goes across; without it there are no charts.
+    """
+    column = choosable(result.trace).get(across)
+    if column is None:
+        return ()
+    unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
+    return tuple(
+        XyChart(
+            Chart(
+                f"xy-{chart.key}",
+                f"{chart.title} against {across}",
+                chart.unit,
+                chart.about,
+                chart.lines,
+            ),
+            (column.values.astype(float),) * len(chart.lines),
+            f"{across}{unit}",
+        )
+        for chart in chosen_charts(result, names)
+    )
+
+
+def _slip_paths(trace: Trace, names: Sequence[str]) -> XyChart:
+    slip = 1e3 * trace.slip.reshape(len(trace), -1, 2)
+    return XyChart(
+        Chart(
+            "xy-path",
+            "Path of each slip on its face, sₓ upwards",
+            "mm",
+            "The way of each fingertip over its face, from the spot touched first: sₓ, towards the "
+            "object's z axis, upwards, and s_y across.",
+            tuple(_fingers(names, slip[:, :, 0])),
+            least=LEAST_LENGTH,
+        ),
+        tuple(slip[:, :, 1].T),
+        "s_y [mm]",
+        is_true_to_scale=True,
+        least_across=LEAST_LENGTH,
+    )
+
+
+def _friction_shares(trace: Trace, names: Sequence[str], *, has_pyramid: bool) -> XyChart:
+    """The friction on the object as a share of what the contact can give, in the axes of slip."""
+    force = -trace.tangential_force.reshape(len(trace), -1, 2)
+    limit = trace.friction_coefficient * trace.normal_force
+    share = np.full_like(force, np.nan)
+    np.divide(force, limit[:, :, None], out=share, where=limit[:, :, None] > 0.0)
+    turn = np.linspace(0.0, 2.0 * np.pi, 73)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    square = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 1.0]])
+    edge, where = (
+        (square, "square; along a tangent that slips it is on its side")
+        if has_pyramid
+        else (circle, "circle; a fingertip slips with it on the circle, the way it points")
+    )
+    return XyChart(
+        Chart(
+            "xy-disc",
+            f"Friction in its {'pyramid' if has_pyramid else 'cone'}, Fₓ / μFₙ upwards",
+            "1",
+            "The friction on the object as a share of what the contact can give now, in the axes "
+            f"of its slip. In stick it is inside the {where}. {_BEFORE}",
+            tuple(_fingers(names, share[:, :, 0])),
+        ),
+        tuple(share[:, :, 1].T),
+        "F_y / μFₙ",
+        (edge,),
+        is_true_to_scale=True,
+    )
+
+
+def _speed_over_slip(trace: Trace, names: Sequence[str]) -> XyChart:
+    """The phase portrait of every slip."""
+    if trace.shape.in_space:
+        way = trace.slid_way
+        speed = np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
+        what, across = "Slip speed against the way slid", "way slid [mm]"
+    else:
+        way, speed = trace.slip, trace.slip_velocity
+        what, across = "Slip velocity against slip", "slip [mm]"
+    return XyChart(
+        Chart(
+            "xy-slip",
+            what,
+            "mm/s",
+            "Each slip leaves the line of rest and comes back to it where the fingertip sticks.",
+            tuple(_fingers(names, 1e3 * speed)),
+            least=LEAST_LENGTH,
+        ),
+        tuple(1e3 * way.T),
+        across,
+        least_across=LEAST_LENGTH,
+    )
+
+
+def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
+    """Contact forces, and the edges of each cone where it is widest and where it is narrowest."""
+    in_space = trace.shape.in_space
+    tangential = tangential_forces(trace) if in_space else trace.tangential_force
+    symbol = "|Fₜ|" if in_space else "Fₓ"
+    most = 1.1 * float(trace.normal_force.max(initial=0.0))
+    slopes = {
+        sign * friction
+        for friction in chain.from_iterable(
+            (float(column.min()), float(column.max())) for column in trace.friction_coefficient.T
+        )
+        for sign in ((1.0,) if in_space else (-1.0, 1.0))
+    }
+    return XyChart(
+        Chart(
+            "xy-cone",
+            f"Tangential force {symbol} against normal force",
+            "N",
+            "A fingertip sticks while its force is within its cone, whose edges are dashed, and "
+            "slips with its force on an edge. Where friction changes, the widest and the narrowest "
+            f"cone are drawn. {_BEFORE}",
+            tuple(_fingers(names, tangential)),
+        ),
+        tuple(trace.normal_force.T),
+        "normal force Fₙ [N]",
+        tuple(np.array([[0.0, 0.0], [most, slope * most]]) for slope in sorted(slopes)),
+    )
+
+
+def _object_path(trace: Trace) -> XyChart:
+    """Where the object's centre goes, and where it is wanted, from where it began."""
+    up = 2 if trace.shape.in_space else 1
+    place = 1e3 * (trace.object_pose - trace.object_pose[0])[:, : up + 1]
+    wanted = place + 1e3 * trace.tracking_error[:, : up + 1]
+    name = "z" if trace.shape.in_space else "y"
+    return XyChart(
+        Chart(
+            "xy-object",
+            f"Path of the object, {name} upwards",
+            "mm",
+            "The way of the object's centre from where it began, solid, and of where it is wanted, "
+            "dashed" + (", seen from the front." if trace.shape.in_space else "."),
+            (
+                Line("wanted", "desired", MUTED, wanted[:, up], dashed=True),
+                Line("object", "object", FINGERS[0], place[:, up]),
+            ),
+            least=LEAST_LENGTH,
+        ),
+        (wanted[:, 0], place[:, 0]),
+        "x [mm]",
+        is_true_to_scale=True,
+        least_across=LEAST_LENGTH,
+    )
+
+
+def _fingers(names: Sequence[str], values: Values) -> Iterator[Line]:
+    for i, name in enumerate(names):
+        yield Line(f"finger-{i}", name, FINGERS[i % len(FINGERS)], values[:, i])

@@ -1,0 +1,48 @@
+"""The tab of the laws side by side; they are run, and drawn, only while it is in sight."""
+
+from __future__ import annotations
+
+import viser
+
+from slipgrasp.web.charts.html import note_html
+from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
+from slipgrasp.web.model.intents.picture import SeeCharts
+from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.page.markup import visible_attribute
+
+_SENTINEL = f"<div {visible_attribute(SeeCharts, tab=LAWS_TAB)} style='height:1px'></div>"
+_ABOUT = (
+    "The scenario with every law and the settings it is meant for. A click takes that law on the "
+    "whole run; undo takes it back."
+)
+
+
+class LawsTab:
+    """Draws runs with every law over each other.
+
+    Args:
+        gui: Where they go.
+        tab: The tab.
+    """
+
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
+        self._drawn: object = None
+        with tab:
+            gui.add_html(_SENTINEL)
+            self._note = gui.add_html("")
+            self._buttons = gui.add_html("")
+            self._pictures = gui.add_html("")
+
+    def update(self, view: ViewState) -> None:
+        """Draws the runs, as long as they are in sight."""
+        if view.shown is None or view.playback is None or LAWS_TAB not in view.charts.seen:
+            return
+        dark, window = view.appearance.dark, view.playback.window
+        present, runs = view.shown.result.scenario.controller.kind, view.laws.runs
+        drawing = (runs, window, present, dark)
+        if drawing == self._drawn:
+            return
+        self._drawn = drawing
+        self._note.content = note_html([_ABOUT if runs else "Running every law …"])
+        self._buttons.content = laws_html(runs, present, dark=dark)
+        self._pictures.content = law_charts_html(runs, window, dark=dark) if runs else ""

@@ -1,0 +1,45 @@
+"""The reducer of the question how much heavier the object may get."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from slipgrasp.server.runs.service import RunService
+from slipgrasp.web.model.intents.heavier import AskHowHeavy, HowHeavyFound
+from slipgrasp.web.model.intents.intent import Intent, Send
+from slipgrasp.web.model.view import HowHeavy, ViewState
+from slipgrasp.web.reducers.reducer import Reducer
+from slipgrasp.web.workers.heavier_worker import HeavierWorker
+
+
+class HeavierReducer(Reducer):
+    """Has the border found for the draft that is asked about.
+
+    Args:
+        service: Simulates.
+        send: Takes the answers.
+    """
+
+    takes: ClassVar[tuple[type[Intent], ...]] = (AskHowHeavy, HowHeavyFound)
+
+    def __init__(self, service: RunService, send: Send) -> None:
+        self._service, self._send = service, send
+        self._worker: HeavierWorker | None = None
+        self._number = 0
+
+    def reduce(self, intent: Intent, view: ViewState) -> ViewState:
+        """Asks the worker, or shows what it has found."""
+        match intent:
+            case AskHowHeavy():
+                if self._worker is None:
+                    # Most sessions never ask: they need no thread.
+                    self._worker = HeavierWorker(self._service, self._send)
+                    self.workers = (self._worker,)
+                self._number += 1
+                self._worker.find(self._number, view.draft)
+                return replace(view, how_heavy=HowHeavy(view.draft, "Trying heavier objects …"))
+            case HowHeavyFound(number, words) if number == self._number:
+                return replace(view, how_heavy=replace(view.how_heavy, words=words))
+            case _:
+                return view

@@ -1,0 +1,93 @@
+"""The thread that finds up to which mass an object is held, for one session."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.verdict import headline_of
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.heavier import HowHeavyFound
+from slipgrasp.web.workers.simulating_worker import SimulatingWorker
+
+MASS = "object.mass"
+_STEP = 1.1
+_MOST = 10.0
+"""Times the present mass; heavier is not tried."""
+_HALVINGS = 6
+_PATIENCE = 20.0
+
+
+class HeavierWorker(SimulatingWorker):
+    """Makes the object heavier in steps until it is not held, then halves the last step."""
+
+    name = "heavier"
+
+    def find(self, number: int, draft: Draft) -> None:
+        """Asks for the border of a draft; an older question is given up for it."""
+        self.ask_latest(number, partial(self._find, number, draft))
+
+    def _find(self, number: int, draft: Draft) -> None:
+        until = time.monotonic() + _PATIENCE
+
+        def is_over() -> bool:
+            return self.is_void(number) or time.monotonic() > until
+
+        words = find_border(draft, partial(self._run, is_over=is_over))
+        self.send(HowHeavyFound(number, words))
+
+    def _run(self, draft: Draft, *, is_over: Callable[[], bool]) -> RunResult | None:
+        """The run of a draft; None if it cannot be made, or takes too long."""
+        try:
+            result = self.service.preview(draft.scenario(), is_over)
+        except ScenarioError:
+            return None
+        return None if result.outcome in (Outcome.STOPPED, Outcome.LIMIT) else result
+
+
+def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
+    """Up to which mass the object is held, in a sentence.
+
+    Args:
+        draft: What is asked for; its object is held.
+        run: Gives the run of a draft, None if there is none.
+    """
+    present = draft.value_at(0.0, MASS)
+    assert isinstance(present, float)
+    held_at, lost_at = present, present
+    held: RunResult | None = None
+    lost: RunResult | None = None
+    while lost is None:
+        lost_at = _STEP * held_at
+        if lost_at > _MOST * present:
+            offset = headline_of(held).partition(", ")[2] if held is not None else ""
+            there = f", there {offset}" if offset else ""
+            return f"Held up to {held_at:.3g} kg{there}; heavier was not tried."
+        result = run(draft.edited(MASS, lost_at))
+        if result is None:
+            return f"Held up to {held_at:.3g} kg at least; what is heavier took too long."
+        if result.metrics.held:
+            held, held_at = result, lost_at
+        else:
+            lost = result
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (held_at + lost_at)
+        result = run(draft.edited(MASS, middle))
+        if result is None:
+            break
+        if result.metrics.held:
+            held_at = middle
+        else:
+            lost_at, lost = middle, result
+    return (
+        f"Held up to {held_at:.4g} kg, {100.0 * (held_at / present - 1.0):.1f} % heavier. "
+        f"With {lost_at:.4g} kg: {_lowered(headline_of(lost))}."
+    )
+
+
+def _lowered(headline: str) -> str:
+    return f"{headline[:1].lower()}{headline[1:]}"
