@@ -18,14 +18,17 @@ from slipgrasp.core.run.simulator import prepare_kernel
 
 PARTS = {
     "speed": "single runs against MuJoCo, and where the time goes",
+    "space": "a hand in space beside MuJoCo: cost, where the time goes, and its motion",
     "batch": "many varied runs on two threads against MuJoCo",
     "scaling": "cost over duration and number of fingers",
     "memory": "peak memory of large batches",
     "study": "studies of thousands of runs in processes and over REST",
     "cluster": "cost of a study on every engine, and how far a cluster goes",
     "robustness": "which control law holds 1 000 random objects, in an ideal and in a noisy world",
+    "hold-in-space": "which of 1 000 random objects in space the laws hold",
     "claims": "three claims about the composite law, shown or refuted",
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
+    "hands-in-space": "whether 5 000 random hands in space end truly, inside their cones",
     "portability": "whether a run has the same bits under other machine code and in WebAssembly",
     "front-ends": "cost per tick of a law in every front end, beside MuJoCo with a controller",
     "preset-hashes": "the hashes of the presets' runs, which a test computes again",
@@ -41,7 +44,7 @@ PARTS = {
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = ("outcomes", "soak")
+SEEDED = ("outcomes", "hands-in-space", "soak")
 ONLY_IF_NAMED = ("soak",)
 
 

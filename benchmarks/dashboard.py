@@ -19,6 +19,7 @@ from benchmarks.processes import memory_of, processor_time_of
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
 
+PRESET, IN_SPACE = "paper-case-2", "spatial-prism"
 EDITS = 50
 VIEWERS = 20
 CONNECTS = 500
@@ -55,14 +56,7 @@ def tabulate_edits(edits: int = EDITS) -> Table:
     Args:
         edits: How many.
     """
-    with serve_dashboard() as served:
-        come_and_go(served.socket, 1)
-        found = measure_edits(served.page, edits)
-    rows = [
-        (f"{q}th percentile", *(f"{MILLISECONDS * np.percentile(times, q):.0f}" for times in both))
-        for both in [([e.arrived for e in found], [e.handled for e in found])]
-        for q in (50, 95)
-    ]
+    rows = [row for preset in (PRESET, IN_SPACE) for row in _edit_rows(preset, edits)]
     note = (
         "Chromium, 1440 x 900, drawn by the processor itself: a page that is drawing takes its "
         "messages from the socket later, which a graphics card does not know."
@@ -71,11 +65,24 @@ def tabulate_edits(edits: int = EDITS) -> Table:
     return Table("dashboard-edits", heads, tuple(rows), (note,))
 
 
-def tabulate_viewers(counts: tuple[int, ...] = (1, 5, VIEWERS)) -> Table:
+def _edit_rows(preset: str, edits: int) -> Iterator[tuple[str, ...]]:
+    with serve_dashboard(preset) as served:
+        come_and_go(served.socket, 1)
+        found = measure_edits(served.page, edits)
+    both = [e.arrived for e in found], [e.handled for e in found]
+    for q in (50, 95):
+        times = (f"{MILLISECONDS * np.percentile(times, q):.0f}" for times in both)
+        yield f"{preset}, {q}th percentile", *times
+
+
+def tabulate_viewers(
+    counts: tuple[int, ...] = (1, 5, VIEWERS), counts_in_space: tuple[int, ...] = (1, 5)
+) -> Table:
     """Update rate, age and cost while viewers watch a run play.
 
     Args:
         counts: How many viewers, one row each.
+        counts_in_space: The same of a hand in space.
     """
     heads = (
         "viewers, each its own session",
@@ -84,10 +91,12 @@ def tabulate_viewers(counts: tuple[int, ...] = (1, 5, VIEWERS)) -> Table:
         "processor [% of a core]",
         "kB/s each",
     )
-    with serve_dashboard() as served:
-        come_and_go(served.socket, 1)
-        rows = tuple(_watch_row(served, count) for count in counts)
-    return Table("dashboard-viewers", heads, rows)
+    rows = []
+    for preset, numbers in ((PRESET, counts), (IN_SPACE, counts_in_space)):
+        with serve_dashboard(preset) as served:
+            come_and_go(served.socket, 1)
+            rows += [(f"{preset}, {n}", *_watch_row(served, n)) for n in numbers]
+    return Table("dashboard-viewers", heads, tuple(rows))
 
 
 def _watch_row(served: Served, count: int) -> tuple[str, ...]:
@@ -97,7 +106,6 @@ def _watch_row(served: Served, count: int) -> tuple[str, ...]:
     )
     ages = np.concatenate([one.ages for one in seen])
     return (
-        str(count),
         f"{min(len(one.arrivals) for one in seen) / _WATCH:.1f}",
         f"{MILLISECONDS * np.percentile(ages, 95):.0f}",
         f"{100.0 * worked / _WATCH:.0f}",
@@ -129,11 +137,15 @@ def _memory_at_rest(served: Served) -> int:
 
 
 @contextmanager
-def serve_dashboard() -> Iterator[Served]:
-    """A dashboard of its own data folder, as long as the ``with`` block lasts."""
+def serve_dashboard(preset: str = PRESET) -> Iterator[Served]:
+    """A dashboard of its own data folder, as long as the ``with`` block lasts.
+
+    Args:
+        preset: What it opens with.
+    """
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.dashboard_server", folder],
+            [sys.executable, "-m", "benchmarks.dashboard_server", folder, preset],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -91,5 +91,6 @@ def _edit(page: Page, index: int) -> Edit:
     page.wait_for_timeout(_BETWEEN)
     slider.press("ArrowRight" if index % 2 == 0 else "ArrowLeft")
     page.wait_for_timeout(_QUIET)
+    page.wait_for_function("window.drawn.length > 0")
     arrived, handled = page.evaluate("window.drawn.at(-1)")
     return Edit(1e-3 * arrived, 1e-3 * handled)

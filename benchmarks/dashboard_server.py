@@ -1,7 +1,7 @@
-"""`python -m benchmarks.dashboard_server FOLDER`: a dashboard that tells how old its frames are.
+"""`python -m benchmarks.dashboard_server FOLDER PRESET`: a dashboard that says how old frames are.
 
-Prints its port, and ends with its standard input. The stamp is the last message of a frame:
-whoever receives it has the whole frame, and reads off how old it is.
+It opens with the preset, prints its port, and ends with its standard input. The stamp is the last
+message of a frame: whoever receives it has the whole frame, and reads off how old it is.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ class StampedScreen(Screen):
 def main() -> None:
     """Serves until the standard input ends."""
     slipgrasp.web.session.Screen = StampedScreen
+    slipgrasp.web.session.FIRST_PRESET = sys.argv[2]
     settings = Settings(data_directory=Path(sys.argv[1]))
     server = uvicorn.Server(server_config(create_dashboard_app(settings), settings))
     thread = threading.Thread(target=server.run)

@@ -65,7 +65,7 @@ def replay_in_drake(result: RunResult, step: float, approximation: str = "sap") 
     port = plant.get_applied_generalized_force_input_port()
     places = [joint.velocity_start() for joint in joints]
     forces, poses, slips = np.zeros(plant.num_velocities()), [], []
-    for k, torques in enumerate(mean_torques(trace, step)):
+    for k, torques in enumerate(mean_torques(result, step)):
         forces[places] = torques
         port.FixValue(context, forces)
         simulator.AdvanceTo((k + 1) * step)
@@ -84,9 +84,7 @@ def measure_differences(
 ) -> list[Differences]:
     """The table of differences of a preset: one row per step of Drake."""
     result = record_case(name, duration)
-    return [
-        compare(result.trace, replay_in_drake(result, step, approximation), step) for step in steps
-    ]
+    return [compare(result, replay_in_drake(result, step, approximation), step) for step in steps]
 
 
 def _build(

@@ -19,6 +19,7 @@ from benchmarks.mujoco_scene import (
     build_model,
     describe_scene,
     motors,
+    start_coordinates,
 )
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
@@ -60,7 +61,9 @@ class Hold(NamedTuple):
 
     def sinking(self) -> float:
         """How far the object is below its place at the start [m]."""
-        return float(self.start[self.model.nu + 1] - self.data.qpos[self.model.nu + 1])
+        # MuJoCo's height is the second of our two coordinates, the last of three.
+        height = self.model.nu + (1 if self.model.nq == self.model.nv else 2)
+        return float(self.start[height] - self.data.qpos[height])
 
 
 class PdLaw:
@@ -80,6 +83,9 @@ class PdLaw:
         self._inner = weights[:, 0] * centres[:, 0] + weights[:, 1] * lengths[:, 0]  # [N m]
         self._outer = weights[:, 1] * centres[:, 1]  # [N m]
         trace = simulate(scenario).trace
+        # In space a yaw about the vertical comes first, which carries no weight.
+        joints = trace.shape.joints_per_finger
+        self._pitches = slice(joints - 2, None, joints), slice(joints - 1, None, joints)
         self.goal = trace.joint_position[0]
         self._grip = trace.joint_torque[-1] - self._gravity(trace.joint_position[-1])
 
@@ -89,11 +95,11 @@ class PdLaw:
         return self._gravity(angles) + self._grip + feedback
 
     def _gravity(self, angles: Floats) -> Floats:
-        first = angles[0::2]
-        outer = self._outer * np.cos(first + angles[1::2])
-        torques = np.empty_like(angles)
-        torques[0::2] = self._inner * np.cos(first) + outer
-        torques[1::2] = outer
+        first, second = self._pitches
+        outer = self._outer * np.cos(angles[first] + angles[second])
+        torques = np.zeros_like(angles)
+        torques[first] = self._inner * np.cos(angles[first]) + outer
+        torques[second] = outer
         return torques
 
 
@@ -109,5 +115,5 @@ def hold_by_numpy(scenario: Scenario, duration: float) -> Hold:
     angles = law.goal.tolist()
     text = describe_scene(scenario, angles, STEP, motors(scenario), DEFAULT_CONTACT)
     model = mujoco.MjModel.from_xml_string(text)
-    start = np.concatenate((law.goal, scenario.trajectory.start, [0.0]))
+    start = start_coordinates(scenario, law.goal)
     return Hold(model, mujoco.MjData(model), start, round(duration / STEP), law)

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks.mujoco_scene import Contact, describe_scene, motors
+from benchmarks import mujoco_space
+from benchmarks.mujoco_scene import Contact, describe_scene, motors, start_coordinates
 from benchmarks.replay import (
     CASES,
     DURATION,
@@ -22,6 +24,10 @@ from benchmarks.replay import (
     slip_of,
 )
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
+
+Floats = NDArray[np.float64]
 
 _OSCILLATION_PER_STEP = 0.3  # natural frequency of a contact times the step [rad]
 
@@ -39,17 +45,23 @@ def replay_in_mujoco(result: RunResult, step: float) -> Replay:
     text = describe_scene(scenario, angles.tolist(), step, motors(scenario), describe_contact(step))
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    data.qpos[:joints] = angles
-    data.qpos[joints : joints + 3] = trace.object_pose[0]
-    poses, slips = [], []
-    for torques in mean_torques(trace, step):
+    data.qpos[:] = start_coordinates(scenario, angles)
+    pose, poses, slips = slice(joints, joints + trace.object_pose.shape[1]), [], []
+    for torques in mean_torques(result, step):
         data.ctrl[:] = torques
         mujoco.mj_step(model, data)
         mujoco.mj_kinematics(model, data)
-        poses.append(data.qpos[joints : joints + 3].copy())
-        slips.append(slip_of(scenario, poses[-1], data.site_xpos[:, [0, 2]]))
+        poses.append(data.qpos[pose].copy())
+        slips.append(_slip_of(scenario, poses[-1], data.site_xpos))
     times = np.linspace(step, step * len(poses), len(poses))
     return Replay(times, np.array(poses), np.array(slips))
+
+
+def _slip_of(scenario: Scenario, pose: Floats, tips: Floats) -> Floats:
+    """Slip of each fingertip, of which MuJoCo tells where it is: as in a row of the trace."""
+    if isinstance(scenario, SpatialScenario):
+        return mujoco_space.slips_of(scenario, pose, tips)
+    return slip_of(scenario, pose, tips[:, [0, 2]])
 
 
 def measure_differences(
@@ -64,10 +76,8 @@ def measure_differences(
     """
     result = record_case(name, duration)
     replays = [replay_in_mujoco(result, step) for step in steps]
-    rows = [
-        compare(result.trace, replay, step) for replay, step in zip(replays, steps, strict=True)
-    ]
-    return [*rows, compare(result.trace, extrapolate(*replays[-2:]), 0.0)]
+    rows = [compare(result, replay, step) for replay, step in zip(replays, steps, strict=True)]
+    return [*rows, compare(result, extrapolate(*replays[-2:]), 0.0)]
 
 
 def describe_contact(step: float) -> Contact:

@@ -1,20 +1,25 @@
 """A scenario as a MuJoCo scene: same bodies, gravity, friction and start pose.
 
-The object carries a slide out of the plane, without which MuJoCo's no-slip solver has no
-effect in a planar model. MuJoCo's x and z are our x and y; its y axis points away from the
-viewer, so angles turn about its -y.
+In the plane the object carries a slide out of it, without which MuJoCo's no-slip solver has no
+effect there. MuJoCo's x and z are our x and y; its y axis points away from the viewer, so angles
+turn about its -y. The bodies of a hand in space are in `benchmarks.mujoco_space`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
+from benchmarks import mujoco_space
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.spatial import SpatialScenario
 
 STIFFNESS, DAMPING = 2000.0, 120.0
 NO_SLIP_ITERATIONS = 5  # three already give all digits that ten give
@@ -50,11 +55,16 @@ def build_model(scenario: Scenario, step: float) -> tuple[mujoco.MjModel, mujoco
     text = describe_scene(scenario, angles.tolist(), step, actuators, DEFAULT_CONTACT)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    data.qpos[: len(angles)] = angles
-    data.qpos[len(angles) : len(angles) + 3] = scenario.trajectory.start
+    data.qpos[:] = start_coordinates(scenario, angles)
     data.ctrl[:] = angles + trace.joint_torque[-1] / STIFFNESS
     mujoco.mj_forward(model, data)
     return model, data
+
+
+def start_coordinates(scenario: Scenario, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """MuJoCo's coordinates in the start pose: all joints, then the object's, then out of plane."""
+    out_of_plane = [] if scenario.in_space else [0.0]
+    return np.concatenate((angles, scenario.trajectory.start, out_of_plane))
 
 
 def motors(scenario: Scenario) -> str:
@@ -65,7 +75,7 @@ def motors(scenario: Scenario) -> str:
 def describe_scene(
     scenario: Scenario, angles: list[float], step: float, actuators: str, contact: Contact
 ) -> str:
-    """The scene in MuJoCo's XML; coordinates are all joints, then x, y, theta, out-of-plane.
+    """The scene in MuJoCo's XML; its coordinates are those of `start_coordinates`.
 
     Args:
         scenario: The hand and its object.
@@ -74,23 +84,39 @@ def describe_scene(
         actuators: XML of the actuators.
         contact: How fingertips and object touch.
     """
-    body = scenario.object
-    fingers = "".join(_finger(scenario, i, angles, contact) for i in range(len(scenario.fingers)))
+    bodies = "".join(_bodies(scenario, angles, contact))
     return f"""<mujoco><option timestep="{step}" gravity="0 0 -{scenario.simulation.gravity}"
       integrator="implicitfast" cone="elliptic" noslip_iterations="{NO_SLIP_ITERATIONS}"
       noslip_tolerance="1e-14" impratio="{contact.friction_hardness}"/>
-      <worldbody>{fingers}<body>
-        <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
-        <joint type="hinge" axis="0 -1 0"/><joint type="slide" axis="0 1 0"/>
-        <inertial pos="0 0 0" mass="{body.mass}"
-          diaginertia="{body.inertia} {body.inertia} {body.inertia}"/>
-        <geom type="box" size="{body.half_width} {body.half_width} {body.face_half_length}"
-          friction="0 0 0" condim="3" contype="2" conaffinity="1" {contact.attributes}/>
-      </body></worldbody><actuator>{actuators}</actuator></mujoco>"""
+      <worldbody>{bodies}</worldbody><actuator>{actuators}</actuator></mujoco>"""
+
+
+def _bodies(scenario: Scenario, angles: list[float], contact: Contact) -> Iterator[str]:
+    """All fingers, then the object."""
+    if isinstance(scenario, SpatialScenario):
+        for i in range(len(scenario.fingers)):
+            yield mujoco_space.finger(scenario, i, angles[3 * i : 3 * i + 3], contact)
+        yield mujoco_space.held_object(scenario, contact)
+        return
+    for i in range(len(scenario.fingers)):
+        yield _finger(scenario, i, angles, contact)
+    yield _held_object(scenario, contact)
 
 
 def _joint_names(scenario: Scenario) -> list[str]:
-    return [f"q{i}{link}" for i in range(len(scenario.fingers)) for link in range(2)]
+    joints = 3 if scenario.in_space else 2
+    return [f"q{i}{joint}" for i in range(len(scenario.fingers)) for joint in range(joints)]
+
+
+def _held_object(scenario: Scenario, contact: Contact) -> str:
+    body = scenario.object
+    return f"""<body>
+      <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+      <joint type="hinge" axis="0 -1 0"/><joint type="slide" axis="0 1 0"/>
+      <inertial pos="0 0 0" mass="{body.mass}"
+        diaginertia="{body.inertia} {body.inertia} {body.inertia}"/>
+      <geom type="box" size="{body.half_width} {body.half_width} {body.face_half_length}"
+        friction="0 0 0" condim="3" contype="2" conaffinity="1" {contact.attributes}/></body>"""
 
 
 def _finger(scenario: Scenario, i: int, angles: list[float], contact: Contact) -> str:

@@ -10,7 +10,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from benchmarks import mujoco_replay
-from benchmarks.mujoco_scene import describe_scene, motors
+from benchmarks.mujoco_scene import describe_scene, motors, start_coordinates
 from benchmarks.replay import mean_torques
 from slipgrasp.core.run.result import RunResult
 
@@ -28,7 +28,7 @@ def stepping(result: RunResult, step: float) -> Callable[[], object]:
     kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
     start = np.empty(mujoco.mj_stateSize(model, kind))
     mujoco.mj_getState(model, data, start, kind)
-    torques = mean_torques(result.trace, step)
+    torques = mean_torques(result, step)
     return lambda: rollout.rollout(model, data, start[None], torques[None])
 
 
@@ -44,7 +44,7 @@ def friction_margins(result: RunResult, step: float) -> tuple[Floats, Floats]:
     """
     model, data = _scene(result, step)
     times, margins = [], []
-    for torques in mean_torques(result.trace, step):
+    for torques in mean_torques(result, step):
         data.ctrl[:] = torques
         mujoco.mj_step(model, data)
         row = np.full(len(result.scenario.fingers), np.nan)
@@ -63,7 +63,7 @@ def _scene(result: RunResult, step: float) -> tuple[mujoco.MjModel, mujoco.MjDat
     text = describe_scene(scenario, angles.tolist(), step, motors(scenario), contact)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    data.qpos[:] = np.concatenate((angles, trace.object_pose[0], [0.0]))
+    data.qpos[:] = start_coordinates(scenario, angles)
     return model, data
 
 

@@ -75,8 +75,8 @@ def judge_run(scenario: Scenario) -> Judgement:
     Args:
         scenario: What to simulate.
     """
-    plain, held = _simulate(scenario)
-    fine, _ = _simulate(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
+    plain, held = simulate_with_torques(scenario)
+    fine, _ = simulate_with_torques(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
     return Judgement(plain.outcome.value, find_missed(plain, fine, held))
 
 
@@ -90,19 +90,19 @@ def find_missed(plain: RunResult, fine: RunResult, held: np.ndarray) -> dict[str
     """
     runs = (plain, fine)
     missed = {
-        "stall": max(map(_stalled, runs)),
+        "stall": max(map(stalled, runs)),
         "rate": 0.0 if _same_course(plain, fine) else 1.0,
-        "friction": max(_given_back(run.trace) for run in runs),
+        "friction": max(given_back(run.trace) for run in runs),
         "cone": max(map(_outside_cone, runs)),
-        "ledger": max(_ledger_error(run.trace) for run in runs),
+        "ledger": max(ledger_error(run.trace) for run in runs),
         "inconsistent": _has_answer(plain, held),
         "separated": _need_not_open(plain, held),
-        "completed": max(map(_ends_wrongly, runs)),
+        "completed": max(map(ends_wrongly, runs)),
     }
     return {name: by for name, by in missed.items() if by > 0.0}
 
 
-def _simulate(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
+def simulate_with_torques(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
     """The run, and the torques that act at its end ``(n, 2)``.
 
     The trace ends before a jump that no phases agree with, hence with the torques before it.
@@ -113,7 +113,7 @@ def _simulate(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
     return simulation.result(), held
 
 
-def _stalled(run: RunResult) -> float:
+def stalled(run: RunResult) -> float:
     """1 if a run ends as chattering without the phase changes in the time that its reason states.
 
     Each contact counts once at an instant.
@@ -150,7 +150,7 @@ def _same_course(run: RunResult, other: RunResult) -> bool:
     return all(abs(a - b) <= SAME_INSTANT for a, b in times)
 
 
-def _given_back(trace: Trace) -> float:
+def given_back(trace: Trace) -> float:
     """How far the energy lost to friction falls below what was lost before [J]; 0 if allowed."""
     lost = trace.dissipated_energy
     peak = np.maximum.accumulate(lost)
@@ -176,8 +176,8 @@ def _outside_cone(run: RunResult) -> float:
     return worst if worst > OUTSIDE_CONE else 0.0
 
 
-def _ledger_error(trace: Trace) -> float:
-    """Energy unaccounted for [J]; 0 if allowed."""
+def ledger_error(trace: Trace, share: float = LEDGER_SHARE) -> float:
+    """Energy unaccounted for [J]; 0 if allowed, also by a share of the greatest energy."""
     energies = (
         trace.kinetic_energy,
         trace.potential_energy,
@@ -186,10 +186,10 @@ def _ledger_error(trace: Trace) -> float:
     )
     greatest = max(float(np.abs(energy).max()) for energy in energies)
     missing = float(np.abs(trace.energy_residual).max())
-    return missing if missing > max(LEDGER, LEDGER_SHARE * greatest) else 0.0
+    return missing if missing > max(LEDGER, share * greatest) else 0.0
 
 
-def _ends_wrongly(run: RunResult) -> float:
+def ends_wrongly(run: RunResult) -> float:
     """1 if a completed run does not reach its end, has a reason, or any number is not finite."""
     reached = run.end_time == run.scenario.simulation.duration
     completed = run.outcome is Outcome.COMPLETED

@@ -16,6 +16,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its bounds", "any"
+IN_SPACE = "in space, at the ends of ranges"
 
 MAX_STEPS = 200_000
 MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
@@ -116,8 +117,17 @@ def _on_bounds(seed: str) -> Scenario:
     )
 
 
+def _in_space(seed: str) -> Scenario:
+    """Hands in space with two to four fingers, cone or pyramid, at the ends of their ranges."""
+    from tests.core.drawn_hands_in_space import draw_hand_in_space
+    from tests.core.drawn_scenarios import AtEnds
+
+    return draw_hand_in_space(seed, AtEnds)
+
+
 POPULATIONS: dict[str, Callable[[str], Scenario]] = {
     AT_ENDS: _at_ends,
     ON_BOUNDS: _on_bounds,
     ANYWHERE: _anywhere,
+    IN_SPACE: _in_space,
 }

@@ -5,7 +5,8 @@ commanded in our run, whatever its own hand does. A squeezed object is an unstab
 turns away between the tips like a rod that buckles. After 0.3 s, a turn of the object at the
 start has grown 58 times in case I and 136 times in case II, a shift twice; after 0.5 s the
 turn has grown thousands of times. So 0.3 s, which hold the slip, its end and a while of
-stick, show the engine's own error, and much longer replays only its amplification.
+stick, show the engine's own error, and much longer replays only its amplification. In space
+control is sampled, and torques are played as they are held.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.types import ContactPhase
 
 Floats = NDArray[np.float64]
 
@@ -37,47 +39,50 @@ class Replay(NamedTuple):
     """Motion of another engine at the end of each of its steps."""
 
     times: Floats  # (rows,) [s]
-    object_pose: Floats  # (rows, 3) [m, m, rad]
-    slip: Floats  # (rows, n) [m]
+    object_pose: Floats  # (rows, 3) [m, m, rad], in space (rows, 7) [m, 1]
+    slip: Floats  # (rows, n), in space (rows, 2 n) [m]
 
 
 class Differences(NamedTuple):
     """Largest differences between an engine's motion and ours, over the whole time."""
 
     step: float  # the engine's time step, 0 for an extrapolated motion [s]
-    position: float  # of the object's centre, x or y [m]
+    position: float  # of the object's centre along an axis [m]
     angle: float  # of the object [rad]
     slip: float  # of any contact [m]
     final_slip: float  # of any contact, at the end [m]
-    slip_end: float  # between the times at which the last contact stops [s]
+    slip_end: float  # of the time at which any contact stops [s]
 
 
 def record_case(name: str, duration: float) -> RunResult:
-    """Our run of a preset with continuous control, stored densely enough to be played back.
+    """Our run of a preset, in the plane under continuous control, stored densely for playing back.
 
     Args:
         name: Preset, or path of a scenario.
         duration: Simulated time [s].
     """
-    values = {
-        "controller.control_period": 0.0,
-        "simulation.output_rate": OUTPUT_RATE,
-        "simulation.duration": duration,
-    }
-    return simulate(with_values(load_scenario(name), values))
+    scenario = load_scenario(name)
+    values = {"simulation.output_rate": OUTPUT_RATE, "simulation.duration": duration}
+    if not scenario.in_space:
+        values["controller.control_period"] = 0.0
+    return simulate(with_values(scenario, values))
 
 
-def mean_torques(trace: Trace, step: float) -> Floats:
+def mean_torques(result: RunResult, step: float) -> Floats:
     """Mean joint torque over each step of an engine, shape ``(steps, joints)`` [N m].
 
     The mean has the impulse of the recorded torque. Two rows at one time (an event, at
     which the torque jumps) enclose no time and so need no case of their own.
     """
-    torques = trace.joint_torque
-    areas = 0.5 * np.diff(trace.times)[:, None] * (torques[1:] + torques[:-1])
+    trace, ticks = result.trace, result.ticks
+    if ticks:
+        times, torques = np.append(ticks.times, trace.times[-1]), ticks.commands
+    else:
+        times, torques = trace.times, 0.5 * (trace.joint_torque[1:] + trace.joint_torque[:-1])
+    areas = np.diff(times)[:, None] * torques
     impulses = np.concatenate((np.zeros((1, torques.shape[1])), np.cumsum(areas, axis=0)))
-    edges = step * np.arange(round(trace.times[-1] / step) + 1)
-    at_edges = np.stack([np.interp(edges, trace.times, column) for column in impulses.T], axis=1)
+    edges = step * np.arange(round(times[-1] / step) + 1)
+    at_edges = np.stack([np.interp(edges, times, column) for column in impulses.T], axis=1)
     return (at_edges[1:] - at_edges[:-1]) / step
 
 
@@ -109,19 +114,45 @@ def extrapolate(coarse: Replay, fine: Replay) -> Replay:
     )
 
 
-def compare(trace: Trace, replay: Replay, step: float) -> Differences:
+def slip_ends(result: RunResult) -> Floats:
+    """When each contact of a run stops for the last time, shape ``(n,)`` [s]."""
+    ends = np.full(result.trace.shape.num_contacts, np.nan)
+    for change in result.phase_changes:
+        if change.to_phase is ContactPhase.STICK:
+            ends[change.contact] = change.time
+    return ends
+
+
+def extrapolated_ends(replay: Replay, contacts: int) -> Floats:
+    """The same of an engine with fixed steps, from late steps that surely are slip."""
+    step = replay.times[0]
+    moves = np.diff(replay.slip, axis=0, prepend=0.0).reshape(len(replay.times), contacts, -1)
+    speeds = np.linalg.norm(moves, axis=2) / step
+    ends = []
+    for speed in speeds.T:
+        k = int(np.flatnonzero(speed > MOVING)[-1]) - 2
+        ends.append(replay.times[k] + 2.0 * step * speed[k] / (speed[k - 2] - speed[k]))
+    return np.array(ends)
+
+
+def compare(result: RunResult, replay: Replay, step: float) -> Differences:
     """How far a replay strays from the run whose torques it was given."""
+    trace, ends = result.trace, slip_ends(result)
     pose = _interpolate(trace, trace.object_pose, replay.times)
     pose_error = np.abs(replay.object_pose - pose)
+    ways = 3 if trace.shape.in_space else 2
+    turn = pose_error[:, ways:]
+    if trace.shape.in_space:
+        turn = 2.0 * np.linalg.norm(turn, axis=1)  # of a small difference of unit quaternions
     slip = _interpolate(trace, trace.slip, replay.times)
     slip_error = np.abs(replay.slip - slip)
     return Differences(
         step=step,
-        position=float(pose_error[:, :2].max()),
-        angle=float(pose_error[:, 2].max()),
+        position=float(pose_error[:, :ways].max()),
+        angle=float(turn.max()),
         slip=float(slip_error.max()),
         final_slip=float(slip_error[-1].max()),
-        slip_end=abs(_slip_end(replay.times, replay.slip) - _slip_end(replay.times, slip)),
+        slip_end=float(np.abs(extrapolated_ends(replay, len(ends)) - ends).max()),
     )
 
 
@@ -137,9 +168,3 @@ def format_table(title: str, rows: Iterable[Differences]) -> str:
 
 def _interpolate(trace: Trace, signal: Floats, times: Floats) -> Floats:
     return np.stack([np.interp(times, trace.times, column) for column in signal.T], axis=1)
-
-
-def _slip_end(times: Floats, slip: Floats) -> float:
-    """End of the last step in which a contact moves; both motions are measured like this."""
-    speeds = np.abs(np.diff(slip, axis=0)).max(axis=1) / np.diff(times)
-    return float(times[1 + np.flatnonzero(speeds > MOVING)[-1]])

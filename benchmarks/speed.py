@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from benchmarks.mujoco_hold import STEP, hold_by_actuators, hold_by_numpy
@@ -38,19 +38,41 @@ def compare_speed(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
         rounds: How often each is timed.
         duration: Simulated time of every run [s].
     """
-    case = load_scenario(CASES[0])
+    runs = dict(_scenarios(duration))
+    heads, rows, ratios = race_mujoco(load_scenario(CASES[0]), runs, rounds, duration)
+    return Table("speed", heads, rows, _verdicts(*ratios[f"{CASES[0]}, continuous control"]))
+
+
+def race_mujoco(
+    case: Scenario, runs: Mapping[str, Scenario], rounds: int, duration: float
+) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], dict[str, tuple[float, float]]]:
+    """CPU time of runs and of MuJoCo that holds one of them still, measured in turns.
+
+    Args:
+        case: What MuJoCo holds.
+        runs: Our runs, by name.
+        rounds: How often each is timed.
+        duration: Simulated time of every run [s].
+
+    Returns:
+        Heads and rows of a table; of each of our runs, how much longer MuJoCo takes without and
+        with a law in NumPy.
+    """
     works: dict[str, Callable[[], object]] = {
         _ENGINE: hold_by_actuators(case, duration).run,
         _WITH_NUMPY: hold_by_numpy(case, duration).run,
     }
-    for words, scenario in _scenarios(duration):
+    for words, scenario in runs.items():
         works[words] = lambda scenario=scenario: simulate(scenario)
     seconds = median_seconds(works, rounds)
     peers = (seconds[_ENGINE], seconds[_WITH_NUMPY])
-    rows = tuple(_row(name, own, peers) for name, own in seconds.items())
     heads = (f"{duration:g} s of", "CPU [ms]", "MuJoCo / it", "MuJoCo with NumPy / it")
-    own = seconds[f"{CASES[0]}, continuous control"]
-    return Table("speed", heads, rows, _verdicts(*(peer / own for peer in peers)))
+    rows = tuple(_row(name, own, peers) for name, own in seconds.items())
+    return (
+        heads,
+        rows,
+        {name: (peers[0] / seconds[name], peers[1] / seconds[name]) for name in runs},
+    )
 
 
 def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
@@ -60,10 +82,7 @@ def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
         rounds: How often each run is timed.
         duration: Simulated time of every run [s].
     """
-    rows = tuple(
-        (words, *_profile_row(scenario, rounds)) for words, scenario in _scenarios(duration)
-    )
-    heads = (f"{duration:g} s of", "set-up [ms]", "kernel [ms]", "trace, metrics [ms]", "tick [us]")
+    heads, rows = profile_runs(dict(_scenarios(duration)), rounds, duration)
     hold = hold_by_actuators(load_scenario(CASES[0]), duration)
     step = median_seconds({_ENGINE: hold.run}, rounds)[_ENGINE]
     each = 1e6 * step * STEP / duration
@@ -72,6 +91,20 @@ def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
         f"as in MuJoCo, whose own step takes {each:.1f} us: that bounds the ratio at 1 kHz."
     )
     return Table("profile", heads, rows, (ticks,))
+
+
+def profile_runs(
+    runs: Mapping[str, Scenario], rounds: int, duration: float
+) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """Heads and rows of a table that says where the CPU time of runs goes.
+
+    Args:
+        runs: By name.
+        rounds: How often each is timed.
+        duration: Simulated time of every run [s].
+    """
+    heads = (f"{duration:g} s of", "set-up [ms]", "kernel [ms]", "trace, metrics [ms]", "tick [us]")
+    return heads, tuple((name, *_profile_row(run, rounds)) for name, run in runs.items())
 
 
 def _scenarios(duration: float) -> Iterator[tuple[str, Scenario]]:

@@ -18,14 +18,20 @@ import numpy as np
 
 from benchmarks.mujoco_replay import replay_in_mujoco
 from benchmarks.mujoco_torques import stepping
-from benchmarks.replay import CASES, DURATION, MOVING, Replay, record_case
+from benchmarks.replay import (
+    CASES,
+    DURATION,
+    Replay,
+    extrapolated_ends,
+    record_case,
+    slip_ends,
+)
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.trace.types import ContactPhase
 
 ROUNDS = 9
 OUR_ROUNDS = 45  # a run takes a millisecond or two
@@ -93,7 +99,8 @@ class Reference:
 
     def judge_replay(self, replay: Replay) -> tuple[float, float]:
         """Errors of the event [s] and of the end state [m] of another engine."""
-        event = float(np.abs(_extrapolated_ends(replay) - self.slip_ends).max())
+        ends = extrapolated_ends(replay, len(self.slip_ends))
+        event = float(np.abs(ends - self.slip_ends).max())
         return event, self._state_error(replay.object_pose[-1], replay.slip[-1])
 
     def _state_error(self, pose: np.ndarray, slip: np.ndarray) -> float:
@@ -184,26 +191,6 @@ def oracle_difference(reference: Reference) -> float:
     oracle = run_continuous(world, reference.duration, [])
     contacts = range(len(reference.slip_ends))
     return max(abs(oracle.slip_end(i) - reference.slip_ends[i]) for i in contacts)
-
-
-def slip_ends(result: RunResult) -> np.ndarray:
-    """When each contact of a run stops for the last time, shape ``(n,)`` [s]."""
-    ends = np.full(result.trace.shape.num_contacts, np.nan)
-    for change in result.phase_changes:
-        if change.to_phase is ContactPhase.STICK:
-            ends[change.contact] = change.time
-    return ends
-
-
-def _extrapolated_ends(replay: Replay) -> np.ndarray:
-    """The same of an engine with fixed steps, from late steps that surely are slip."""
-    step = replay.times[0]
-    speeds = np.abs(np.diff(replay.slip, axis=0, prepend=0.0)) / step
-    ends = []
-    for speed in speeds.T:
-        k = int(np.flatnonzero(speed > MOVING)[-1]) - 2
-        ends.append(replay.times[k] + 2.0 * step * speed[k] / (speed[k - 2] - speed[k]))
-    return np.array(ends)
 
 
 def _tabulate(points: list[Point], notes: list[str]) -> Table:

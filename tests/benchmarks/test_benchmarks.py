@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks import claims, memory, onset, scaling
+from benchmarks import claims, memory, onset, scaling, space
 from benchmarks.__main__ import PARTS, main
 from benchmarks.batch import compare_batches, vary
 from benchmarks.catalogue import measure_catalogue
@@ -91,14 +91,16 @@ def test_fits_find_the_power_and_the_line_that_made_the_costs():
 # Speed and batch
 
 
+@pytest.mark.parametrize("case", ["paper-case-1", "spatial-prism"])
 @pytest.mark.parametrize("hold", [hold_by_actuators, hold_by_numpy])
-def test_mujoco_holds_the_object_between_both_fingertips_in_every_run(hold):
+def test_mujoco_holds_the_object_between_all_fingertips_in_every_run(hold, case):
     """It sinks as its soft contacts and the springs of the PD law give, and no further."""
-    held = hold(CASE_1, 1.0)
+    scenario = load_scenario(case)
+    held = hold(scenario, 1.0)
     sinking = []
     for _ in range(2):
         held.run()
-        assert held.data.ncon == 2
+        assert held.data.ncon == len(scenario.fingers)
         sinking.append(held.sinking())
     # Without grip it would have fallen by 4.9 m.
     assert 0.0 < sinking[0] < 0.01
@@ -123,6 +125,15 @@ def test_profile_tells_the_cost_of_a_tick_only_where_control_ticks():
         assert bool(row[4]) == ("1 kHz" in row[0])
         if row[4]:  # 100 ticks, printed to 0.01 ms and 0.01 us
             assert float(row[4]) == pytest.approx(10.0 * float(row[2]), abs=0.11)
+
+
+def test_in_space_a_run_is_timed_beside_mujoco_and_by_its_parts():
+    speed, parts = space.measure_cost(rounds=1, duration=0.05)
+    cpu, with_numpy = column(speed, 1), column(speed, 3)
+    assert with_numpy[2] == pytest.approx(cpu[1] / cpu[2], rel=0.02, abs=0.06)
+    assert len(parts.rows) == 1
+    slipping, sticking = (column(space.measure_units(calls=200), k) for k in (1, 2))
+    assert min(slipping + sticking) > 0.0
 
 
 def test_variants_of_a_batch_differ_and_are_the_same_every_time():
@@ -288,11 +299,13 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "portability.md",
         "claims.md",
         "laws.md",
+        "space.md",
     )
     pages = (PAGE, *(PAGE.with_name(name) for name in others))
     text = "".join(page.read_text() for page in pages)
     names = {*PARTS, "setting", "profile", "bombs"} - {
         "scaling",
+        "space",
         "cluster",
         "dashboard",
         "robustness",
@@ -300,6 +313,7 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
     }
     names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
+    names |= {"space-speed", "space-profile", "space-units", "space-mujoco"}
     names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
     names |= {"claim-1", "claim-2", "claim-3", "robustness-worlds", "robustness-how"}
     names |= {"robustness-hands"}
@@ -313,7 +327,7 @@ def test_unknown_part_is_refused_with_the_known_ones(capsys):
     with pytest.raises(SystemExit) as refusal:
         main(["sped"])
     assert refusal.value.code == 2
-    assert "no part sped; parts: speed, batch" in capsys.readouterr().err
+    assert "no part sped; parts: speed, space" in capsys.readouterr().err
 
 
 def test_recording_is_measured_on_the_file_it_writes():

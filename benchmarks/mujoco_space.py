@@ -1,0 +1,113 @@
+"""Bodies of a hand in space in MuJoCo's XML; axes, angles and quaternions are ours.
+
+Each face that is touched is a slab of its own below the face, because MuJoCo finds where a
+sphere touches a box in closed form, and a prism only by iterating.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import (
+    SpatialContact,
+    rotation_matrix,
+    spatial_contact,
+)
+
+if TYPE_CHECKING:
+    from benchmarks.mujoco_scene import Contact
+
+Floats = NDArray[np.float64]
+
+_SLAB = 0.01  # half the thickness of the slab below a face [m]
+_THIN = 1e-9  # what MuJoCo wants of a thin rod about its own axis [kg m^2]
+
+
+def held_object(scenario: SpatialScenario, contact: Contact) -> str:
+    """The object, free to move, with a slab below every face that a finger touches."""
+    body = scenario.object
+    faces = {finger.face: spatial_contact(body, finger) for finger in scenario.fingers}
+    slabs = "".join(_slab(face, contact) for face in faces.values())
+    return f"""<body><freejoint/>
+      <inertial pos="0 0 0" mass="{body.mass}" diaginertia="{_words(body.inertias)}"/>
+      {slabs}</body>"""
+
+
+def finger(scenario: SpatialScenario, i: int, angles: list[float], contact: Contact) -> str:
+    """Finger ``i``: a yaw and a pitch at its base, a pitch at its elbow, a sphere at its tip."""
+    own = scenario.fingers[i]
+    l1, l2 = own.link_lengths
+    first, second = (_inertial(own, link) for link in range(2))
+    radius = contact.tip_radius
+    # The sphere touches the face exactly at the end of the link.
+    inward = rotation(scenario.trajectory.start[3:]) @ _contact(scenario, i).normal
+    tip = np.array([l2, 0.0, 0.0]) - radius * _outer_link(angles).T @ inward
+    return f"""<body pos="{_words(own.base)}">
+      <joint name="q{i}0" type="hinge" axis="0 0 1"/>
+      <joint name="q{i}1" type="hinge" axis="0 -1 0"/>{first}
+      <body pos="{l1} 0 0"><joint name="q{i}2" type="hinge" axis="0 -1 0"/>{second}
+        <site name="tip{i}" pos="{l2} 0 0"/>
+        <geom type="sphere" size="{radius}" pos="{_words(tip)}" friction="{own.friction} 0 0"
+          condim="3" contype="1" conaffinity="2" {contact.attributes}/></body></body>"""
+
+
+def slips_of(scenario: SpatialScenario, pose: Floats, tips: Floats) -> Floats:
+    """Both slips of each fingertip from its position relative to the object, ``(2 n,)`` [m].
+
+    Args:
+        scenario: The hand.
+        pose: Position and quaternion, ``(7,)`` [m, 1].
+        tips: ``(n, 3)`` fingertips in the inertial frame [m].
+    """
+    local = (tips - pose[:3]) @ rotation(pose[3:])
+    frames = [_contact(scenario, i) for i in range(len(tips))]
+    return np.concatenate(
+        [
+            np.array([frame.tangent_x, frame.tangent_y]) @ (tip - frame.anchor)
+            for tip, frame in zip(local, frames, strict=True)
+        ]
+    )
+
+
+def rotation(quaternion: Floats | tuple[float, ...]) -> Floats:
+    """R(Q), world from object."""
+    w, x, y, z = (float(part) for part in quaternion)
+    return np.array(rotation_matrix((w, x, y, z)))
+
+
+def _contact(scenario: SpatialScenario, i: int) -> SpatialContact:
+    return spatial_contact(scenario.object, scenario.fingers[i])
+
+
+def _outer_link(angles: list[float]) -> Floats:
+    """Attitude of the outer link, world from link."""
+    yaw, pitch = angles[0], angles[1] + angles[2]
+    along = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch)])
+    across = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    return np.stack([along, across, np.cross(along, across)], axis=1)
+
+
+def _slab(face: SpatialContact, contact: Contact) -> str:
+    low, high = np.min(face.outline, axis=0), np.max(face.outline, axis=0)
+    middle = 0.5 * (low + high)
+    axes = np.array([face.tangent_x, face.tangent_y, face.normal])
+    place = face.anchor + np.array([*middle, _SLAB]) @ axes
+    return f"""<geom type="box" size="{_words([*(0.5 * (high - low)), _SLAB])}"
+      pos="{_words(place)}" xyaxes="{_words([*face.tangent_x, *face.tangent_y])}"
+      friction="0 0 0" condim="3" contype="2" conaffinity="1" {contact.attributes}/>"""
+
+
+def _inertial(own: SpatialFinger, link: int) -> str:
+    mass, length = own.link_masses[link], own.link_lengths[link]
+    inertia = own.link_inertia_fractions[link] * mass * length**2
+    centre = own.link_centre_fractions[link] * length
+    return f"""<inertial pos="{centre} 0 0" mass="{mass}"
+      diaginertia="{_THIN} {inertia} {inertia}"/>"""
+
+
+def _words(numbers: object) -> str:
+    return " ".join(repr(float(number)) for number in numbers)

@@ -1,0 +1,132 @@
+"""A hand in space beside MuJoCo: what a run costs, where the time goes, and who moves how."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numba
+
+from benchmarks.mujoco_replay import measure_differences
+from benchmarks.replay import DURATION, STEPS
+from benchmarks.report import Table, judge
+from benchmarks.speed import profile_runs, race_mujoco
+from slipgrasp.core.kernel.space.command import spatial_command
+from slipgrasp.core.kernel.space.flow import spatial_plant
+from slipgrasp.core.kernel.space.learning import spatial_learn
+from slipgrasp.core.kernel.space.selection import spatial_select
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+
+CASE = "spatial-prism"
+ROUNDS = 15
+CALLS = 100_000
+
+_ALONE = (1.0, 2.0)  # target and aim against MuJoCo alone
+_NUMPY = 2.5  # target against MuJoCo with a controller in NumPy
+_EVALUATION = 5.0  # target of one evaluation of the plant [us]
+_MOMENTS = {"slipping": 0.05, "sticking": 1.0}  # [s]
+
+
+def run(_docs: Path | None = None) -> list[Table]:
+    """The tables ``space-speed``, ``space-profile``, ``space-units`` and ``space-mujoco``."""
+    return [*measure_cost(), measure_units(), measure_motion()]
+
+
+def measure_cost(rounds: int = ROUNDS, duration: float = 7.0) -> tuple[Table, Table]:
+    """CPU time of a run at 1 kHz and of MuJoCo, in turns; and the parts of ours.
+
+    Args:
+        rounds: How often each is timed.
+        duration: Simulated time of every run [s].
+    """
+    case = with_values(load_scenario(CASE), {"simulation.duration": duration})
+    name = f"{CASE}, 1 kHz control"
+    heads, rows, ratios = race_mujoco(case, {name: case}, rounds, duration)
+    alone, with_numpy = ratios[name]
+    notes = (
+        f"Against MuJoCo alone: {judge(alone, *_ALONE)}.",
+        f"Against MuJoCo with the law in NumPy: {judge(with_numpy, _NUMPY)}.",
+    )
+    parts = profile_runs({name: case}, rounds, duration)
+    return Table("space-speed", heads, rows, notes), Table("space-profile", *parts)
+
+
+def measure_units(calls: int = CALLS) -> Table:
+    """CPU time of the parts of a tick, while three contacts slip and while they stick.
+
+    Args:
+        calls: Over how many calls each is averaged.
+    """
+    found = {words: _time_units(moment, calls) for words, moment in _MOMENTS.items()}
+    rows = tuple((part, *(f"{found[words][part]:.2f}" for words in found)) for part in _PARTS)
+    worst = max(times["plant"] for times in found.values())
+    met = "met" if worst <= _EVALUATION else "missed"
+    note = f"The plant takes {worst:.2f} us at most; target {_EVALUATION:g} us: {met}."
+    return Table("space-units", (f"{CASE}, one call", *(f"{w} [us]" for w in found)), rows, (note,))
+
+
+_PARTS: dict[str, Any] = {
+    "plant": spatial_plant,
+    "law": spatial_command,
+    "selection of phases": spatial_select,
+    "rates of the estimates": spatial_learn,
+}
+
+
+def _time_units(moment: float, calls: int) -> dict[str, float]:
+    simulation = Simulation(with_values(load_scenario(CASE), {"simulation.duration": moment}))
+    while not simulation.finished:
+        simulation.advance()
+    model, run = simulation._model, simulation._run
+    held = (model, run.discrete, run.step.start, run.work)
+    arguments = {
+        "plant": held,
+        "law": (model, run.discrete, run.now, run.step.start, run.work),
+        "selection of phases": (*held, run.selection),
+        "rates of the estimates": (*held, run.memory),
+    }
+    return {part: _time_calls(unit, arguments[part], calls) for part, unit in _PARTS.items()}
+
+
+def _time_calls(unit: Any, arguments: tuple[Any, ...], calls: int) -> float:
+    """Mean CPU time of a call from compiled code [us]."""
+
+    @numba.njit
+    def repeat(count: int, arguments: tuple[Any, ...]) -> None:
+        for _ in range(count):
+            unit(*arguments)
+
+    repeat(1, arguments)
+    start = time.process_time()
+    repeat(calls, arguments)
+    return 1e6 * (time.process_time() - start) / calls
+
+
+def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -> Table:
+    """How far MuJoCo strays from the run whose torques it is given.
+
+    Args:
+        steps: MuJoCo's time steps [s]; the last one is half of the one before.
+        duration: How long to play [s].
+    """
+    *finite, limit = measure_differences(CASE, steps, duration)
+    rows = [
+        (
+            f"{1e3 * row.step:g} ms" if row.step else "0, by the two last",
+            *(f"{1e6 * value:.2f}" for value in row[1:5]),
+            f"{1e6 * row.slip_end:.0f}" if row.step else "",
+        )
+        for row in (*finite, limit)
+    ]
+    heads = (
+        f"{CASE}, {duration:g} s in MuJoCo, step",
+        "position [um]",
+        "turn [urad]",
+        "slip [um]",
+        "slip in the end [um]",
+        "ends of slip [us]",
+    )
+    return Table("space-mujoco", heads, tuple(rows))

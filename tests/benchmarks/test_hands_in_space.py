@@ -1,0 +1,95 @@
+"""A small sample of `benchmarks.hands_in_space`, and each of its checks on runs it must refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.hands_in_space import find_missed_in_space, judge_in_space
+from benchmarks.hold_in_space import LAWS, ORACLE, tabulate, vary_objects
+from benchmarks.random_runs import IN_SPACE, draw
+from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome, Reason
+from tests.references.spatial_instant import find_closed_answer
+
+pytestmark = pytest.mark.slow
+
+SEED = 3
+# Slips that begin or turn slowly, that end near their onset, contacts with hardly any force; steps
+# of another order than the one before.
+ONCE_WRONG = (8, 39, 141, 186, 203, 235, 248, 287, 1502, 1518)
+
+
+@pytest.fixture(scope="module", params=["spatial-prism", "spatial-pyramid"])
+def run(request):
+    return simulate(with_values(load_scenario(request.param), {"simulation.duration": 0.12}))
+
+
+def missed(run):
+    """Names of the checks that a run misses."""
+    return set(find_missed_in_space(run, np.zeros((3, 3))))
+
+
+def test_random_hands_in_space_end_truly():
+    judgements = [judge_in_space(draw(IN_SPACE, SEED, index)) for index in range(60)]
+    assert not {index: j for index, j in enumerate(judgements) if j.missed}
+    assert len({judgement.outcome for judgement in judgements}) >= 3
+
+
+@pytest.mark.parametrize("index", ONCE_WRONG)
+def test_hands_in_space_that_ended_falsely_once_end_truly(index):
+    assert not judge_in_space(draw(IN_SPACE, 14, index)).missed
+
+
+def test_draws_have_both_frictions_and_all_numbers_of_fingers():
+    drawn = [draw(IN_SPACE, SEED, index) for index in range(40)]
+    kinds = {(len(s.fingers), s.simulation.friction) for s in drawn}
+    assert kinds == {(n, friction) for n in (2, 3, 4) for friction in ("cone", "pyramid")}
+
+
+def test_a_run_as_it_should_be_misses_no_check(run):
+    assert not missed(run)
+
+
+@pytest.mark.parametrize("slips", [False, True])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_force_off_its_cone_or_pyramid_is_found(run, slips, axis):
+    trace = run.trace
+    row = np.flatnonzero((trace.phase[:, 0] != 0) == slips)[5]
+    forces = trace.tangential_force.copy()
+    bound = trace.friction_coefficient[row, 0] * trace.normal_force[row, 0]
+    # Sideways a slip has no friction on the cone, and less than its bound in the pyramid.
+    forces[row, axis] = bound * (1.0 + 1e-8)
+    assert missed(replace(run, trace=replace(trace, tangential_force=forces))) == {"cone"}
+
+
+def test_energy_given_back_or_unaccounted_for_is_found(run):
+    lost, supplied = run.trace.dissipated_energy.copy(), run.trace.supplied_energy.copy()
+    lost[-1] -= 2e-9
+    assert missed(replace(run, trace=replace(run.trace, dissipated_energy=lost))) == {"friction"}
+    supplied[-1] += 2e-6
+    assert missed(replace(run, trace=replace(run.trace, supplied_energy=supplied))) == {"ledger"}
+
+
+@pytest.mark.parametrize("outcome", [Outcome.INCONSISTENT, Outcome.SEPARATED])
+def test_ends_are_refused_where_closed_contacts_agree(run, outcome):
+    reason = Reason(code="any", message="", contact=0, time=0.12, value=None, limit=None, hint="")
+    torques = run.trace.joint_torque[-1].reshape(3, 3)
+    told = find_missed_in_space(replace(run, outcome=outcome, reason=reason), torques)
+    assert set(told) == {outcome.value}
+
+
+def test_fingers_without_torque_have_no_closed_answer(run):
+    assert find_closed_answer(run, np.zeros((3, 3))) is None
+
+
+def test_the_composite_law_holds_what_the_oracle_holds():
+    laws = ("composite, `hold`", ORACLE)
+    runs = {law: list(simulate_many(vary_objects(law, 12))) for law in laws}
+    assert set(laws) < set(LAWS)
+    held = {law: [run.metrics.held for run in those] for law, those in runs.items()}
+    assert sum(held[ORACLE]) >= 10
+    assert all(own for own, known in zip(*held.values(), strict=True) if known)
+    assert "met" in tabulate(runs).notes[0]
