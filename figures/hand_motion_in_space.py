@@ -16,6 +16,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     base_corners,
+    friction_outline,
     rotation_matrix,
     spatial_contact,
     spatial_joint_points,
@@ -29,7 +30,6 @@ _ELEVATION = math.radians(24.0)
 _ASIDE = math.radians(8.0)
 _IN_FRONT = 0.5  # what a finger in front of the object costs
 _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
-_RIM = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
 
 
 def spatial_motion_at(result: RunResult, times: Values) -> HandMotion:
@@ -58,9 +58,9 @@ def spatial_motion_at(result: RunResult, times: Values) -> HandMotion:
     friction = read.last(trace.friction_coefficient)
     points = _prisms(scenario, pose[:, :3], turns)
     desired = _prisms(scenario, *_wanted(pose, error))
-    rim = np.stack([np.cos(_RIM), np.sin(_RIM)])
+    rim = friction_outline(scenario, corners=24)
     discs = axes[:, :, 2:3] + friction[..., None, None] * np.einsum(
-        "kr,tcki->tcri", rim, axes[:, :, :2]
+        "rk,tcki->tcri", rim, axes[:, :, :2]
     )
     normals = axes[:, :, 2] @ flat
     return HandMotion(

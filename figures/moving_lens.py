@@ -1,7 +1,8 @@
 """A contact of a hand in space in the plane of its face, from outside: a lens of moving pictures.
 
-The spot first touched is in the middle and t_x points up. Around the fingertip lies the disc that
-friction cannot leave, all of one size; the line in it is the friction on the object.
+The spot first touched is in the middle and t_x points up. Around the fingertip lies what
+friction cannot leave, all of one size: a disc on the cone, a square in the pyramid; the line in it
+is the friction on the object.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.hand_motion import Reader, drawable
@@ -28,7 +30,7 @@ from slipgrasp.recordings.palette import CONE, MARK, MUTED, OBJECT, PHASES
 Values = NDArray[np.float64]
 
 # In the radius of the lens.
-_REACH, _DISC, _ROOM = 0.62, 0.34, 1.15
+_REACH, _LIMIT, _ROOM = 0.62, 0.34, 1.15
 
 # Where the lenses stand, in the width and height of the picture.
 _LOW, _HIGH, _WIDTH = 0.37, 0.9, 0.2
@@ -39,7 +41,7 @@ _LEAST_SLIP = 1e-6  # that is drawn as large as the lens [m]
 class _Parts(NamedTuple):
     face: Circle
     cross: Line2D
-    disc: Circle
+    limit: Polygon
     way: Line2D
     friction: Line2D
     tip: Line2D
@@ -76,15 +78,16 @@ class MovingLens:
         self._axes.set_xlim(-_ROOM, _ROOM)
         self._axes.set_ylim(-_ROOM, _ROOM)
         self._name = result.scenario.finger_names[contact]
+        self._outline = _LIMIT * friction_outline(result.scenario)
         self._parts = self._add_parts()
 
     def _add_parts(self) -> _Parts:
         """All of it moves, from back to front, so that it covers the fingers."""
         face = Circle((0.0, 0.0), 1.0, fc=paint(lighter(OBJECT, 0.4)), lw=0.0, zorder=10.0)
-        disc = Circle((0.0, 0.0), _DISC, fc=paint(lighter(CONE, 0.75)), ec=paint(CONE), lw=0.8)
-        disc.set(alpha=0.7, zorder=10.2)
+        limit = Polygon(self._outline, fc=paint(lighter(CONE, 0.75)), ec=paint(CONE), lw=0.8)
+        limit.set(alpha=0.7, zorder=10.2)
         rim = Circle((0.0, 0.0), 1.0, fill=False, lw=2.0, zorder=10.6)
-        for patch in (face, disc, rim):
+        for patch in (face, limit, rim):
             self._axes.add_patch(patch)
 
         def line(zorder: float, **style: Any) -> Line2D:
@@ -99,7 +102,7 @@ class MovingLens:
         words = self._axes.text(
             0.0, -0.63, "", ha="center", va="center", fontsize=7.5, linespacing=0.9, zorder=10.7
         )
-        return _Parts(face, cross, disc, way, friction, tip, rim, words)
+        return _Parts(face, cross, limit, way, friction, tip, rim, words)
 
     @property
     def artists(self) -> tuple[Artist, ...]:
@@ -113,9 +116,9 @@ class MovingLens:
         parts.rim.set_edgecolor(colour)
         parts.tip.set_markerfacecolor(colour)
         parts.tip.set_data(*spot[:, None])
-        parts.disc.set_center((float(spot[0]), float(spot[1])))
+        parts.limit.set_xy(spot + self._outline)
         parts.way.set_data(*np.concatenate([self._way[: self._rows[frame]], spot[None]]).T)
-        parts.friction.set_data(*np.stack([spot, spot + _DISC * self._share[frame]]).T)
+        parts.friction.set_data(*np.stack([spot, spot + _LIMIT * self._share[frame]]).T)
         parts.words.set_text(f"{self._name}\n{_length(float(self._slid[frame]))}")
 
 

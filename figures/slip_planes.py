@@ -1,7 +1,7 @@
 """Every contact of a hand in space in the plane of its face, seen from outside the object.
 
 t_y points to the right and t_x up, as in the lenses of the dashboard: the way of the fingertip is
-a curve, and friction on the object a curve in the disc that it cannot leave.
+a curve, and friction on the object a curve in the disc or square that it cannot leave.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.hand_motion import drawable
 from slipgrasp.figures.panels import lighter
@@ -35,7 +36,7 @@ _MARGIN = 0.12
 
 
 def draw_slip_planes(result: RunResult) -> Figure:
-    """Draws the way of every fingertip on its face, and below it friction in its disc.
+    """Draws the way of every fingertip on its face, and below it friction within its limit.
 
     Args:
         result: A run of a hand in space.
@@ -92,7 +93,8 @@ def _draw_friction(axes: Axes, result: RunResult, contact: int) -> None:
     force = -in_plane(trace.tangential_force, contact)[rows]
     share = np.full_like(force, np.nan)
     np.divide(force, limit[:, None], out=share, where=limit[:, None] > 0.0)
-    axes.add_patch(Circle((0.0, 0.0), 1.0, fc=paint(lighter(CONE, 0.86)), ec=paint(CONE), lw=0.8))
+    outline = friction_outline(result.scenario)
+    axes.add_patch(Polygon(outline, fc=paint(lighter(CONE, 0.86)), ec=paint(CONE), lw=0.8))
     for draw in (axes.axhline, axes.axvline):
         draw(0.0, color=paint(lighter(MUTED, 0.4)), linewidth=0.5, zorder=1.5)
     _draw_curve(axes, result, contact, drawable(share))

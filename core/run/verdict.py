@@ -16,7 +16,7 @@ from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
 from slipgrasp.core.scenario.own_laws import law_of
-from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import (
@@ -139,7 +139,7 @@ def _describe_slips(result: RunResult) -> str:
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
     """What a run with the paper's friction does not show."""
-    if isinstance(result.scenario, SpatialScenario) and result.scenario.has_pyramid:
+    if result.scenario.has_pyramid:
         yield (
             "Friction is the paper's pyramid: a fingertip that slips along one tangent of its face "
             "still sticks along the other, which hides how far it would drift aside on the cone, "

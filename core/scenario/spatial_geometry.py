@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialObject, SpatialScenario
 
 Vector = tuple[float, float, float]
@@ -111,6 +112,23 @@ def edges_of(outline: tuple[Point, ...]) -> tuple[tuple[float, float, float], ..
         a, b = (y0 - y1) / length, (x1 - x0) / length
         edges.append((a, b, -a * x0 - b * y0))
     return tuple(edges)
+
+
+def friction_outline(scenario: Scenario, corners: int = 48) -> Floats:
+    """What friction cannot leave, in shares of mu F_n along (t_x, t_y), or (t_y, t_x).
+
+    Args:
+        scenario: Of a hand in space: a circle on the cone, a square in the pyramid.
+        corners: Of the outline; a multiple of 8, so that those of the square are among them.
+
+    Returns:
+        The outline, counterclockwise, shape ``(corners, 2)``.
+    """
+    angles = np.linspace(0.0, 2.0 * math.pi, corners, endpoint=False)
+    outline = np.column_stack([np.cos(angles), np.sin(angles)])
+    if scenario.has_pyramid:
+        outline /= np.abs(outline).max(axis=1, keepdims=True)
+    return outline
 
 
 def rotation_matrix(quaternion: tuple[float, float, float, float]) -> tuple[Vector, Vector, Vector]:

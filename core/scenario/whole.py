@@ -60,6 +60,11 @@ class Scenario:
         """Whether the hand stands in space and not in the plane."""
         return False
 
+    @property
+    def has_pyramid(self) -> bool:
+        """Whether friction acts along each of two tangents by itself; a plane has but one."""
+        return False
+
     def to_mapping(self) -> dict[str, Any]:
         """The scenario as nested plain values, without what was left out (None, no parameters)."""
         return asdict(self, dict_factory=_without_none)

@@ -210,6 +210,11 @@ def test_a_wet_spot_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen
     assert after(early, AddDisturbance(DisturbanceKind.WET_SPOT, 5)) is early
 
 
+def test_no_spot_of_a_face_in_space_gets_wet(view: ViewState) -> None:
+    in_space = replace(view, draft=Draft.from_preset("spatial-prism"))
+    assert after(in_space, AddDisturbance(DisturbanceKind.WET_SPOT)) is in_space
+
+
 def test_a_pour_is_half_as_much_again_of_mass_and_inertia_in_one_step(view: ViewState) -> None:
     poured = after(view, AddDisturbance(DisturbanceKind.POUR))
     base = view.draft.base.object

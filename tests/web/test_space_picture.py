@@ -20,6 +20,8 @@ from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.model.events import events_of, phases_in
 from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.spatial_sampling import SpatialSampler, make_sampler
+from slipgrasp.web.model.view import Shown
+from slipgrasp.web.panels.playback_panel import caption_html
 from slipgrasp.web.panels.strip import phase_spans
 from slipgrasp.web.scene.marks import full_scale
 from slipgrasp.web.scene.scene import Scene
@@ -138,7 +140,7 @@ def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
             assert tuple(node(viewer_server, name).color) == PHASES[phase]
         friction, velocity = node(viewer_server, f"{LENS}/tip/arrows").points
         reach = float(np.linalg.norm(friction[1] - friction[0]))
-        rim = float(node(viewer_server, f"{LENS}/tip/cone/disc").scale[0])
+        rim = float(node(viewer_server, f"{LENS}/tip/cone/inside").scale[0])
         assert reach == pytest.approx(rim, rel=1e-5) or (
             phase is ContactPhase.STICK and reach < rim
         )
@@ -147,6 +149,29 @@ def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
             np.testing.assert_allclose(velocity[0], friction[1])
             side = np.cross(along, friction[1] - friction[0])
             assert np.abs(side).max() < 1e-5 * np.linalg.norm(along) * reach + 1e-9
+    scene.remove()
+
+
+def test_friction_has_a_square_in_the_pyramid_on_face_and_lens(
+    viewer_server: ViewerServer, prism: RunResult
+) -> None:
+    scene = Scene(viewer_server)
+    scene.show(prism)
+    values = {"simulation.duration": 0.06}
+    run = simulate(with_values(load_scenario("spatial-pyramid"), values))
+    scene.show(run)
+    sample = SpatialSampler(run.trace).at(DURING)
+    scene.update(sample)
+    friction, _ = node(viewer_server, f"{LENS}/tip/arrows").points
+    reach = np.abs(friction[1] - friction[0]).max()
+    edge = node(viewer_server, f"{LENS}/tip/cone/edge").points[..., [0, 2]]
+    np.testing.assert_allclose(np.abs(edge).max(axis=-1), reach, rtol=1e-5)
+    rays = node(viewer_server, "/space/object/body/contact0/tip/cone/rays").points
+    height, *across = np.moveaxis(rays[-48:], -1, 0)
+    limit = float(sample.friction[0]) * height
+    np.testing.assert_allclose(np.abs(across).max(axis=0), limit, rtol=2e-2)
+    assert "friction pyramid" in caption_html(Shown(1, run, 0.01), None, 0.0)
+    assert "friction cone" in caption_html(Shown(1, prism, 0.01), None, 0.0)
     scene.remove()
 
 

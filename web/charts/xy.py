@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS, MUTED
 from slipgrasp.web.charts.charts import LEAST_LENGTH, Chart, Line, tangential_forces
@@ -50,13 +51,11 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
     """Slip, contact forces and the way of the object, each against what it goes with."""
     trace, scenario = result.trace, result.scenario
     names = scenario.finger_names
-    has_pyramid = isinstance(scenario, SpatialScenario) and scenario.has_pyramid
     charts = [_speed_over_slip(trace, names), _object_path(trace)]
-    if not has_pyramid:
+    if not scenario.has_pyramid:
         charts.insert(1, _force_in_cone(trace, names))
     if trace.shape.in_space:
-        shares = _friction_shares(trace, names, has_pyramid=has_pyramid)
-        charts = [_slip_paths(trace, names), shares, *charts]
+        charts = [_slip_paths(trace, names), _friction_shares(trace, scenario), *charts]
     return tuple(charts)
 
 
@@ -107,32 +106,30 @@ def _slip_paths(trace: Trace, names: Sequence[str]) -> XyChart:
     )
 
 
-def _friction_shares(trace: Trace, names: Sequence[str], *, has_pyramid: bool) -> XyChart:
+def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
     """The friction on the object as a share of what the contact can give, in the axes of slip."""
     force = -trace.tangential_force.reshape(len(trace), -1, 2)
     limit = trace.friction_coefficient * trace.normal_force
     share = np.full_like(force, np.nan)
     np.divide(force, limit[:, :, None], out=share, where=limit[:, :, None] > 0.0)
-    turn = np.linspace(0.0, 2.0 * np.pi, 73)
-    circle = np.column_stack([np.cos(turn), np.sin(turn)])
-    square = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 1.0]])
-    edge, where = (
-        (square, "square; along a tangent that slips it is on its side")
-        if has_pyramid
-        else (circle, "circle; a fingertip slips with it on the circle, the way it points")
+    edge = friction_outline(scenario, corners=72)
+    where = (
+        "square; along a tangent that slips it is on its side"
+        if scenario.has_pyramid
+        else "circle; a fingertip slips with it on the circle, the way it points"
     )
     return XyChart(
         Chart(
             "xy-disc",
-            f"Friction in its {'pyramid' if has_pyramid else 'cone'}, Fₓ / μFₙ upwards",
+            f"Friction in its {'pyramid' if scenario.has_pyramid else 'cone'}, Fₓ / μFₙ upwards",
             "1",
             "The friction on the object as a share of what the contact can give now, in the axes "
             f"of its slip. In stick it is inside the {where}. {_BEFORE}",
-            tuple(_fingers(names, share[:, :, 0])),
+            tuple(_fingers(scenario.finger_names, share[:, :, 0])),
         ),
         tuple(share[:, :, 1].T),
         "F_y / μFₙ",
-        (edge,),
+        (np.concatenate([edge, edge[:1]]),),
         is_true_to_scale=True,
     )
 

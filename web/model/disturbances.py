@@ -55,7 +55,7 @@ def push_at(time: float, *, in_space: bool = False) -> Disturbance:
 
 
 def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Disturbance:
-    """A wet spot below a fingertip.
+    """A wet spot below a fingertip of a hand in the plane.
 
     Args:
         scenario: Whose face.
@@ -64,8 +64,7 @@ def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Dist
         time: When the spot appears [s].
     """
     finger = scenario.fingers[contact]
-    offset = finger.contact_offset
-    centre = round((offset[0] if isinstance(offset, tuple) else offset) + slip, 6)
+    centre = round(finger.contact_offset + slip, 6)
     return Disturbance(
         "patches", _plain_values(Patch(face=finger.face, centre=centre, start_time=time))
     )

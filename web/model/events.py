@@ -13,7 +13,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.law_choice import LAW
-from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.types import (
     SLIPS_ALONG_BOTH_TANGENTS,
     SLIPS_ALONG_ONE_TANGENT,
@@ -88,7 +87,7 @@ class RunEvent:
 
 def phases_in(scenario: Scenario) -> tuple[ContactPhase, ...]:
     """Phases that a contact of a scenario may have, one of each kind."""
-    if not isinstance(scenario, SpatialScenario):
+    if not scenario.in_space:
         return _IN_THE_PLANE
     return _IN_THE_PYRAMID if scenario.has_pyramid else _ON_THE_CONE
 

@@ -99,19 +99,20 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
         ghost: The run that is drawn pale.
         time: Where the play head stands at first [s].
     """
+    scenario = shown.result.scenario
     legend = "".join(
         f'<span><i style="color:{colour}">{sign}</i> {word}</span>'
         for sign, colour, word in (
-            ("━", _legible(CONE), "friction cone"),
+            ("━", _legible(CONE), f"friction {'pyramid' if scenario.has_pyramid else 'cone'}"),
             ("┅", _legible(BELIEVED_CONE), "as believed"),
             ("┅", _legible(GHOST), "desired pose"),
-            *_disturbance_signs(shown.result.scenario),
+            *_disturbance_signs(scenario),
         )
     )
     phases = "".join(
         f'<span title="{PHASE_HINTS[phase]}"><i style="color:{sign(PHASES[phase])}">■</i> '
         f"{PHASE_WORDS[phase]}</span>"
-        for phase in phases_in(shown.result.scenario)
+        for phase in phases_in(scenario)
     )
     pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
     return (

@@ -133,7 +133,9 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
 
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
-    """The draft with a wet spot where a fingertip of the run on the screen is."""
+    """The draft with a wet spot where a fingertip of the run on the screen is, in the plane."""
+    if draft.base.in_space:
+        return draft
     trace = shown.result.trace
     spot = locate(trace.times, moment)
     contacts = range(len(draft.base.fingers))
@@ -141,7 +143,7 @@ def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> D
         contact = int(np.argmin(trace.friction_margin[spot.row]))
     if contact not in contacts or trace.shape.num_contacts != len(contacts):
         return draft
-    slip = float(spot.read(trace.slip)[contact * trace.slip.shape[1] // len(contacts)])
+    slip = float(spot.read(trace.slip)[contact])
     return draft.with_disturbance(wet_spot(draft.base, contact, slip, moment))
 
 

@@ -21,7 +21,7 @@ Points = NDArray[np.float64]
 _HALO = 1.9
 _CONE_OPACITY = 0.5
 _FINEST_FRICTION = 5e-3
-_RAYS = 12
+_RAYS = 8
 
 
 class SpatialContactView:
@@ -31,6 +31,7 @@ class SpatialContactView:
         scene: Where the nodes go.
         name: Name of that node.
         contact: Anchor, tangents and normal in the object's frame.
+        outline: What friction cannot leave, in shares of its limit, ``(48, 2)``.
         sizes: Sizes of the marks.
         detail: How finely they are drawn.
     """
@@ -40,10 +41,11 @@ class SpatialContactView:
         scene: viser.SceneApi,
         name: str,
         contact: SpatialContact,
+        outline: Points,
         sizes: MarkSizes,
         detail: Detail,
     ) -> None:
-        self._sizes = sizes
+        self._sizes, self._outline = sizes, outline
         anchor = triple(np.asarray(contact.anchor))
         scene.add_frame(name, show_axes=False, position=anchor, wxyz=face_attitude(contact))
         self._way = scene.add_line_segments(
@@ -113,7 +115,7 @@ class SpatialContactView:
 
     def _add_cone(self, scene: viser.SceneApi, name: str) -> None:
         """The cone in which the force on the object stays: around the inward normal."""
-        inside = open_cone(1.0, self._sizes.cone_length)
+        inside = open_cone(1.0, self._sizes.cone_length, self._outline)
         self._inside = scene.add_mesh_simple(
             f"{name}/inside", *inside, color=CONE_INSIDE, opacity=_CONE_OPACITY, side="double"
         )
@@ -122,15 +124,16 @@ class SpatialContactView:
         )
 
     def _open(self, friction: float) -> None:
-        """Opens the cone as wide as a friction coefficient says; as fine as an eye can see."""
+        """Opens it as wide as a friction coefficient says; as fine as an eye can see."""
         now = round(friction / _FINEST_FRICTION)
         if now == self._opened:
             return
         self._opened, length = now, self._sizes.cone_length
-        self._inside.vertices = open_cone(friction, length).vertices
+        self._inside.vertices = open_cone(friction, length, self._outline).vertices
         height = length / np.hypot(1.0, friction)
-        rim = np.column_stack([np.full(48, height), friction * height * circle(1.0)])
-        rays = np.stack([np.zeros((_RAYS, 3)), rim[:: 48 // _RAYS]], axis=1)
+        count = len(self._outline)
+        rim = np.column_stack([np.full(count, height), friction * height * self._outline])
+        rays = np.stack([np.zeros((_RAYS, 3)), rim[:: count // _RAYS]], axis=1)
         ring = np.stack([rim, np.roll(rim, -1, axis=0)], axis=1)
         self._rays.points = np.concatenate([rays, ring]).astype(np.float32)
 

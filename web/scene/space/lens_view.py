@@ -1,9 +1,10 @@
 """Lenses of a hand in space: the face of each contact from outside, magnified.
 
 The spot that was first touched is in the middle and the object's z axis points up. The way of the
-fingertip is a curve. Around the fingertip lies the disc that friction cannot leave: its radius is
-the largest friction that the contact can give now, the arrow in it the friction on the object.
-While the fingertip slips, that arrow ends on the rim, and the slip velocity goes on from there.
+fingertip is a curve. Around the fingertip lies what friction cannot leave, a disc on the cone and
+a square in the pyramid: as large as the largest friction that the contact can give now; the arrow
+in it is the friction on the object. While the fingertip slips, that arrow ends on the rim, and
+the slip velocity goes on from there.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, round_pat
 from slipgrasp.web.scene.layout import nice_at_least
 from slipgrasp.web.scene.lens_frame import LensFrame
 from slipgrasp.web.scene.marks import FullScale
-from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
+from slipgrasp.web.scene.shapes import extrude, lift, polyline, position
 from slipgrasp.web.scene.space.contact_marks import ContactState, way_segments
 from slipgrasp.web.scene.space.layout import SpatialLayout
 from slipgrasp.web.scene.surfaces import Surfaces
@@ -42,6 +43,7 @@ class SpatialLensView:
         layout: Where the lenses are.
         index: Which contact.
         finger: What its finger is called.
+        outline: What friction cannot leave, in shares of its limit, ``(k, 2)``.
         surfaces: Colours.
         detail: How finely it is drawn.
     """
@@ -53,10 +55,11 @@ class SpatialLensView:
         layout: SpatialLayout,
         index: int,
         finger: str,
+        outline: Points,
         surfaces: Surfaces,
         detail: Detail,
     ) -> None:
-        self._detail, self._surfaces = detail, surfaces
+        self._detail, self._surfaces, self._outline = detail, surfaces, outline
         self._radius = layout.lens_radius
         self.magnify(layout)
         self._index = index
@@ -76,23 +79,23 @@ class SpatialLensView:
         self._phase: ContactPhase | None = None
         self._slid = np.zeros((1, 2))
         self._follow_tip = Follower(detail, self._draw_tip)
-        self._follow_disc = Follower(detail, self._draw_disc)
+        self._follow_limit = Follower(detail, self._draw_limit)
         self._follow_arrows = Follower(detail, self._draw_arrows)
         self._draw_grid()
 
     def magnify(self, layout: SpatialLayout) -> None:
         """Sets how much larger than life the lens shows slip, and how large friction."""
-        self._magnification, self._disc_scale = layout.magnification, layout.disc_scale
+        self._magnification, self._limit_scale = layout.magnification, layout.disc_scale
 
     def rescale(self, layout: SpatialLayout) -> None:
         """The same for a lens that is there already."""
         self.magnify(layout)
         self._draw_grid()
-        for follower in (self._follow_tip, self._follow_disc, self._follow_arrows):
+        for follower in (self._follow_tip, self._follow_limit, self._follow_arrows):
             follower.forget()
 
     def show_cone(self, visible: bool) -> None:
-        """Whether the disc of the friction cone is drawn."""
+        """Whether the limit of friction is drawn."""
         self._cone.visible = visible
 
     def update(self, state: ContactState, phase: ContactPhase, full: FullScale) -> None:
@@ -109,8 +112,8 @@ class SpatialLensView:
         self._slid = state.way
         self._follow_tip.follow(self._magnification * state.slip)
         believed = 0.0 if state.believed is None else max(state.believed * state.normal, 0.0)
-        self._follow_disc.follow(self._disc_scale * np.array([state.limit, believed]))
-        friction = self._disc_scale * state.friction
+        self._follow_limit.follow(self._limit_scale * np.array([state.limit, believed]))
+        friction = self._limit_scale * state.friction
         speed = _SPEED_LENGTH * self._radius / full.speed * state.velocity
         slips = phase is not ContactPhase.STICK
         motion = np.stack([friction, friction + speed]) if slips else np.zeros((2, 2))
@@ -129,9 +132,9 @@ class SpatialLensView:
         )
         self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
         self._cone = scene.add_frame(f"{name}/tip/cone", show_axes=False)
-        disc = extrude(circle(1.0), 0.011, 0.012)
-        self._disc = scene.add_mesh_simple(
-            f"{name}/tip/cone/disc", *disc, color=CONE_INSIDE, opacity=0.6, flat_shading=True
+        inside = extrude(self._outline, 0.011, 0.012)
+        self._inside = scene.add_mesh_simple(
+            f"{name}/tip/cone/inside", *inside, color=CONE_INSIDE, opacity=0.6, flat_shading=True
         )
         self._edge, self._belief = (
             scene.add_line_segments(
@@ -174,12 +177,12 @@ class SpatialLensView:
         self._tip.position = position(slip, 0.02)
         self._way.points = way_segments(self._magnification * self._slid, 0.036)
 
-    def _draw_disc(self, radii: Points) -> None:
-        limit, believed = np.minimum(radii, 2.0 * self._radius).tolist()
-        self._disc.scale = (max(limit, 1e-6), 1.0, max(limit, 1e-6))
-        self._edge.points = polyline(circle(limit), 0.014, closed=True)
+    def _draw_limit(self, sizes: Points) -> None:
+        limit, believed = np.minimum(sizes, 2.0 * self._radius).tolist()
+        self._inside.scale = (max(limit, 1e-6), 1.0, max(limit, 1e-6))
+        self._edge.points = polyline(limit * self._outline, 0.014, closed=True)
         self._belief.visible = believed > 0.0
-        self._belief.points = polyline(circle(believed), 0.016, closed=True)[::2]
+        self._belief.points = polyline(believed * self._outline, 0.016, closed=True)[::2]
 
     def _draw_arrows(self, arrows: Points) -> None:
         self._arrows.points = lift(arrows, 0.07)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import SpatialContact, base_corners
+from slipgrasp.core.scenario.spatial_geometry import SpatialContact, base_corners, friction_outline
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.spatial_sampling import SpatialSample
 from slipgrasp.web.scene.detail import Detail
@@ -198,7 +198,8 @@ def _shape(scenario: SpatialScenario) -> object:
         (f.link_lengths, f.base, f.face, f.contact_offset, f.elbow) for f in scenario.fingers
     )
     body = scenario.object
-    return (fingers, base_corners(body), body.height, scenario.trajectory.start)
+    start = scenario.trajectory.start
+    return (fingers, base_corners(body), body.height, start, scenario.has_pyramid)
 
 
 def _make_views(
@@ -214,8 +215,9 @@ def _make_views(
     held = SpatialObjectView(scene, f"{_ROOT}/object", scenario.object, surfaces, detail)
     inner = min(abs(np.dot(contact.anchor, contact.normal)) for contact in frames)
     sizes = sizes_on_hand(inner)
+    outline = friction_outline(scenario)
     contacts = tuple(
-        SpatialContactView(scene, f"{held.body.name}/contact{i}", contact, sizes, detail)
+        SpatialContactView(scene, f"{held.body.name}/contact{i}", contact, outline, sizes, detail)
         for i, contact in enumerate(frames)
     )
     lens_root = scene.add_frame(f"{_ROOT}/lenses", show_axes=False)
@@ -223,7 +225,7 @@ def _make_views(
     scene.add_frame(board, show_axes=False, wxyz=_attitude(layout.plane))
     names = scenario.finger_names
     lenses = tuple(
-        SpatialLensView(scene, f"{board}/{i}", layout, i, names[i], surfaces, detail)
+        SpatialLensView(scene, f"{board}/{i}", layout, i, names[i], outline, surfaces, detail)
         for i in range(len(frames))
     )
     leaders = tuple(

@@ -69,10 +69,19 @@ def rounded_bar(length: float, start_radius: float, end_radius: float) -> Mesh:
     return turned_profile(np.concatenate([back, front + np.array([length, 0.0])]))
 
 
-def open_cone(friction: float, length: float) -> Mesh:
-    """A friction cone of a slant height [m] about x, its tip in the origin."""
-    scale = length / np.hypot(1.0, friction)
-    return turned_profile(np.array([[0.0, 0.0], [scale, scale * friction]]))
+def open_cone(friction: float, length: float, outline: Points) -> Mesh:
+    """A friction cone or pyramid of a slant height [m] about x, its tip in the origin.
+
+    Args:
+        friction: The friction coefficient.
+        length: The slant height [m].
+        outline: Across x, for a friction coefficient of 1 and a height of 1, ``(k, 2)``.
+    """
+    height, index = length / np.hypot(1.0, friction), np.arange(len(outline)) + 1
+    rim = np.column_stack([np.full(len(outline), height), height * friction * outline])
+    faces = np.stack([np.zeros_like(index), index, np.roll(index, -1)], axis=1)
+    vertices = np.concatenate([np.zeros((1, 3)), rim])
+    return Mesh(vertices.astype(np.float32), faces.astype(np.uint32))
 
 
 def quaternion_of(columns: Points) -> Quaternion:
