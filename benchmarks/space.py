@@ -84,7 +84,7 @@ def _time_units(moment: float, calls: int) -> dict[str, float]:
     held = (model, run.discrete, run.step.start, run.work)
     arguments = {
         "plant": held,
-        "law": (model, run.discrete, run.now, run.step.start, run.work),
+        "law": (model, run.discrete, run.now, run.senses, run.work),
         "selection of phases": (*held, run.selection),
         "rates of the estimates": (*held, run.memory),
     }

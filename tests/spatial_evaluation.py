@@ -13,6 +13,7 @@ from slipgrasp.core.kernel.space.flow import spatial_plant
 from slipgrasp.core.kernel.space.learning import MEMORY, spatial_learn
 from slipgrasp.core.kernel.space.model import pack_model
 from slipgrasp.core.kernel.space.selection import SELECTED, SELECTION_ROOM, spatial_select
+from slipgrasp.core.kernel.space.sensing import SENSES
 from slipgrasp.core.kernel.space.state import STATE, parts_of
 from slipgrasp.core.kernel.space.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 from slipgrasp.core.scenario.spatial import SpatialScenario
@@ -45,6 +46,7 @@ class SpatialEvaluation:
         self.n, self.p = len(scenario.fingers), len(scenario.estimates)
         self.model = pack_model(scenario, [0.0] * 6)
         self.discrete, self.work = make_record(DISCRETE), make_record(WORKSPACE)
+        self.senses = make_record(SENSES)
         self.state: Record = make_record(STATE)
         parts = parts_of(self.state, self.n)
         parts.pose[:] = *state.position, *state.quaternion
@@ -55,6 +57,10 @@ class SpatialEvaluation:
         self.discrete.directions[: self.n] = phase.directions
         self.discrete.slips[: self.n] = ~phase.sticks
         self.discrete.estimates[: self.p] = estimates
+        self.discrete.beliefs[: self.n] = self.discrete.phases[: self.n]
+        self.senses.measured = self.state
+        self.senses.slips[: self.n] = ~phase.sticks
+        self.senses.gamma[: self.n] = phase.directions
 
     def plant(self, torques: Floats) -> Motion:
         """Motion under torques ``(n, 3)`` [N m]."""
@@ -72,13 +78,15 @@ class SpatialEvaluation:
 
     def command(self, t: float = 0.0) -> Floats:
         """Torques that the law asks for, ``(n, 3)`` [N m]."""
-        answered = call(spatial_command, self.model, self.discrete, t, self.state, self.work)
+        answered = call(spatial_command, self.model, self.discrete, t, self.senses, self.work)
         assert answered == 1
-        return self.discrete.torques[: self.n].copy()
+        return self.discrete.commanded[: self.n].copy()
 
     def learn(self) -> Floats:
         """Rates of the estimates, after a command and a selection at this state, ``(p,)``."""
         memory = make_record(MEMORY)
+        memory.trust, memory.contact_trust[:] = 1.0, 1.0
+        memory.slips[:], memory.gamma[:] = self.discrete.slips, self.work.gamma
         call(spatial_learn, self.model, self.discrete, self.state, self.work, memory)
         return self.work.rates[: self.p].copy()
 

@@ -278,7 +278,7 @@ class ControllerParameters:
         Le(10.0),
         Quantity(
             "standard deviation of the noise that it expects on measured velocities "
-            "(of theta in rad/s); twice too high costs little, twice too low may cost the object.",
+            "(of angles in rad/s); twice too high costs little, twice too low may cost the object.",
             "m/s",
             typical=(0.0, 0.01),
             changeable=True,

@@ -67,7 +67,7 @@ class SensingParameters:
         Ge(0.0),
         Le(0.1),
         Quantity(
-            "Standard deviation of the noise on measured positions: of the object (theta in rad) "
+            "Standard deviation of the noise on measured positions: of the object (angles in rad) "
             "and of the slip.",
             "m",
             typical=(0.0, 1e-4),
@@ -79,7 +79,7 @@ class SensingParameters:
         Ge(0.0),
         Le(10.0),
         Quantity(
-            "The same of measured velocities (of theta in rad/s).",
+            "The same of measured velocities (of angles in rad/s).",
             "m/s",
             typical=(0.0, 0.01),
             changeable=True,
@@ -90,7 +90,7 @@ class SensingParameters:
         Ge(0.0),
         Le(1e3),
         Quantity(
-            "The same of measured accelerations (of theta in rad/s²).",
+            "The same of measured accelerations (of angles in rad/s²).",
             "m/s²",
             typical=(0.0, 1.0),
             changeable=True,

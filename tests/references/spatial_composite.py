@@ -78,7 +78,15 @@ class Composite:
         self.start = learning.deviations**2
         self.covariance = np.diag(self.start)
 
-    def learn(self, now: Instant, estimates: Array, gradient: Array, period: float) -> Array:
+    def learn(
+        self,
+        now: Instant,
+        estimates: Array,
+        gradient: Array,
+        period: float,
+        noise: Array | float = 0.0,
+        trust: Array | float = 1.0,
+    ) -> Array:
         """The estimates of the next tick before their bounds, ``(p,)``.
 
         Args:
@@ -86,12 +94,15 @@ class Composite:
             estimates: Before it.
             gradient: U^T r of Eq. 24, ``(p,)``.
             period: Control period [s].
+            noise: Variance that noise of the acceleration adds to each row.
+            trust: By which the deviation of each row is divided.
         """
         tracking = period * self.covariance @ gradient
         y = now.missing(np.zeros(len(estimates)))
         Y = np.array([y - now.missing(unit) for unit in np.eye(len(estimates))]).T
         deviations = np.full(len(y), self.learning.force_noise)
         deviations[3:6] *= np.sqrt(np.mean(np.sum(now.kin.arms**2, axis=1)))
+        deviations = np.sqrt(deviations**2 + noise) / np.maximum(trust, 1e-9)
         learnt = estimates.copy()
         for row, value, deviation in zip(Y, y, deviations, strict=True):
             gain = self.covariance @ row / (deviation**2 + row @ self.covariance @ row)

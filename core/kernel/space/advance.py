@@ -59,8 +59,9 @@ from slipgrasp.core.kernel.space.run import (
 from slipgrasp.core.kernel.space.slip_rows import spatial_follow_slip, spatial_leave_slip
 from slipgrasp.core.kernel.space.state import slip_velocity_at, supplied_at
 from slipgrasp.core.kernel.space.steps import spatial_accept, spatial_locate
-from slipgrasp.core.kernel.space.tick import spatial_tick
+from slipgrasp.core.kernel.space.tick import spatial_apply, spatial_tick
 from slipgrasp.core.kernel.space.ways import axes_of, way_speed
+from slipgrasp.core.kernel.tick import next_command
 
 STALLED, MAX_STALLS = 1e-9, 20
 PACE_STEPS, LEAST_PACE = 50_000, 1e-9
@@ -176,12 +177,14 @@ def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> i
     """One step, cut at the first event in it, and the jump at its end if there is one."""
     if next_tick(model, run) <= run.now:
         return spatial_tick(model, run, outlet, 0, 0)
+    if next_command(run) <= run.now:
+        return spatial_apply(model, run, outlet)
     while model.motion.breaks[run.discrete.piece] <= run.now:
         run.discrete.piece += 1
     while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
         spatial_emit(model, run, outlet, run.discrete)
         run.outputs += 1
-    until = min(t_stop, next_tick(model, run), next_output(model, run))
+    until = min(t_stop, next_tick(model, run), next_command(run), next_output(model, run))
     size = spatial_accept(model, run, until)
     if size == 0.0:
         spatial_emit(model, run, outlet, run.discrete)

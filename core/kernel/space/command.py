@@ -14,29 +14,29 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.dynamics import combine_links, multiply, update_unit_dynamics
-from slipgrasp.core.kernel.space.flow import set_directions
 from slipgrasp.core.kernel.space.grasp import spatial_grasp
 from slipgrasp.core.kernel.space.kinematics import forces_to_torques, update_kinematics
 from slipgrasp.core.kernel.space.law import LARGEST_TILT, believe, brake_slips, tilt, update_errors
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.plant import assemble, object_bias, own_force, to_world
-from slipgrasp.core.kernel.space.state import STATE
-from slipgrasp.core.kernel.space.workspace import DISCRETE, MAX_FORCES, STICK, WORKSPACE
+from slipgrasp.core.kernel.space.sensing import SENSES
+from slipgrasp.core.kernel.space.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
 
-@compiled
-def _update_model(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """The controller's model of the hand: believed masses and friction, in the believed phases."""
-    update_kinematics(model.hand, state, work.kin)
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, SENSES, WORKSPACE)
+def spatial_believe(
+    model: Record, discrete: Record, t: float, senses: Record, work: Record
+) -> None:
+    """The controller's model of the hand as measured, in the believed phases; errors and demand."""
+    room = work.room
+    update_kinematics(model.hand, senses.measured, work.kin)
     update_unit_dynamics(model.hand, work.kin, work.unit)
     believe(model, discrete.estimates, work.believed)
     combine_links(work.believed, work.unit, work.believed_dynamics)
-    room = work.room
-    set_directions(model, discrete, state, room.gamma)
     for i in range(model.num_fingers):
         for axis in range(2):
-            slips = 0.0 if discrete.beliefs[i] == STICK else discrete.slips[i, axis]
-            room.slips[i, axis] = slips
+            room.slips[i, axis] = senses.slips[i, axis]
+            room.gamma[i, axis] = senses.gamma[i, axis]
     assemble(
         work.kin,
         work.believed_dynamics,
@@ -45,27 +45,23 @@ def _update_model(model: Record, discrete: Record, state: Record, work: Record) 
         room.gamma,
         work.believed_system,
     )
+    update_errors(model, discrete.piece, t, senses.measured, room)
+    brake_slips(model, discrete, senses.measured, room)
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE)
-def spatial_command(model: Record, discrete: Record, t: float, state: Record, work: Record) -> int:
-    """Writes the commanded torque to ``discrete.torques``.
-
-    The phases of ``discrete`` are those before the torque acts.
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, SENSES, WORKSPACE)
+def spatial_command(model: Record, discrete: Record, t: float, senses: Record, work: Record) -> int:
+    """Writes the commanded torque to ``discrete.commanded``.
 
     Returns:
         1, or 0 where the law has no answer: its model is singular, or the object has turned so far
         that the coordinates of its law end.
     """
     n, room = model.num_fingers, work.room
-    for i in range(n):
-        discrete.beliefs[i] = discrete.phases[i]
-    _update_model(model, discrete, state, work)
-    update_errors(model, discrete.piece, t, state, room)
-    brake_slips(model, discrete, state, room)
+    spatial_believe(model, discrete, t, senses, work)
     if not abs(work.believed_system.determinant) > 0.0 or not tilt(room) < LARGEST_TILT:
         return 0
-    _ask_wrench(model, state, work)
+    _ask_wrench(model, senses.measured, work)
     num_rows = _fill_rows(model, work)
     _set_limits(model, work)
     violation = spatial_grasp(work.grasp, n, num_rows, model.law.grasp_force)
@@ -80,7 +76,7 @@ def spatial_command(model: Record, discrete: Record, t: float, state: Record, wo
         total += x + y + z
     if not abs(total) < np.inf:
         return 0
-    forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.torques)
+    forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.commanded)
     return 1
 
 

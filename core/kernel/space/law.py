@@ -127,7 +127,7 @@ def _jacobian_rate_times(
 
 
 @compiled
-def _exponential(rho: tuple[float, float, float]) -> tuple[float, float, float, float]:
+def exponential(rho: tuple[float, float, float]) -> tuple[float, float, float, float]:
     """The unit quaternion of a rotation vector."""
     angle = np.sqrt(rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2])
     sine, cosine = sincos(0.5 * angle)
@@ -136,7 +136,7 @@ def _exponential(rho: tuple[float, float, float]) -> tuple[float, float, float, 
 
 
 @compiled
-def _product(
+def product(
     p: tuple[float, float, float, float], q: tuple[float, float, float, float]
 ) -> tuple[float, float, float, float]:
     """The product of two quaternions."""
@@ -193,10 +193,10 @@ def _update_turn(model: Record, piece: int, t: float, state: Record, room: Recor
     cx, cy, cz = _jacobian_rate_times(own, turned, rates, vx, vy, vz)
     bx, by, bz = bx + cx, by + cy, bz + cz
     start = (model.attitude[0], model.attitude[1], model.attitude[2], model.attitude[3])
-    desired = _product(_exponential(turned), start)
+    desired = product(exponential(turned), start)
     present = (x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2], x[ATTITUDE + 3])
     back = (desired[0], -desired[1], -desired[2], -desired[3])
-    error = _product(present, back)
+    error = product(present, back)
     rho = _logarithm(error)
     turn = room.rotation
     room.bias[0], room.bias[1], room.bias[2], room.bias[3] = error
@@ -264,12 +264,13 @@ def tilt(room: Record) -> float:
 
 @compiled
 def brake_slips(model: Record, discrete: Record, state: Record, room: Record) -> None:
-    """The slip part of the demand: 0 where a contact is believed to stick, slip_stop elsewhere."""
+    """The slip part of the demand: 0 along what is believed to stick, slip_stop elsewhere."""
     n, law = model.num_fingers, model.law
     for i in range(n):
-        if discrete.beliefs[i] == STICK:
-            room.slip_demand[i, 0] = room.slip_demand[i, 1] = 0.0
-        elif law.slip_stop > 0.0:
+        for axis in range(2):
+            if room.slips[i, axis] == 0.0:
+                room.slip_demand[i, axis] = 0.0
+        if discrete.beliefs[i] != STICK and law.slip_stop > 0.0:
             stopping = slip_speed(n, state, i) / law.period
             brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
             for axis in range(2):

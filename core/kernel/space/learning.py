@@ -15,15 +15,16 @@ from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.space.dynamics import multiply
+from slipgrasp.core.kernel.space.inertia import fill_inertia
 from slipgrasp.core.kernel.space.law import (
     inertia_column,
     multiply_regressor,
     unit_force,
     weights_of_error,
 )
-from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.model import MAX_COORDINATES, MODEL
 from slipgrasp.core.kernel.space.plant import own_force, to_contact_frame, weigh_error
-from slipgrasp.core.kernel.space.state import SPIN, STATE
+from slipgrasp.core.kernel.space.state import SPIN, STATE, slip_velocity_at
 from slipgrasp.core.kernel.space.ways import axes_of
 from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
@@ -37,12 +38,18 @@ MEMORY = np.dtype(
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
         ("gain", np.float64, (MAX_UNKNOWNS,)),
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # in which contacts tell their friction
+        ("gamma", np.float64, (MAX_FINGERS, 2)),  # directions of these
+        ("trust", np.float64),  # in the measured accelerations, 0 to 1
+        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
+        ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~ as believed
         ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
         ("wrench", np.float64, (6,)),
     ],
     align=True,
 )
 
+LEAST_TRUST = 1e-3
 SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
 
 
@@ -92,10 +99,10 @@ def spatial_learn(
 
     Args:
         model: Constants of the run.
-        discrete: Phases under the new torque; beliefs, which were those before it.
-        state: At the tick.
-        work: Evaluated there under the torque that acts; the controller's model is up to date.
-        memory: Of the composite law.
+        discrete: Estimates of the tick.
+        state: As measured.
+        work: With acceleration and tip forces as measured; the controller's model is up to date.
+        memory: Of the composite law, with trust, slips and their directions.
     """
     law, count = model.law, model.num_unknowns
     if not law.facts.learns:
@@ -139,9 +146,11 @@ def _learn_composite(
         memory.estimates[j] = discrete.estimates[j]
         for k in range(count):
             memory.before[j, k] = memory.covariance[j, k]
-    _find_forces(model, work, memory)
-    _take_object_rows(model, discrete, state, work, memory)
-    _take_slip_rows(model, discrete, work, memory)
+    if memory.trust > LEAST_TRUST:
+        _find_forces(model, work, memory)
+        _find_inertia(model, work, memory)
+        _take_object_rows(model, discrete, state, work, memory)
+        _take_slip_rows(model, discrete, state, work, memory)
     for j in range(count):
         tracking = 0.0
         for k in range(count):
@@ -175,12 +184,44 @@ def _find_forces(model: Record, work: Record, memory: Record) -> None:
 
 
 @compiled
+def _find_inertia(model: Record, work: Record, memory: Record) -> None:
+    """M~ as believed, by which noise of the accelerations reaches the rows."""
+    if model.law.acceleration_variance > 0.0:
+        fill_inertia(
+            work.kin,
+            work.believed_dynamics,
+            work.believed,
+            work.room.slips,
+            work.believed_system,
+            memory.inertia,
+        )
+
+
+@compiled
+def _row_noise(
+    model: Record, work: Record, memory: Record, line: int, first: float, second: float
+) -> float:
+    """Variance of a sum of this line of M~ and the next, from noise of differenced velocities."""
+    variance, total = model.law.acceleration_variance, 0.0
+    if variance == 0.0:
+        return 0.0
+    for k in range(6 + 2 * model.num_fingers):
+        if k < 6 or work.room.slips[k // 2 - 3, k % 2] != 0.0:
+            part = first * memory.inertia[line, k]
+            if second != 0.0:
+                part += second * memory.inertia[line + 1, k]
+            total += square(part)
+    return variance * total
+
+
+@compiled
 def _take_object_rows(
     model: Record, discrete: Record, state: Record, work: Record, memory: Record
 ) -> None:
     """The equations of the object: three forces, three moments."""
     n, a, believed, x = model.num_fingers, work.acceleration, work.believed, state.x
     variance, reach = model.law.force_variance, 0.0
+    scale = 1.0 / square(memory.trust)
     for i in range(n):
         for k in range(3):
             reach += square(work.kin.arms[i, k]) / n
@@ -200,6 +241,7 @@ def _take_object_rows(
     for row in range(6):
         _fill_object_row(model, state, work, memory, row)
         noise = variance if row < 3 else variance * reach
+        noise = scale * (noise + _row_noise(model, work, memory, row, 1.0, 0.0))
         spatial_take_row(model, discrete, memory, memory.wrench[row] - needed[row], noise)
 
 
@@ -222,16 +264,21 @@ def _fill_object_row(model: Record, state: Record, work: Record, memory: Record,
 
 
 @compiled
-def _take_slip_rows(model: Record, discrete: Record, work: Record, memory: Record) -> None:
-    """Every contact that slips lies on its cone, F_n mu = -g . F_t, in the phases of now."""
+def _take_slip_rows(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """Every contact that slips lies on its cone, F_n mu = -g . F_t."""
     unknowns, kin = model.unknowns, work.kin
     for i in range(model.num_fingers):
+        trust = memory.trust * memory.contact_trust[i]
+        if trust < LEAST_TRUST:
+            continue
         force = to_contact_frame(
             kin, i, memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2]
         )
         mu = work.believed.friction[i]
         for way in range(model.ways):
-            if discrete.slips[i, way] == 0.0:
+            if memory.slips[i, way] == 0.0 or not _is_measured(model, state, memory, i, way):
                 continue
             for k in range(unknowns.count):
                 memory.row[k] = 0.0
@@ -242,20 +289,40 @@ def _take_slip_rows(model: Record, discrete: Record, work: Record, memory: Recor
                 else:
                     fx, fy, fz = unit_force(kin, work, i, unknowns.links[k])
                     unit = to_contact_frame(kin, i, fx, fy, fz)
-                    memory.row[k] = _along(model, work, i, way, unit) - mu * unit[2]
-            error = _along(model, work, i, way, force) - mu * force[2]
-            spatial_take_row(model, discrete, memory, error, model.law.force_variance)
+                    memory.row[k] = _along(model, memory, i, way, unit) - mu * unit[2]
+            error = _along(model, memory, i, way, force) - mu * force[2]
+            variance = model.law.force_variance + _slip_noise(model, work, memory, i, way)
+            spatial_take_row(model, discrete, memory, error, variance / square(trust))
 
 
 @compiled
 def _along(
-    model: Record, work: Record, i: int, way: int, force: tuple[float, float, float]
+    model: Record, memory: Record, i: int, way: int, force: tuple[float, float, float]
 ) -> float:
     """-g . F_t over the tangents of a way."""
     total = 0.0
     for axis in axes_of(model, way):
-        total -= work.gamma[i, axis] * (force[0] if axis == 0 else force[1])
+        total -= memory.gamma[i, axis] * (force[0] if axis == 0 else force[1])
     return total
+
+
+@compiled
+def _is_measured(model: Record, state: Record, memory: Record, i: int, way: int) -> bool:
+    """Whether a slip that is not told is sure: its measured velocity is above the level."""
+    along = 0.0
+    for axis in axes_of(model, way):
+        speed = state.x[slip_velocity_at(model.num_fingers, i, axis)]
+        along += memory.gamma[i, axis] * speed
+    return along > model.law.slip_level
+
+
+@compiled
+def _slip_noise(model: Record, work: Record, memory: Record, i: int, way: int) -> float:
+    """What noise of the accelerations adds to the variance of the row of a slip."""
+    line, gamma = 6 + 2 * i, work.room.gamma[i]
+    if model.ways == 2:
+        return _row_noise(model, work, memory, line + way, 1.0, 0.0)
+    return _row_noise(model, work, memory, line, gamma[0], gamma[1])
 
 
 @compiled

@@ -11,12 +11,14 @@ from slipgrasp.core.kernel.compiler import call, compiled_apart
 from slipgrasp.core.kernel.elementary import exp, log
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
+    ACTUATORS,
     FACTS,
     FRICTION,
     LINK_MASS,
     NUMERICS,
     OBJECT_INERTIA,
     OBJECT_MASS,
+    SENSORS,
     UNKNOWNS,
 )
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
@@ -93,8 +95,11 @@ LAW = np.dtype(
         ("maximum_normal_force", np.float64),  # inf where none [N]
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
+        ("latency", np.float64),  # [s]
         ("forgetting", np.float64),  # per control period
         ("force_variance", np.float64),  # [N^2]
+        ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
+        ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
     ],
     align=True,
@@ -115,6 +120,8 @@ MODEL = np.dtype(
         ("unknowns", UNKNOWNS),  # the link of an inertia is its axis
         ("law", LAW),
         ("motion", MOTION),
+        ("sensors", SENSORS),
+        ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
         ("num_methods", np.int64),
         ("methods", METHOD, (3,)),  # in rising order
@@ -153,6 +160,8 @@ def pack_model(scenario: SpatialScenario, load: list[float]) -> Record:
         _pack_finger(scenario, i, model)
     _pack_unknowns(scenario, model.unknowns)
     _pack_law(scenario, model)
+    _pack_sensors(scenario, model)
+    _pack_limits(scenario, model.actuators)
     _pack_numerics(scenario, model)
     pack_motion(scenario.trajectory, model.motion)
     return model
@@ -210,6 +219,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     most = controller.maximum_normal_force
     law.maximum_normal_force = np.inf if most is None else most
     law.estimate_norm_bound = controller.estimate_norm_bound
+    law.latency = controller.latency
     _pack_learning(controller, model)
 
 
@@ -239,6 +249,45 @@ def _pack_learning(controller: SpatialController, model: Record) -> None:
         usual = INERTIA_DEVIATION if unknowns.kinds[k] == OBJECT_INERTIA else DEVIATION
         deviation = given[k] if isinstance(given, tuple) else usual if given is None else given
         law.prior_variances[k] = deviation * deviation
+
+
+def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
+    """What is measured, how well, and what the law makes of it."""
+    sensing, controller, sensors = scenario.sensing, scenario.controller, model.sensors
+    for name in (
+        "position_noise",
+        "velocity_noise",
+        "acceleration_noise",
+        "true_accelerations",
+        "true_phases",
+        "slip_threshold",
+        "slip_delay",
+        "slip_delay_deviation",
+    ):
+        sensors[name] = getattr(sensing, name)
+    noise = sensing.position_noise + sensing.velocity_noise + sensing.acceleration_noise
+    sensors.noisy = int(noise > 0.0)
+    sensors.perfect = int(sensing.true_accelerations and sensing.true_phases and noise == 0.0)
+    sensors.seed = scenario.simulation.seed
+    sensors.filter_time = sensing.acceleration_filter_time
+    sensors.sums_slip = int(sensing.slip_detector == "cumulative-sum")
+    expected = controller.velocity_noise * controller.velocity_noise
+    if sensing.slip_threshold > 0.0:
+        sensors.least_sum = 20.0 * expected / sensing.slip_threshold
+    model.law.slip_level = -np.inf if sensing.true_phases else 0.5 * sensing.slip_threshold
+    if not sensing.true_accelerations:
+        # Of white noise, differenced over T, of which the filter takes a share (docs/model.md).
+        whole = sensing.acceleration_filter_time + controller.control_period
+        share = controller.control_period / whole
+        variance = 2.0 * expected / (whole * whole * (2.0 - share))
+        model.law.acceleration_variance = variance
+
+
+def _pack_limits(scenario: SpatialScenario, actuators: Record) -> None:
+    """What the joints can give."""
+    for name in ACTUATORS.names or ():
+        limit = getattr(scenario.actuation, name)
+        actuators[name] = np.inf if limit is None else limit
 
 
 def _pack_numerics(scenario: SpatialScenario, model: Record) -> None:

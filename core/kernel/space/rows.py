@@ -13,6 +13,7 @@ from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.space.dynamics import combine_links, stored_energy, update_unit_dynamics
 from slipgrasp.core.kernel.space.flow import set_directions, spatial_plant
+from slipgrasp.core.kernel.space.inertia import fill_inertia
 from slipgrasp.core.kernel.space.kinematics import joint_angle
 from slipgrasp.core.kernel.space.law import believe, lyapunov_value, true_value, update_errors
 from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
@@ -158,7 +159,7 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
         _set(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))
         _set(model, row, AT.joint_velocity, k, work.kin.rates[i, joint])
         _set(model, row, AT.joint_torque, k, discrete.torques[i, joint])
-        _set(model, row, AT.commanded_torque, k, discrete.torques[i, joint])
+        _set(model, row, AT.commanded_torque, k, discrete.commanded[i, joint])
 
 
 @compiled
@@ -170,7 +171,7 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
     value = lyapunov_value(model, discrete.estimates, work.room)
     _set(model, row, AT.lyapunov_value, 0, _finite(value))
     _set(model, row, AT.grasp_violation, 0, discrete.violation)
-    _fill_inertia(model, work.kin, work.dynamics, truth, discrete, work.system, row)
+    fill_inertia(work.kin, work.dynamics, truth, discrete.slips, work.system, row.matrix)
     _set(model, row, AT.inertia_condition, 0, _condition(model, row))
     update_unit_dynamics(model.hand, work.kin, work.unit)
     believe(model, discrete.estimates, work.believed)
@@ -185,14 +186,13 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
         room.gamma,
         work.believed_system,
     )
-    _fill_inertia(
-        model,
+    fill_inertia(
         work.kin,
         work.believed_dynamics,
         work.believed,
-        discrete,
+        discrete.slips,
         work.believed_system,
-        row,
+        row.matrix,
     )
     _set(model, row, AT.estimated_inertia_condition, 0, _condition(model, row))
 
@@ -201,72 +201,6 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
 def _finite(value: float) -> float:
     """A value that says how large something is, where a singular matrix makes it infinite."""
     return value if value < LARGEST else LARGEST
-
-
-@compiled
-def _fill_inertia(
-    model: Record,
-    kin: Record,
-    dynamics: Record,
-    truth: Record,
-    discrete: Record,
-    system: Record,
-    row: Record,
-) -> None:
-    """M~ of Eq. 18, ``(6 + 2n, 6 + 2n)``, in ``row.matrix``."""
-    n, matrix = model.num_fingers, row.matrix
-    size = 6 + 2 * n
-    for a in range(size):
-        for b in range(size):
-            matrix[a, b] = 0.0
-    for k in range(3):
-        matrix[k, k] = truth.object_mass
-    body = system.body
-    matrix[3, 3], matrix[3, 4], matrix[3, 5] = body[0], body[1], body[2]
-    matrix[4, 3], matrix[4, 4], matrix[4, 5] = body[1], body[3], body[4]
-    matrix[5, 3], matrix[5, 4], matrix[5, 5] = body[2], body[4], body[5]
-    for i in range(n):
-        _add_columns(kin, dynamics.inertia[i], system, discrete, i, matrix)
-
-
-@compiled
-def _add_columns(
-    kin: Record, inertia: Floats, system: Record, discrete: Record, i: int, matrix: Floats
-) -> None:
-    """What a finger adds: forces per acceleration of the object and of its two slips."""
-    rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
-    for b in range(8):
-        if b < 3:
-            ux, uy, uz = (
-                (1.0 if b == 0 else 0.0),
-                (1.0 if b == 1 else 0.0),
-                (1.0 if b == 2 else 0.0),
-            )
-        elif b == 3:
-            ux, uy, uz = 0.0, -rz, ry
-        elif b == 4:
-            ux, uy, uz = rz, 0.0, -rx
-        elif b == 5:
-            ux, uy, uz = -ry, rx, 0.0
-        else:
-            ux, uy, uz = kin.frames[i, b - 6, 0], kin.frames[i, b - 6, 1], kin.frames[i, b - 6, 2]
-        fx = inertia[0] * ux + inertia[1] * uy + inertia[2] * uz
-        fy = inertia[1] * ux + inertia[3] * uy + inertia[4] * uz
-        fz = inertia[2] * ux + inertia[4] * uy + inertia[5] * uz
-        column = b if b < 6 else 2 * i + b
-        matrix[0, column] += fx
-        matrix[1, column] += fy
-        matrix[2, column] += fz
-        matrix[3, column] += ry * fz - rz * fy
-        matrix[4, column] += rz * fx - rx * fz
-        matrix[5, column] += rx * fy - ry * fx
-        for axis in range(2):
-            line = 6 + 2 * i + axis
-            if discrete.slips[i, axis] == 0.0:
-                matrix[line, column] = 1.0 if line == column else 0.0
-            else:
-                e = system.normals[i, axis]
-                matrix[line, column] = e[0] * fx + e[1] * fy + e[2] * fz
 
 
 @compiled

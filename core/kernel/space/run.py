@@ -17,6 +17,7 @@ from slipgrasp.core.kernel.run import (
     CHANGE_CAPACITY,
     FIRST_STEP,
     MAX_SLIP_STATES,
+    MAX_WAITING,
     ROOM_TO_SPARE,
     slip_room,
 )
@@ -30,6 +31,7 @@ from slipgrasp.core.kernel.space.rows import (
     spatial_fill,
 )
 from slipgrasp.core.kernel.space.selection import SELECTION_ROOM, normalise
+from slipgrasp.core.kernel.space.sensing import SENSES
 from slipgrasp.core.kernel.space.state import STATE, parts_of
 from slipgrasp.core.kernel.space.stepper import STEP
 from slipgrasp.core.kernel.space.tally import TALLY, spatial_tally
@@ -54,6 +56,7 @@ PROGRESS = np.dtype(
         ("row", ROW),  # the last one evaluated
         ("tally", TALLY),
         ("slip", slip_room(STATE, DISCRETE, ROW, WORKSPACE)),
+        ("senses", SENSES),
         ("memory", MEMORY),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
@@ -76,6 +79,12 @@ PROGRESS = np.dtype(
         ("warning_counts", np.int64, (7,)),
         ("warning_times", np.float64, (7,)),  # first of each [s]
         ("pending_rates", np.float64, (MAX_UNKNOWNS,)),  # for the next tick
+        ("acting", np.int64),  # 1 once a torque acts
+        ("given", np.float64, (MAX_FINGERS, 3)),  # of the last command, by the joints [N m]
+        ("first_waiting", np.int64),  # place of the oldest command that waits
+        ("num_waiting", np.int64),
+        ("due", np.float64, (MAX_WAITING,)),  # when they act [s]
+        ("waiting", np.float64, (MAX_WAITING, MAX_FINGERS, 3)),  # [N m]
         ("old_phases", np.int64, (MAX_FINGERS,)),
     ],
     align=True,
@@ -139,6 +148,7 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
             target.directions[i, axis] = source.directions[i, axis]
         for joint in range(3):
             target.torques[i, joint] = source.torques[i, joint]
+            target.commanded[i, joint] = source.commanded[i, joint]
     for k in range(model.num_unknowns):
         target.estimates[k] = source.estimates[k]
     target.violation, target.piece = source.violation, source.piece
@@ -174,7 +184,7 @@ def store_tick(model: Record, run: Record, outlet: Record) -> None:
     outlet.ticks[at] = run.now
     for i in range(n):
         for joint in range(3):
-            outlet.ticks[at + 1 + 3 * i + joint] = discrete.torques[i, joint]
+            outlet.ticks[at + 1 + 3 * i + joint] = discrete.commanded[i, joint]
     for k in range(p):
         outlet.ticks[at + 1 + 3 * n + k] = discrete.estimates[k]
     outlet.num_ticks += 1

@@ -44,6 +44,12 @@ def slip_velocity_at(n: int, i: int, axis: int) -> int:
 
 
 @compiled
+def rate_at(n: int, k: int) -> int:
+    """Where the rate of coordinate k of the reduced form (object, then slips) stands."""
+    return VELOCITY + k if k < 6 else SLIP + 2 * n + k - 6
+
+
+@compiled
 def supplied_at(n: int) -> int:
     """Where the energy supplied stands."""
     return SLIP + 4 * n

@@ -1,14 +1,17 @@
-"""A tick of sampled control in space."""
+"""Ticks of sampled control in space: measure, command, act (at once or later), learn."""
 
 from __future__ import annotations
 
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.elementary import nearest
 from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.run import CLAMPED, phases_changed, warn
-from slipgrasp.core.kernel.space.command import spatial_command
+from slipgrasp.core.kernel.run import CLAMPED, SATURATED, phases_changed, warn
+from slipgrasp.core.kernel.sensing import trust, trust_in_contact
+from slipgrasp.core.kernel.space.command import spatial_believe, spatial_command
+from slipgrasp.core.kernel.space.flow import spatial_plant
 from slipgrasp.core.kernel.space.jump import (
     FREE_ROTATION,
     SOFTENED,
@@ -18,6 +21,7 @@ from slipgrasp.core.kernel.space.jump import (
     restart,
     settle,
 )
+from slipgrasp.core.kernel.space.kinematics import torques_to_forces
 from slipgrasp.core.kernel.space.learning import spatial_learn
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.run import (
@@ -27,6 +31,8 @@ from slipgrasp.core.kernel.space.run import (
     spatial_emit,
     store_tick,
 )
+from slipgrasp.core.kernel.space.sensing import detect_slip, measure, measure_acceleration
+from slipgrasp.core.kernel.tick import SAME_TICK
 
 
 @compiled
@@ -42,9 +48,126 @@ def _advance_estimates(model: Record, run: Record) -> None:
         run.discrete.estimates[k] = bounded
 
 
+@compiled
+def _learn(model: Record, run: Record) -> None:
+    """Rates of the estimates until the next tick, from what is measured under the torque that acts.
+
+    ``run.work`` holds the true accelerations, and does so afterwards.
+    """
+    discrete, senses, work, memory = run.discrete, run.senses, run.work, run.memory
+    sensors, n, start = model.sensors, model.num_fingers, run.step.start
+    seen_at_once = sensors.true_phases == 1 and sensors.true_accelerations == 1
+    memory.trust = trust(model, senses)
+    for i in range(n):
+        memory.contact_trust[i] = trust_in_contact(model, senses, run.now, i)
+        for axis in range(2):
+            told, believed = discrete.slips[i, axis], senses.slips[i, axis]
+            memory.slips[i, axis] = told if seen_at_once else believed
+            gamma = work.gamma[i, axis] if seen_at_once else senses.gamma[i, axis]
+            memory.gamma[i, axis] = gamma
+    if sensors.perfect == 0:
+        measure_acceleration(model, senses, discrete, work)
+        spatial_believe(model, discrete, run.now, senses, work)
+        _take_measured(model, senses, work)
+    spatial_learn(model, discrete, senses.measured, work, memory)
+    # Differences of the velocity say nothing before there are two of them.
+    informed = sensors.true_accelerations == 1 or senses.num_filtered > 1
+    for k in range(model.num_unknowns):
+        run.pending_rates[k] = work.rates[k] if informed else 0.0
+    if sensors.perfect == 0:
+        spatial_plant(model, discrete, start, work)
+
+
+@compiled
+def _take_measured(model: Record, senses: Record, work: Record) -> None:
+    """Accelerations and tip forces as measured; kinematics are those of what is measured."""
+    for k in range(6):
+        work.acceleration[k] = senses.acceleration[k]
+    for i in range(model.num_fingers):
+        for axis in range(2):
+            # In stick it is believed to be 0, and not just by the filter's noise.
+            known = model.sensors.true_accelerations == 0 and senses.slips[i, axis] == 0.0
+            measured = senses.acceleration[6 + 2 * i + axis]
+            work.slip_acceleration[i, axis] = 0.0 if known else measured
+    torques_to_forces(model.hand, work.kin, senses.torques, work.tip_forces)
+
+
+@compiled
+def _limit_torques(model: Record, run: Record) -> None:
+    """What the joints give of the commanded torque: limited in rate, then in size."""
+    limit = model.actuators.torque_limit
+    reach = model.actuators.torque_rate_limit * model.law.period
+    limited = False
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            wanted = run.discrete.commanded[i, joint]
+            given, last = wanted, run.given[i, joint]
+            if run.acting == 1:
+                given = min(max(given, last - reach), last + reach)
+            given = min(max(given, -limit), limit)
+            limited = limited or given != wanted
+            run.given[i, joint] = given
+    if limited:
+        warn(run, SATURATED)
+
+
+@compiled
+def _act(model: Record, run: Record) -> None:
+    """What the joints give acts from now on, whatever was waiting."""
+    run.acting = 1
+    run.num_waiting = 0
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            run.discrete.torques[i, joint] = run.given[i, joint]
+
+
+@compiled
+def _let_wait(model: Record, run: Record) -> None:
+    """Puts the command in the queue; those that would act after it are dropped."""
+    due = run.now + model.law.latency
+    periods = model.law.latency / model.law.period
+    if abs(periods - nearest(periods)) < SAME_TICK:
+        # The very instant of a tick, not one rounding beside it.
+        due = run.tick_origin + (run.ticks - 1 + nearest(periods)) * model.law.period
+    room = len(run.due)
+    while run.num_waiting > 0:
+        if run.due[(run.first_waiting + run.num_waiting - 1) % room] < due:
+            break
+        run.num_waiting -= 1
+    place = (run.first_waiting + run.num_waiting) % room
+    run.due[place] = due
+    run.num_waiting += 1
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            run.waiting[place, i, joint] = run.given[i, joint]
+
+
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET)
+def spatial_apply(model: Record, run: Record, outlet: Record) -> int:
+    """The torque of the oldest waiting command begins to act."""
+    keep_old(model, run)
+    place = run.first_waiting
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            run.discrete.torques[i, joint] = run.waiting[place, i, joint]
+    run.first_waiting = (place + 1) % len(run.due)
+    run.num_waiting -= 1
+    forget_leaving(model, run)
+    return _finish(model, run, outlet, settle(model, run), True)
+
+
+@compiled
+def _finish(model: Record, run: Record, outlet: Record, status: int, before: bool) -> int:
+    """The end of a jump of the torque, which is worth two rows where phases change."""
+    if status != RUNNING or not before or phases_changed(model, run):
+        return finish_jump(model, run, outlet, status, before)
+    restart(model, run)
+    return RUNNING
+
+
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)
 def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch: int) -> int:
-    """One tick of sampled control: new estimates, new torque, new selection, and what is learnt.
+    """One tick of sampled control: measure, command, act (at once or later), select, learn.
 
     Args:
         model: Constants of the run.
@@ -53,11 +176,13 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
         first: 1 at the start of the run.
         stretch: 1 at the start of a stretch, which gives two rows.
     """
-    discrete, work = run.discrete, run.work
+    discrete, senses, work, start = run.discrete, run.senses, run.work, run.step.start
     keep_old(model, run)
     _advance_estimates(model, run)
     run.ticks += 1
-    regular = spatial_command(model, discrete, run.now, run.step.start, work)
+    measure(model, senses, start, discrete.torques, run.now)
+    detect_slip(model, discrete, senses, start, run.now)
+    regular = spatial_command(model, discrete, run.now, senses, work)
     if regular == 0:
         spatial_emit(model, run, outlet, run.old)
         return MODEL_SINGULAR
@@ -66,17 +191,21 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
         warn(run, FREE_ROTATION)
     if work.grasp.soft > 0:
         warn(run, SOFTENED)
+    _limit_torques(model, run)
+    if model.law.latency > 0.0 and run.acting == 1:
+        _let_wait(model, run)
+        if stretch == 0:
+            spatial_plant(model, discrete, start, work)
+            _learn(model, run)
+            return RUNNING
+    else:
+        _act(model, run)
     if first == 1:
         # The stick that every run assumes at its start, under the first torque.
         copy_discrete(model, discrete, run.old)
     forget_leaving(model, run)
     status = settle(model, run)
     if status == RUNNING:
-        spatial_learn(model, discrete, run.step.start, work, run.memory)
-        for k in range(model.num_unknowns):
-            run.pending_rates[k] = work.rates[k]
-    if status != RUNNING or stretch == 1 or phases_changed(model, run):
-        # At the start of a later stretch the row before is written already.
-        return finish_jump(model, run, outlet, status, stretch == 0 or first == 1)
-    restart(model, run)
-    return RUNNING
+        _learn(model, run)
+    # At the start of a later stretch the row before is written already.
+    return _finish(model, run, outlet, status, stretch == 0 or first == 1)

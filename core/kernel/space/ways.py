@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
-from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.space.state import slip_velocity_at
 from slipgrasp.core.kernel.space.workspace import SLIP, SLIPS_ALONG_TANGENTS, STICK
 
@@ -57,13 +57,17 @@ def least_margin(model: Record, work: Record, i: int) -> float:
 
 
 @compiled
+def name_of(model: Record, slips: Floats, directions: Floats) -> int:
+    """The phase that the slips and directions of a contact make."""
+    if slips[0] == 0.0 and slips[1] == 0.0:
+        return STICK
+    if model.ways == 1:
+        return SLIP
+    signs = 3.0 * slips[0] * directions[0] + slips[1] * directions[1]
+    return SLIPS_ALONG_TANGENTS + int(signs)
+
+
+@compiled
 def name_phase(model: Record, discrete: Record, i: int) -> None:
     """Writes the phase of contact ``i`` that its slips and directions make."""
-    x, y = discrete.slips[i, 0], discrete.slips[i, 1]
-    if x == 0.0 and y == 0.0:
-        discrete.phases[i] = STICK
-    elif model.ways == 1:
-        discrete.phases[i] = SLIP
-    else:
-        signs = 3.0 * x * discrete.directions[i, 0] + y * discrete.directions[i, 1]
-        discrete.phases[i] = SLIPS_ALONG_TANGENTS + int(signs)
+    discrete.phases[i] = name_of(model, discrete.slips[i], discrete.directions[i])

@@ -25,6 +25,7 @@ DISCRETE = np.dtype(
         ("directions", np.float64, (MAX_FINGERS, 2)),  # g where a slip has just begun; signs
         ("frozen", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 while that is taken for that of s'
         ("torques", np.float64, (MAX_FINGERS, 3)),  # held [N m]
+        ("commanded", np.float64, (MAX_FINGERS, 3)),  # at the last tick, before limits [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("violation", np.float64),  # of the estimated cones by the last command [N]
         ("piece", np.int64),  # of the desired motion

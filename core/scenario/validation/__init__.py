@@ -65,6 +65,7 @@ _SPATIAL_CHECKS = (
     check_least_gain,
     check_control,
     check_normal_forces,
+    check_latency,
     check_known_in_space,
     check_times,
     check_pulses,

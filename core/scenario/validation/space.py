@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import fields
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import (
-    ActuationParameters,
-    ControllerParameters,
-    SensingParameters,
-)
+from slipgrasp.core.scenario import ControllerParameters, SensingParameters
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
@@ -151,17 +146,13 @@ def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, st
     if controller.control_period == 0.0:
         way_out = "set it to the time between control updates, for example 0.001 s"
         yield "controller.control_period", "0 s (continuous control)", way_out
-    for name in ("latency", "prediction", "probing", "link_length_ratio"):
+    for name in ("prediction", "probing", "link_length_ratio"):
         value, usual = getattr(controller, name), getattr(ControllerParameters(), name)
         if value != usual:
             yield f"controller.{name}", f"{value:g}", f"set it to {usual:g}"
-    for name, part, perfect in (
-        ("sensing", scenario.sensing, SensingParameters()),
-        ("actuation", scenario.actuation, ActuationParameters()),
-    ):
-        for field in fields(part):
-            value = getattr(part, field.name)
-            if value != getattr(perfect, field.name):
-                yield f"{name}.{field.name}", f"{value}", "set it to its default"
+    for name in ("force_noise", "force_bias", "force_filter_time"):
+        value, usual = getattr(scenario.sensing, name), getattr(SensingParameters(), name)
+        if value != usual:
+            yield f"sensing.{name}", f"{value}", "set it to its default"
     if scenario.patches:
         yield "patches", f"a list of {len(scenario.patches)}", "leave it out"
