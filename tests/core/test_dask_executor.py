@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import resource_tracker
 
 import pytest
 
@@ -236,6 +237,7 @@ def test_a_cluster_on_this_machine_is_started_and_ended():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 def test_workers_that_die_while_they_start_are_started_again():
+    resource_tracker.ensure_running()  # else it would be one of those that are killed
     others = set(family_of(os.getpid()))
     with make_executor("dask", workers=1) as executor:
         executor.prepare()
