@@ -42,6 +42,7 @@ from slipgrasp.core.kernel.cache import (
     read_code,
     write_code,
 )
+from slipgrasp.core.kernel.entry import ENTRY_OPTIONS, Entry, compile_entry
 from slipgrasp.core.kernel.fingerprint import fingerprint
 from slipgrasp.core.kernel.records import Record
 
@@ -62,7 +63,7 @@ class Unit:
     @cached_property
     def name(self) -> str:
         """Under which its machine code is kept."""
-        digest = fingerprint(self.function, self.signature, OPTIONS)
+        digest = fingerprint(self.function, self.signature, OPTIONS | ENTRY_OPTIONS)
         return f"{self.function.__name__}-{digest}"
 
     @property
@@ -70,12 +71,12 @@ class Unit:
         """Whether its machine code lies on disk."""
         return code_path(self.name).exists()
 
-    def compile(self) -> Any:
-        """Compiles the unit and keeps its machine code; returns what numba makes of it."""
-        unit = numba.cfunc(self.signature, **OPTIONS)(self.function)
-        library = unit._library.serialize_using_object_code()
-        write_code(self.name, pickle.dumps((unit.native_name, library)))
-        return unit
+    def compile(self) -> Entry:
+        """Compiles the unit and keeps its machine code."""
+        entry = compile_entry(self.function, self.signature, OPTIONS)
+        library = entry.library.serialize_using_object_code()
+        write_code(self.name, pickle.dumps((entry.name, library)))
+        return entry
 
     def load(self) -> None:
         """Makes the unit ready to be called, from Python and by other units."""

@@ -113,10 +113,10 @@ def object_code(unit: Unit) -> bytes:
 
 def _lower(unit: Unit) -> bytes:
     compiled = unit.compile()
-    text = compiled._library.get_llvm_str()
+    text = compiled.library.get_llvm_str()
     # The name in full has characters of Python's that a symbol may not have.
-    text = text.replace(f'@"{compiled.native_name}"', f"@{unit.symbol}")
-    text = text.replace(f"@{compiled.native_name}(", f"@{unit.symbol}(")
+    text = text.replace(f'@"{compiled.name}"', f"@{unit.symbol}")
+    text = text.replace(f"@{compiled.name}(", f"@{unit.symbol}(")
     machine = _machine()
     module = _parse(text, machine)
     for value in (*module.functions, *module.global_variables):
@@ -125,6 +125,7 @@ def _lower(unit: Unit) -> bytes:
     module.verify()
     # Sees that no unit fails, and drops what numba would tell Python if one did.
     tuning = binding.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_vectorization = tuning.loop_unrolling = False
     builder = binding.create_pass_builder(machine, tuning)
     builder.getModulePassManager().run(module, builder)
     return machine.emit_object(module)

@@ -1,0 +1,111 @@
+"""From a function to machine code that C and other units call.
+
+numba's own entry for C keeps the function apart: every call is two, and looks for an exception,
+which no unit raises. Here the function is inlined in its entry, and the entry is told of the
+records it is given that each is memory of its own (a unit that reads a part of another of its
+records does not write to that part), all of which may be read.
+
+Loops are not turned into vector instructions: they have a few turns each, one per finger, unknown
+or coordinate, which is less than a vector loop asks for before it begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from llvmlite import ir
+from numba import types
+from numba.core import config
+from numba.core.compiler import Flags, compile_extra
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+# Of numba, for what is compiled with an entry.
+ENTRY_OPTIONS: dict[str, Any] = {
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+
+
+class Entry(NamedTuple):
+    """Machine code of a function.
+
+    Attributes:
+        name: Of the entry in it.
+        library: As numba keeps it.
+    """
+
+    name: str
+    library: Any
+
+    @property
+    def address(self) -> int:
+        """Where the entry is, in this process."""
+        return int(self.library.get_pointer_to_function(self.name))
+
+
+def compile_entry(function: Callable[..., Any], signature: Any, options: dict[str, Any]) -> Entry:
+    """Compiles a function.
+
+    Args:
+        function: Plain Python, which raises nothing.
+        signature: Its numba types.
+        options: Of numba, those of the functions that are inlined.
+    """
+    flags: Any = Flags()
+    cpu_target.options.parse_as_flags(flags, options | ENTRY_OPTIONS)
+    flags.no_compile = True  # before the entry is there
+    context = cpu_target.target_context
+    with global_compiler_lock, _without_vectors():
+        result = compile_extra(
+            cpu_target.typing_context,
+            context,
+            function,
+            signature.args,
+            signature.return_type,
+            flags,
+            {},
+        )
+        name = result.fndesc.llvm_cfunc_wrapper_name
+        result.library.add_ir_module(_entry_module(context, result.fndesc, name))
+        result.library._final_module.get_function(result.fndesc.llvm_func_name).linkage = "internal"
+        result.library.finalize()
+    return Entry(name, result.library)
+
+
+def _entry_module(context: Any, description: Any, name: str) -> ir.Module:
+    """The entry: it calls the function and returns what that does."""
+    convention, kinds = context.call_conv, description.argtypes
+    module = context.create_module(name)
+    callee = ir.Function(
+        module,
+        convention.get_function_type(description.restype, kinds),
+        description.llvm_func_name,
+    )
+    result = context.get_value_type(description.restype)
+    entry = ir.Function(
+        module, ir.FunctionType(result, [context.get_value_type(kind) for kind in kinds]), name
+    )
+    for argument, kind in zip(entry.args, kinds, strict=True):
+        if isinstance(kind, types.Record):
+            argument.add_attribute("noalias")
+            argument.attributes.dereferenceable = kind.size
+    builder = ir.IRBuilder(entry.append_basic_block())
+    _, value = convention.call_function(builder, callee, description.restype, kinds, entry.args)
+    builder.ret(value)
+    return module
+
+
+@contextmanager
+def _without_vectors() -> Iterator[None]:
+    """Numba has this setting for all that it compiles, or nothing."""
+    settings: Any = config
+    before = settings.LOOP_VECTORIZE
+    settings.LOOP_VECTORIZE = 0
+    try:
+        yield
+    finally:
+        settings.LOOP_VECTORIZE = before
