@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.records import Record, make_record
-from slipgrasp.core.kernel.space.command import spatial_command
+from slipgrasp.core.kernel.space.command import spatial_believe
 from slipgrasp.core.kernel.space.flow import spatial_plant
 from slipgrasp.core.kernel.space.model import pack_model
+from slipgrasp.core.kernel.space.sensing import SENSES
 from slipgrasp.core.kernel.space.state import STATE, parts_of
 from slipgrasp.core.kernel.space.workspace import (
     DISCRETE,
@@ -36,7 +37,7 @@ class SpatialTheoremHand(TheoremHand):
         self._model = pack_model(scenario, [0.0] * 6)
         super().__init__(self._model.law, 6 + 2 * self._n, self._p)
         self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
-        self._state = make_record(STATE)
+        self._state, self._senses = make_record(STATE), make_record(SENSES)
 
     def desired_poses(self, trace: Trace) -> Floats:
         """Where the object was wanted, ``(rows, 7)`` [m, and a unit quaternion w, x, y, z]."""
@@ -56,7 +57,12 @@ class SpatialTheoremHand(TheoremHand):
             np.searchsorted(self._model.motion.breaks, trace.times[k], side="right")
         )
         self._set_phases(trace, k)
-        call(spatial_command, self._model, discrete, trace.times[k], self._state, self._work)
+        # The theorems suppose that all is measured as it is.
+        senses, discrete.beliefs[:n] = self._senses, discrete.phases[:n]
+        senses.measured.x[:] = self._state.x
+        senses.slips[:n] = discrete.slips[:n]
+        senses.gamma[:n] = discrete.slips[:n] * discrete.directions[:n]
+        call(spatial_believe, self._model, discrete, trace.times[k], senses, self._work)
         discrete.torques[:n] = trace.joint_torque[k].reshape(n, 3)
         call(spatial_plant, self._model, discrete, self._state, self._work)
 
