@@ -2,7 +2,7 @@
 
 Objects as in the plane (`benchmarks.robustness`), in the hand of `spatial-composite`: mass, with
 the inertias in proportion, three independent frictions, contacts up to 20 mm off their middles
-along both tangents. The world is ideal: no sensing is computed in space yet.
+along both tangents; in an ideal world, and with the noisy sensors of the plane.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 COUNT = 1000
 DURATION = 1.0
+WORLDS = {"ideal": "spatial-composite", "noisy": "spatial-composite-noisy"}
 OFFSET = 0.02  # [m]
 ORACLE = "oracle: composite, told the truth"
 LAWS: dict[str, dict[str, Any]] = {
@@ -36,41 +37,50 @@ TARGET = 0.99  # of what the oracle holds
 
 
 def run(_docs: Path | None = None) -> list[Table]:
-    """The table ``hold-in-space``."""
-    runs = {law: list(simulate_many(vary_objects(law, COUNT))) for law in LAWS}
-    return [tabulate(runs)]
+    """The tables ``hold-in-space-ideal`` and ``hold-in-space-noisy``."""
+    return [hold_in_world(world, COUNT) for world in WORLDS]
 
 
-def vary_objects(law: str, count: int) -> Iterator[Scenario]:
-    """The random objects held by a law.
+def hold_in_world(world: str, count: int) -> Table:
+    """What all laws hold of the random objects in one of `WORLDS`."""
+    runs = {law: list(simulate_many(vary_objects(law, count, world))) for law in LAWS}
+    return tabulate(runs, world)
+
+
+def vary_objects(law: str, count: int, world: str = "ideal") -> Iterator[Scenario]:
+    """The random objects held by a law, each with noise of its own.
 
     Args:
         law: One of `LAWS`.
         count: How many; the first ones are the same for every count and law.
+        world: One of `WORLDS`.
     """
     chosen = {f"controller.{key}": value for key, value in LAWS[law].items()}
-    base = with_values(load_scenario("spatial-composite"), {"title": "", **chosen})
+    base = with_values(load_scenario(WORLDS[world]), {"title": "", **chosen})
     if law == ORACLE:
         base = replace(base, estimates=())
     n, inertias = len(base.fingers), np.array(base.object.inertias)
     low, high = np.array([MASS, *[FRICTION] * n, *[(-OFFSET, OFFSET)] * (2 * n)]).T
-    for drawn in np.random.default_rng(SEED).uniform(low, high, (count, 1 + 3 * n)):
+    objects = np.random.default_rng(SEED).uniform(low, high, (count, 1 + 3 * n))
+    for seed, drawn in enumerate(objects):
         mass, frictions, offsets = float(drawn[0]), drawn[1 : 1 + n], drawn[1 + n :].reshape(n, 2)
         values: dict[str, Any] = {
             "object.mass": mass,
             "object.inertias": (mass * inertias).tolist(),
             **{f"fingers.{i}.friction": float(mu) for i, mu in enumerate(frictions)},
             **{f"fingers.{i}.contact_offset": at.tolist() for i, at in enumerate(offsets)},
+            "simulation.seed": seed,
             "simulation.duration": DURATION,
         }
         yield with_values(base, values)
 
 
-def tabulate(runs: dict[str, Sequence[RunSummary]]) -> Table:
+def tabulate(runs: dict[str, Sequence[RunSummary]], world: str = "ideal") -> Table:
     """What every law held, of all objects and of those that the oracle held, and how far it slid.
 
     Args:
         runs: By law, in the order of the objects.
+        world: In which they were.
     """
     held = {law: np.array([run.metrics.held for run in those]) for law, those in runs.items()}
     by_oracle = held[ORACLE]
@@ -86,13 +96,13 @@ def tabulate(runs: dict[str, Sequence[RunSummary]]) -> Table:
     share = float((held["composite, `hold`"] & by_oracle).sum() / by_oracle.sum())
     verdict = "met" if share >= TARGET else "missed"
     heads = (
-        f"{len(by_oracle)} objects in space, {DURATION:g} s",
+        f"{len(by_oracle)} objects in space, {world} world, {DURATION:g} s",
         "held (95 % interval)",
         "of what the oracle holds",
         "longest slip of a run, median and worst of the held [mm]",
     )
     note = f"Target: composite with `hold` at least {TARGET:.0%} of the oracle: {verdict}."
-    return Table("hold-in-space", heads, rows, (note,), "space.md")
+    return Table(f"hold-in-space-{world}", heads, rows, (note,), "space.md")
 
 
 def _describe_paths(runs: Sequence[RunSummary]) -> str:

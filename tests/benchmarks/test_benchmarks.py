@@ -309,8 +309,10 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
         "cluster",
         "dashboard",
         "robustness",
+        "hold-in-space",
         "claims",
     }
+    names |= {"hold-in-space-ideal", "hold-in-space-noisy"}
     names |= {"webassembly", "scaling-duration", "scaling-fingers", "study-answers", "study-large"}
     names |= {"study-cost", "study-engines", "study-clusters"}
     names |= {"space-speed", "space-profile", "space-units", "space-mujoco"}

@@ -15,8 +15,9 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.noise import normal_numbers
 from tests.references.spatial_composite import Composite, Instant
 from tests.references.spatial_law import regressor, tracking_errors
-from tests.references.spatial_plant import Phase, State
+from tests.references.spatial_plant import Phase, State, all_stick
 from tests.references.spatial_scenarios import world_of
+from tests.spatial_evaluation import SpatialEvaluation
 
 PRISM = load_scenario("spatial-prism")
 COMPOSITE = load_scenario("spatial-composite")
@@ -425,3 +426,55 @@ def test_not_more_commands_are_under_way_than_the_queue_holds():
     assert simulate(longest).end_time == 0.02
     with pytest.raises(ScenarioError, match=r"more than 100 control periods"):
         with_values(PRISM, {**period, "controller.latency": 0.011})
+
+
+def test_cones_that_no_squeeze_meets_are_widened_where_noise_is_expected():
+    """Contacts 40 mm apart in height, with friction believed too low for any squeeze."""
+    values = {
+        "fingers.0.contact_offset": [0.02, 0.0],
+        "fingers.1.contact_offset": [-0.02, 0.0],
+        **{f"estimates.{i}.initial": 0.06 for i in range(3)},
+    }
+    scenario = with_values(load_scenario("spatial-composite-noisy"), values)
+    world = world_of(scenario)
+    rest = np.zeros((3, 2))
+    start = State(world.position, np.array(world.quaternion), np.zeros(6), rest, rest)
+    evaluation = SpatialEvaluation(scenario, start, all_stick(3), world.estimates)
+    evaluation.command()
+    forces = evaluation.work.grasp.force[:9].reshape(3, 3)
+    kin = world.hand.kinematics(start)
+    believed = world.unknowns.fill(world.estimates)
+    errors = tracking_errors(start, kin.rotation, world.desired(0.0))
+    v = world.law.commanded_acceleration(errors, all_stick(3), world.desired(0.0))
+    M_o, h_o = world.hand.object_dynamics(kin, believed, np.zeros(3))
+    assert_allclose(kin.W @ forces.ravel(), M_o @ v[:6] + h_o, atol=1e-9)
+    assert forces[:, 2].min() >= 4.0 - 1e-9
+    widest = np.max(np.linalg.norm(forces[:, :2], axis=1) / forces[:, 2])
+    steps = np.log(widest / (0.06 / 1.1)) / np.log(1.25)
+    assert steps == pytest.approx(round(steps), abs=1e-6)
+    assert steps > 0.5
+    narrower = believed._replace(friction=believed.friction * 1.25 ** (round(steps) - 1))
+    told = world.law.command(world.hand, kin, narrower, all_stick(3), v, np.zeros(3))
+    assert told.violation > 1e-3
+    # The trace says by how much the believed cones are left; without noise the least is taken.
+    assert evaluation.discrete.violation > told.violation
+    quiet = with_values(scenario, {"controller.velocity_noise": 0.0})
+    least = SpatialEvaluation(quiet, start, all_stick(3), world.estimates)
+    least.command()
+    assert least.discrete.violation == evaluation.discrete.violation
+    assert least.work.grasp.force[2] < forces[0, 2]
+
+
+def test_an_object_that_needs_every_bit_of_its_friction_is_held_with_noise():
+    """Estimates scatter until no squeeze meets their cones; the law presses all the same."""
+    values = {
+        "object.mass": 1.219,
+        **{f"fingers.{i}.friction": mu for i, mu in enumerate([0.173, 0.158, 0.411])},
+        "fingers.0.contact_offset": [-0.0185, 0.0005],
+        "fingers.1.contact_offset": [0.0119, -0.0076],
+        "fingers.2.contact_offset": [0.0176, -0.0151],
+        "simulation.duration": 1.0,
+    }
+    result = simulate(with_values(load_scenario("spatial-composite-noisy"), values))
+    assert result.metrics.held
+    assert "grasp_outside_cones" in {warning.code for warning in result.warnings}

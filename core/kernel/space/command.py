@@ -22,6 +22,8 @@ from slipgrasp.core.kernel.space.plant import assemble, object_bias, own_force, 
 from slipgrasp.core.kernel.space.sensing import SENSES
 from slipgrasp.core.kernel.space.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
+WIDER, WIDENINGS = 1.25, 10
+
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, SENSES, WORKSPACE)
 def spatial_believe(
@@ -66,6 +68,8 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
     _set_limits(model, work)
     violation = spatial_grasp(work.grasp, n, num_rows, model.law.grasp_force)
     discrete.violation = violation
+    if violation > 0.0 and model.law.acceleration_variance > 0.0:
+        _widen_cones(model, work)
     total = 0.0
     for i in range(n):
         force = work.grasp.force
@@ -153,3 +157,19 @@ def _set_limits(model: Record, work: Record) -> None:
         for way in range(model.ways):
             free = law.holds == 1 or work.room.slips[i, way] == 0.0
             grasp.cones[i, way] = work.believed.friction[i] / law.grip_safety if free else -1.0
+
+
+@compiled
+def _widen_cones(model: Record, work: Record) -> None:
+    """Finds forces inside wider cones, the least wide of some in which there are any.
+
+    Where estimates scatter with noise, that no squeeze meets their cones says more of them than of
+    the hand; forces of the least violation hardly press, and let the object fall.
+    """
+    for _ in range(WIDENINGS):
+        for i in range(model.num_fingers):
+            for way in range(model.ways):
+                work.grasp.cones[i, way] *= WIDER
+        num_rows = _fill_rows(model, work)
+        if spatial_grasp(work.grasp, model.num_fingers, num_rows, model.law.grasp_force) == 0.0:
+            return

@@ -275,7 +275,7 @@ def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
     if sensing.slip_threshold > 0.0:
         sensors.least_sum = 20.0 * expected / sensing.slip_threshold
     model.law.slip_level = -np.inf if sensing.true_phases else 0.5 * sensing.slip_threshold
-    if not sensing.true_accelerations:
+    if model.law.facts.has_memory and not sensing.true_accelerations:
         # Of white noise, differenced over T, of which the filter takes a share (docs/model.md).
         whole = sensing.acceleration_filter_time + controller.control_period
         share = controller.control_period / whole
