@@ -149,7 +149,7 @@ def _collect(
         joint_positions=_joint_positions(kin, n),
         joint_velocities=kin.joint_velocities[:n].copy(),
         finger_jacobians=kin.jacobians[:n].copy(),
-        grasp_matrix=_grasp_matrix(kin, n),
+        grasp_matrix=_grasp_matrix(model, kin, n),
         contact_frames=_contact_frames(kin, n),
         reduced_inertia=work.inertia[:size, :size].copy(),
         reduced_bias=work.bias[:size].copy(),
@@ -182,10 +182,16 @@ def _contact_frames(kin: Record, n: int) -> Floats:
     return np.stack([-tangents, normals], axis=2)
 
 
-def _grasp_matrix(kin: Record, n: int) -> Floats:
-    frames, arms = _contact_frames(kin, n), kin.arms[:n]
-    moments = arms[:, 0, None] * frames[:, 1] - arms[:, 1, None] * frames[:, 0]
-    return np.hstack([np.vstack([frames[i], moments[i]]) for i in range(n)])
+def _grasp_matrix(model: Record, kin: Record, n: int) -> Floats:
+    """W of Eq. 4, one contact force at a time."""
+    columns, stick = [], np.zeros(n, np.int64)
+    for i, frame in enumerate(_contact_frames(kin, n)):
+        for direction in frame.T:
+            forces, column = np.zeros((n, 2)), np.zeros(3 + n)
+            forces[i] = direction
+            _apply_tip_forces(kin, model.truth, stick, forces, column)
+            columns.append(column[:3])
+    return np.stack(columns, axis=1)
 
 
 def _reduced_input(model: Record, discrete: Record, kin: Record, n: int) -> Floats:

@@ -170,6 +170,9 @@ def test_arm_that_is_pulled_straight_ends_the_run_as_singular():
     assert result.reason.contact in (0, 1)
     second = result.trace.joint_position[-1, 1::2]
     assert np.abs(np.sin(second)).min() < 0.05
+    # Theorem 1 ends there: the object moves no faster than ever, the joints do.
+    assert np.abs(result.trace.object_velocity).max() < 2.01
+    assert np.abs(result.trace.joint_velocity[-1]).max() > 100.0
 
 
 def test_too_few_steps_end_the_run_as_limit():

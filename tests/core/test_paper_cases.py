@@ -13,6 +13,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.state_evaluation import evaluate_state
 
 LEFT, RIGHT = 0, 1
 ERROR_TIMES = (0.05, 0.2, 0.5, 2.0, 6.9)
@@ -57,13 +58,17 @@ def run(case: int, period: float) -> RunResult:
 
 @pytest.mark.parametrize("case", (1, 2))
 def test_values_are_those_that_the_paper_prints(case):
-    """Table II, the gains, and what the estimates begin with (Table III, Section 4.2)."""
+    """Table II, Eq. 64, the gains, and what the estimates begin with (Table III, Section 4.2)."""
     scenario = load_scenario(f"paper-case-{case}")
     held, law = scenario.object, scenario.controller
     assert (held.mass, held.inertia, held.half_width) == (1.0, 0.01042, 0.1)
     for finger in scenario.fingers:
         assert (finger.link_masses, finger.link_lengths) == ((1.0, 1.0), (1.0, 1.0))
         assert finger.friction == 0.25
+    path = scenario.trajectory
+    assert (path.kind, path.start) == ("coast", (1.466, 0.366, 0.0))
+    assert path.acceleration == (0.0, 0.0256, 0.0)
+    assert (path.acceleration_time, path.coast_time) == (1.0, 5.0)
     gains = (law.position_gain, law.velocity_gain, law.adaptation_gain)
     assert gains == (100.0, 10.0, 1.28)
     believed = {estimate.parameter: estimate.initial for estimate in scenario.estimates}
@@ -78,6 +83,28 @@ def test_values_are_those_that_the_paper_prints(case):
         }
     )
     assert case == 1 or law.estimate_norm_bound == pytest.approx(1.2 * np.hypot(1.2, 1.2), rel=1e-3)
+
+
+def test_frames_and_grasp_matrices_are_those_that_the_paper_prints():
+    """Eq. 62 and 63, but for the signs of s_i in the third rows (docs/model.md, Errata)."""
+    half_width, angle, slips = 0.1, 0.3, (0.02, -0.03)
+    found = evaluate_state(
+        load_scenario("paper-case-2"),
+        0.0,
+        (1.466, 0.366, angle),
+        np.zeros(3),
+        slips,
+        np.zeros(2),
+        (0, 0),
+        (1.2, 1.2, 0.5, 0.02),
+    )
+    for i, quarters in enumerate((3, 1)):
+        turned = angle + quarters * np.pi / 2.0
+        c, s = np.cos(turned), np.sin(turned)
+        printed = np.array([[c, -s], [s, c], [half_width, -slips[i]]])
+        np.testing.assert_allclose(found.contact_frames[i], printed[:2], atol=1e-14)
+        grasp_matrix = found.grasp_matrix[:, 2 * i : 2 * i + 2]
+        np.testing.assert_allclose(grasp_matrix, printed, atol=1e-14)
 
 
 def row_at(result: RunResult, t: float) -> int:

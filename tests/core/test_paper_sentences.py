@@ -9,14 +9,17 @@ from functools import cache
 import numpy as np
 import pytest
 
+from slipgrasp.core.run.premises import tell_premises
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.references.closed_loop import ClosedLoop
 
 LEFT, RIGHT = 0, 1
 CASES = (1, 2)
 LONG = 60.0
+HALVED = {1: 8.14, 2: 38.03}  # from when on the vertical error is below half its peak [s]
 
 # "The first second" and "more stationary after": the paper says so of all of these.
 VARYING = (
@@ -146,12 +149,32 @@ def test_tracking_errors_are_bounded_by_the_initial_lyapunov_value(case):
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_object_is_forced_towards_its_desired_trajectory(case):
-    """The vertical error, the only one of size, falls below its peak in 7 s and to half in 60 s."""
+    """The vertical error, the only one of size, falls, but slowly."""
     short, long = (np.abs(run(case, t).trace.tracking_error[:, 1]) for t in (7.0, LONG))
     assert short[-1] < 0.8 * short.max()
-    assert long[-1] < 0.5 * long.max()
+    still_large = run(case, LONG).trace.times[long > 0.5 * long.max()]
+    assert still_large.max() == pytest.approx(HALVED[case], abs=0.01)
     others = np.abs(run(case).trace.tracking_error[:, [0, 2]])
     assert others.max() < 0.05 * short.max()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_joints_turn_no_faster_than_their_fingertips_ask(case):
+    """Theorem 1: |q'| by what bounds the object and the slips, over the least gain of J."""
+    result = run(case)
+    trace, hand = result.trace, ClosedLoop.from_scenario(result.scenario).hand
+    for k in range(0, len(trace), 5):
+        arms = hand.tip_positions(trace.object_pose[k], trace.slip[k]) - trace.object_pose[k, :2]
+        speed, spin = np.hypot(*trace.object_velocity[k, :2]), abs(trace.object_velocity[k, 2])
+        for i, finger in enumerate(hand.fingers):
+            joints = slice(2 * i, 2 * i + 2)
+            jacobian = finger.jacobian(trace.joint_position[k, joints])
+            asked = speed + spin * np.hypot(*arms[i]) + abs(trace.slip_velocity[k, i])
+            limit = asked / np.linalg.svd(jacobian, compute_uv=False)[-1]
+            assert np.linalg.norm(trace.joint_velocity[k, joints]) <= limit + 1e-12
+    told = tell_premises(result)[0]
+    assert f"{np.abs(trace.joint_velocity).max():.3g} rad/s" in told
+    assert f"{trace.normal_force.max():.3g} N" in told
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
+from scipy.integrate import quad_vec, trapezoid
 from scipy.linalg import solve_continuous_lyapunov
 
 from slipgrasp.core.run.premises import WINDOW, find_premises, has_premises
@@ -58,27 +58,46 @@ def test_the_lyapunov_value_is_that_of_the_error(three_fingers):
     assert (trace.lyapunov_value >= ends.min() * premises.error**2 * (1.0 - 1e-9)).all()
 
 
+def resting_inertia(pose):
+    """M~ of case II where the object rests at a pose, and no fingertip has slipped."""
+    zeros, believed = np.zeros(2), [estimate.initial for estimate in CASE_2.estimates]
+    return evaluate_state(
+        CASE_2, 0.0, pose, np.zeros(3), zeros, zeros, (0, 0), believed
+    ).reduced_inertia
+
+
 def test_eq_20_of_an_object_at_rest_is_the_square_of_one_matrix():
     still = with_values(
         CASE_2, {"trajectory.acceleration": (0.0, 0.0, 0.0), "simulation.duration": 0.2}
     )
     run = simulate(still)
-    premises, zeros = find_premises(run), np.zeros(2)
-    at_rest = evaluate_state(
-        still,
-        0.0,
-        still.trajectory.start,
-        np.zeros(3),
-        zeros,
-        zeros,
-        (0, 0),
-        run.trace.estimates[0],
-    )
-    squares = np.linalg.svd(at_rest.reduced_inertia, compute_uv=False) ** 2
+    premises = find_premises(run)
+    squares = np.linalg.svd(resting_inertia(still.trajectory.start), compute_uv=False) ** 2
     ready = run.trace.times >= WINDOW
     np.testing.assert_allclose(premises.least_excitation[ready], WINDOW * squares[-1], rtol=1e-9)
     np.testing.assert_allclose(premises.greatest_excitation[ready], WINDOW * squares[0], rtol=1e-9)
     assert np.isnan(premises.least_excitation[~ready]).all()
+
+
+def test_eq_20_of_a_moving_object_is_a_library_s_integral():
+    """Over the last 0.1 s of a lift of 32 mm, to the error of the trapezoidal rule."""
+    lifted = with_values(
+        CASE_2, {"trajectory.acceleration": (0.0, 4.0, 0.0), "simulation.duration": 0.127}
+    )
+    run = simulate(lifted)
+    premises, end = find_premises(run), run.end_time
+    x, y, angle = lifted.trajectory.start
+
+    def square(t):
+        matrix = resting_inertia((x, y + 2.0 * t * t, angle))
+        return matrix @ matrix.T
+
+    integral, _ = quad_vec(square, end - WINDOW, end, epsrel=1e-10)
+    eigenvalues = np.linalg.eigvalsh(integral)
+    found = premises.least_excitation[-1], premises.greatest_excitation[-1]
+    np.testing.assert_allclose(found, (eigenvalues[0], eigenvalues[-1]), rtol=1e-4)
+    at_rest = WINDOW * np.linalg.svd(resting_inertia(lifted.trajectory.start))[1] ** 2
+    assert abs(found[1] / at_rest[0] - 1.0) > 1e-3
 
 
 def test_the_bound_is_empty_while_nothing_is_pulled_back():

@@ -113,6 +113,8 @@ def test_the_premises_are_told_with_their_numbers():
     ]
     assert missing("figures.md", told) == []
     assert (one.error.max(), two.error.max()) == (one.error[0], two.error[0])
+    assert np.isinf(one.radius).all()
+    assert np.isinf(two.radius).all()
 
 
 def evaluated(scenario, phase):
