@@ -29,6 +29,7 @@ TEXTS = {
     "fingers.*.link_centre_fractions.0": "centres of mass of the links, share of $l$",
     "fingers.0.base.0": "left base $x$ [m], the right one mirrored",
     "fingers.0.elbow": "elbow of the left finger, the right one mirrored",
+    "fingers.0.contact_offset": "left fingertip above the middle [m], the right one mirrored",
     "object.face_half_length": "half length of the faces [m]",
     "simulation.gravity": "gravity [m/s²]",
     "estimates.0.minimum": "bounds on the estimates",
