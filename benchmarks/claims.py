@@ -78,12 +78,22 @@ RIVALS = ("composite", "reactive force")
 
 
 class Point(NamedTuple):
-    """How many of the objects were held; median and worst slip path of all runs [m]."""
+    """How objects fared in one world.
+
+    Attributes:
+        held: How many were held.
+        count: Of how many.
+        median: Of the slip paths of all runs [m].
+        worst: The longest of them [m].
+        safety: Least of mu F_n over |F_x| at the end, median of the held; None where it was not
+            asked for.
+    """
 
     held: int
     count: int
     median: float
     worst: float
+    safety: float | None = None
 
 
 class Series(NamedTuple):
@@ -146,7 +156,12 @@ def measure_late(count: int = LATE_COUNT) -> list[Series]:
     found = []
     for law in RIVALS:
         runs = [hold(law, {**WORLDS[world], **_LATE}, count) for world in LATE_WORLDS]
-        points = [_point([r.held for r in each], [r.path for r in each]) for each in runs]
+        points = (
+            _point([r.held for r in each], [r.path for r in each])._replace(
+                safety=float(np.median([r.safety for r in each if r.held]))
+            )
+            for each in runs
+        )
         found.append(Series(law, tuple(points)))
     return found
 
@@ -206,10 +221,13 @@ def _tabulate(
         for k, label in enumerate(labels)
     )
     count = series[0].points[0].count
-    legend = f"{count} objects: held, with the 95 % interval; slip path, median/worst [mm]."
-    return Table(name, (head, *(each.name for each in series)), rows, (legend, *notes), PAGE)
+    legend = f"{count} objects: held, with the 95 % interval; slip path, median/worst [mm]"
+    if series[0].points[0].safety is not None:
+        legend += "; least of mu F_n over |F_x| at the end, median of the held"
+    return Table(name, (head, *(each.name for each in series)), rows, (legend + ".", *notes), PAGE)
 
 
 def _describe(point: Point) -> str:
     share = format_share(point.held, point.count)
-    return f"{share}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}"
+    safety = "" if point.safety is None else f"; {point.safety:.2f}"
+    return f"{share}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}{safety}"
