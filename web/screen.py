@@ -22,6 +22,7 @@ from slipgrasp.web.panels.scenario_file_panel import ScenarioFilePanel
 from slipgrasp.web.panels.scenario_panel import ScenarioPanel
 from slipgrasp.web.panels.session_state_panel import SessionStatePanel
 from slipgrasp.web.panels.study_panel import StudyPanel
+from slipgrasp.web.panels.tour_panel import TourPanel
 from slipgrasp.web.scene.camera import FrontCamera
 from slipgrasp.web.scene.scene import Scene
 
@@ -60,7 +61,8 @@ class Screen:
         # Ahead of the session state, by which a page opens its link: it then has all knobs already.
         self._knobs.update(view)
         self._results = gui.add_panel()
-        with self._results.add_tab("Run", viser.Icon.CHART_LINE):
+        with self._results.add_tab("Run", viser.Icon.CHART_LINE) as run_tab:
+            self._tour = TourPanel(gui, run_tab, send)
             self._outcome = OutcomePanel(gui)
             self._charts = ChartsPanel(client, sizes.chart)
         with self._results.add_tab("Recordings", viser.Icon.LIST):
@@ -76,7 +78,7 @@ class Screen:
         # On a phone both are parts of one sheet, and folded up at first.
         self._results.expand()
         self._controls.expand()
-        self._is_wide = False
+        self._is_wide = self._is_lecture = False
         self._arrangement: Arrangement | None = None
         self._widths = (0, 0, 0)
         self._page_layout = layout
@@ -86,6 +88,7 @@ class Screen:
             self._file,
             self._appearance,
             self._knobs,
+            self._tour,
             self._outcome,
             self._recordings,
             self._compare,
@@ -104,6 +107,9 @@ class Screen:
         if view.page_layout is not None and view.page_layout != self._page_layout:
             self._page_layout = view.page_layout
             self._fit()
+        if view.appearance.lecture != self._is_lecture:
+            self._is_lecture = view.appearance.lecture
+            self._lay_out_lecture()
         if view.appearance.dark != self._dark:
             self._dark = view.appearance.dark
             apply_theme(self._gui, dark=self._dark)
@@ -127,13 +133,14 @@ class Screen:
 
     def _fit(self) -> None:
         """Gives every column its share of the page; what the user resized stays until then."""
-        sizes = panel_sizes(self._page_layout.width, self._page_layout.height)
+        size = (self._page_layout.width, self._page_layout.height)
+        sizes = panel_sizes(*size, lecture=self._is_lecture)
         self._arrange(self._page_layout.arrangement)
         results = sizes.study if self._is_wide else sizes.results
         panels = (self._results, self._gui.main_panel, self._controls)
         widths = (results, sizes.scenario, self._page_layout.playback)
         for panel, width, before in zip(panels, widths, self._widths, strict=True):
-            if width != before:
+            if width not in (before, 0):
                 panel.set_width(width)
         self._widths = widths
 
@@ -151,6 +158,18 @@ class Screen:
         else:
             self._gui.main_panel.dock_right()
         self._controls.float(x=MARGIN, y=-MARGIN)
+
+    def _lay_out_lecture(self) -> None:
+        """Folds the knobs up, and unfolds them for work at a desk."""
+        self._fit()
+        if self._is_lecture:
+            self._gui.main_panel.minimize()
+        else:
+            self._gui.main_panel.expand()
+        sizes = panel_sizes(
+            self._page_layout.width, self._page_layout.height, lecture=self._is_lecture
+        )
+        self._charts.resize(sizes.chart)
 
     def _widen_results(self, is_wide: bool) -> None:
         """Gives the results more room, for what is wide."""

@@ -52,6 +52,32 @@ def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_
     assert not is_playing(page)
 
 
+def test_a_lecture_has_one_chart_in_large_type_and_work_at_a_desk_comes_back(
+    visitors: Visitors,
+) -> None:
+    page = visitors.open()
+    charts, knobs = page.locator(".uplot:visible"), page.get_by_label("scenario", exact=True)
+    at_a_desk = charts.count()
+    strip = page.locator(".sg-strip")
+    size = "strip => parseFloat(getComputedStyle(strip).fontSize)"
+    before = strip.evaluate(size)
+    page.keyboard.press("l")
+    expect(charts).to_have_count(1)
+    expect(knobs.first).not_to_be_in_viewport()
+    wait_until(lambda: strip.evaluate(size) > 1.3 * before, "the type did not become large")
+    page.keyboard.press("l")
+    expect(charts).to_have_count(at_a_desk)
+    expect(knobs.first).to_be_in_viewport()
+    assert at_a_desk > 1
+
+    def fits() -> bool:
+        scene, lanes = page.locator("canvas[data-engine]").bounding_box(), strip.bounding_box()
+        assert scene is not None and lanes is not None
+        return lanes["x"] + lanes["width"] <= scene["x"] + scene["width"]
+
+    wait_until(fits, "the strip does not fit below the picture any more")
+
+
 def test_arrows_on_a_knob_leave_the_camera_where_it_is(visitors: Visitors) -> None:
     page = visitors.open()
     pause_at(page, 0.08)

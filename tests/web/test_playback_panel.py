@@ -131,6 +131,7 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
         "charts": "",
         "run": "abcdefghijkl",
         "notice": "",
+        "lecture": False,
         "time": playback_of(view).time,
         "start": playback_of(view).window.start,
         "end": playback_of(view).window.end,

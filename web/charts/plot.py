@@ -81,6 +81,10 @@ class Plot:
             self._lines.bands = _bands(drawn.own.chart)
             self._lines.axes = _axes(drawn.chart)
 
+    def resize(self, height: int) -> None:
+        """Gives it another height [px]."""
+        self._lines.height = height
+
     def _columns(self, drawn: DrawnChart) -> tuple[NDArray[np.float64], ...]:
         columns = drawn.columns()
         return (*columns, *[_NO_VALUES] * (self._num_columns - len(columns)))

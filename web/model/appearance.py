@@ -18,6 +18,7 @@ class Appearance:
         cones: Whether friction cones are drawn.
         lenses: Whether the contacts are shown magnified.
         whole_hand: Whether the fingers are seen as far as their mounts, and the object small.
+        lecture: Whether the page has the picture, the strip and one chart alone, in large type.
     """
 
     dark: bool = False
@@ -25,6 +26,7 @@ class Appearance:
     cones: bool = True
     lenses: bool = True
     whole_hand: bool = False
+    lecture: bool = False
 
     def within_bounds(self) -> Appearance:
         """This appearance with a force scale that can be drawn; it comes from a browser."""

@@ -131,6 +131,11 @@ class Editing:
         """Whether the user has a knob in hand: the program must not move it then."""
         return self.gesture is not None and self.gesture.goes_on(key, now)
 
+    def key_in_hand(self, now: float) -> str:
+        """The key of the knob that the user has in hand, empty if none."""
+        gesture = self.gesture
+        return gesture.key if gesture is not None and self.holds(gesture.key, now) else ""
+
     def apply(self, draft: Draft, value: Value) -> Draft:
         """The draft once the knob in hand took a value."""
         assert self.gesture is not None

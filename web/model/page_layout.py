@@ -83,8 +83,17 @@ class PanelSizes(NamedTuple):
     chart: int
 
 
-def panel_sizes(width: int, height: int) -> PanelSizes:
-    """Sizes that leave the scene its share of a page [px]."""
+def panel_sizes(width: int, height: int, *, lecture: bool = False) -> PanelSizes:
+    """Sizes that leave the scene its share of a page [px].
+
+    Args:
+        width: Width of the page.
+        height: Its height.
+        lecture: Whether there is one chart alone, for those in the last row.
+    """
+    if lecture:
+        wide = max(round(0.36 * width), 280)
+        return PanelSizes(wide, wide, 0, max(round(0.45 * height), 130))
     results = min(max(round(0.27 * width), 280), 400)
     scenario = min(max(round(0.22 * width), 250), 320)
     chart = min(max((height - 340) // 3 - 48, 130), 190)

@@ -32,6 +32,7 @@ from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSampler, make_sampler
 from slipgrasp.web.model.study import StudyView
+from slipgrasp.web.model.tour import TOUR, Stop
 
 MOST_ROWS_WITH_PREMISES = 20_000
 """Rows of a trace that are evaluated again one by one, which takes some ten seconds."""
@@ -186,6 +187,7 @@ class ViewState:
         page_layout: How much room the page has; None until it has told.
         study: The study that is planned, and the one that is followed.
         premises: Those of the theorems for a run, once somebody has asked.
+        tour: Place of the stop of the tour that was visited last, None outside it.
     """
 
     draft: Draft
@@ -209,6 +211,13 @@ class ViewState:
     page_layout: PageLayout | None = None
     study: StudyView = field(default_factory=StudyView)
     premises: ToldPremises | None = None
+    tour: int | None = None
+
+    @property
+    def stop(self) -> Stop | None:
+        """The stop of the tour that is on the screen; another preset is beside the way."""
+        stop = None if self.tour is None else TOUR[self.tour]
+        return stop if stop is not None and self.draft.origin == stop.preset else None
 
     @property
     def offers_premises(self) -> bool:

@@ -8,6 +8,7 @@
 //   picture.js        the picture of the scene as a file
 //   page_layout.js    how much room the page has
 //   numbers.js        numbers as people write them, where viser would read others
+//   lecture.js        large type for a lecture hall
 //   names.js          names of controls that viser leaves without
 //   folds.js          what is unfolded
 //   welcome.js        a few words for who is here for the first time
@@ -22,6 +23,7 @@ import { startClock } from "./clock.js";
 import { startFolds } from "./folds.js";
 import { startGestures } from "./gestures.js";
 import { startKeyboard } from "./keyboard.js";
+import { startLecture } from "./lecture.js";
 import { startLink } from "./link.js";
 import { startNames } from "./names.js";
 import { startNumbers } from "./numbers.js";
@@ -41,6 +43,7 @@ startNames();
 startNumbers();
 startWelcome();
 startPageLayout();
+startLecture();
 startKeyboard();
 startBanner();
 watchSessionState();

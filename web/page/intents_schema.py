@@ -24,6 +24,7 @@ from slipgrasp.web.model.intents.picture import (
     MeasurePage,
     PlaceMark,
     SeeCharts,
+    ToggleLecture,
     ToggleLine,
     ToggleMark,
     ToggleSignal,
@@ -48,6 +49,7 @@ from slipgrasp.web.model.intents.recordings import (
     OpenRecording,
 )
 from slipgrasp.web.model.intents.scenario import (
+    AddDisturbance,
     ChooseLaw,
     Redo,
     RemoveChange,
@@ -57,6 +59,7 @@ from slipgrasp.web.model.intents.scenario import (
     Undo,
 )
 from slipgrasp.web.model.intents.study import OpenStudyRun, SeeStudyDraft
+from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 
 MAX_GESTURES = 20
 
@@ -79,6 +82,7 @@ _POSTED: tuple[type[Intent], ...] = (
     DrawAgainst,
     PlaceMark,
     ToggleMark,
+    ToggleLecture,
     LayOutCharts,
     SeeCharts,
     ListRecordings,
@@ -88,9 +92,12 @@ _POSTED: tuple[type[Intent], ...] = (
     Redo,
     RemoveChange,
     RemoveChanges,
+    AddDisturbance,
     RemoveDisturbance,
     TryOut,
     ChooseLaw,
+    ToggleTour,
+    VisitStop,
     AskHowHeavy,
     SwapRuns,
     EndComparison,
@@ -105,9 +112,12 @@ CHANGING: tuple[type[Intent], ...] = (
     Redo,
     RemoveChange,
     RemoveChanges,
+    AddDisturbance,
     RemoveDisturbance,
     TryOut,
     ChooseLaw,
+    ToggleTour,
+    VisitStop,
     SeeStudyDraft,
 )
 """Those of them by which a scenario or a study becomes another; the rest only shows things."""

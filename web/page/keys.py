@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from viser import Icon, IconName
 
+from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import FrameHand, ToggleMark
+from slipgrasp.web.model.intents.picture import FrameHand, ToggleLecture, ToggleMark
 from slipgrasp.web.model.intents.playback import (
     ChangeSpeed,
     ChooseWindow,
@@ -19,7 +20,8 @@ from slipgrasp.web.model.intents.playback import (
     TogglePlay,
     Zoom,
 )
-from slipgrasp.web.model.intents.scenario import Redo, Undo
+from slipgrasp.web.model.intents.scenario import AddDisturbance, Redo, Undo
+from slipgrasp.web.model.intents.tour import ToggleTour
 from slipgrasp.web.model.playback import WindowChoice
 from slipgrasp.web.page.intents_schema import posted
 
@@ -62,6 +64,26 @@ KEYS: tuple[KeyCommand, ...] = (
     _command("M", "Second cursor of the charts: here, or away", Icon.RULER_MEASURE, ToggleMark()),
     _command("F", "Look at what is held from the front", Icon.FOCUS_CENTERED, FrameHand()),
     _command("H", "Look at the whole hand from the front", Icon.HAND_STOP, FrameHand(whole=True)),
+    _command(
+        "L",
+        "Lecture: picture, strip and one chart, large; or back",
+        Icon.PRESENTATION,
+        ToggleLecture(),
+    ),
+    _command("T", "Tour of the presets: begin or leave", Icon.ROUTE, ToggleTour()),
+    _command("1", "Push the object", Icon.ARROW_BIG_DOWN, AddDisturbance(DisturbanceKind.PUSH)),
+    _command(
+        "2",
+        "Wet the face where it is nearest to slip",
+        Icon.DROPLET,
+        AddDisturbance(DisturbanceKind.WET_SPOT),
+    ),
+    _command(
+        "3",
+        "Pour half as much again into the object",
+        Icon.BUCKET_DROPLET,
+        AddDisturbance(DisturbanceKind.POUR),
+    ),
     _command("Ctrl+Z", "Undo", Icon.ARROW_BACK_UP, Undo()),
     _command("Ctrl+Shift+Z Ctrl+Y", "Redo", Icon.ARROW_FORWARD_UP, Redo()),
     _command("X", "Dismiss the ghost: take the pale run away", Icon.GHOST_OFF, EndComparison()),

@@ -8,8 +8,9 @@ import viser
 
 from slipgrasp.web.model.appearance import LARGEST_FORCE_SCALE, LEAST_FORCE_SCALE, Appearance
 from slipgrasp.web.model.intents.intent import Send
-from slipgrasp.web.model.intents.picture import SetAppearance, ToggleDark
+from slipgrasp.web.model.intents.picture import SetAppearance, ToggleDark, ToggleLecture
 from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.page.keys import keys_of
 
 _FORCE_STEP = 0.5
 
@@ -52,9 +53,22 @@ class AppearancePanel:
                 appearance.whole_hand,
                 hint="Look at the fingers as far as their mounts, not at what is held alone.",
             )
+            self.lecture = gui.add_checkbox(
+                "lecture",
+                appearance.lecture,
+                hint="Picture, strip and one chart alone, in large type. "
+                f"Key: {keys_of(ToggleLecture())}; others push, wet a face and pour.",
+            )
         self._command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
         self._command.on_trigger(lambda _: send(ToggleDark()))
-        for widget in (self.dark, self.force_scale, self.cones, self.lenses, self.whole_hand):
+        for widget in (
+            self.dark,
+            self.force_scale,
+            self.cones,
+            self.lenses,
+            self.whole_hand,
+            self.lecture,
+        ):
             widget.on_update(self._pass_on)
 
     def update(self, view: ViewState) -> None:
@@ -63,7 +77,7 @@ class AppearancePanel:
         self.dark.value = appearance.dark
         self.force_scale.value = appearance.force_scale
         self.cones.value, self.lenses.value = appearance.cones, appearance.lenses
-        self.whole_hand.value = appearance.whole_hand
+        self.whole_hand.value, self.lecture.value = appearance.whole_hand, appearance.lecture
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -82,6 +96,7 @@ class AppearancePanel:
                         cones=bool(self.cones.value),
                         lenses=bool(self.lenses.value),
                         whole_hand=bool(self.whole_hand.value),
+                        lecture=bool(self.lecture.value),
                     )
                 )
             )

@@ -68,7 +68,7 @@ class ChartsPanel:
         self._ghost: Ghost | None = None
         self._run: ChartedRun | None = None
         self._ghost_run: ChartedRun | None = None
-        self._drawn: tuple[TimeWindow, ChartsView, bool] | None = None
+        self._drawn: tuple[TimeWindow, ChartsView, bool, bool] | None = None
         self._read, self._read_at = Cursors(0.0, None), 0.0
 
     def update(self, view: ViewState) -> None:
@@ -79,7 +79,8 @@ class ChartsPanel:
         playback, now = view.playback, time.monotonic()
         run = self._take_runs(view.shown, view.ghost, view.charts)
         cursors = Cursors(playback.time, view.charts.mark)
-        drawing = (playback.window, replace(view.charts, mark=None), view.appearance.dark)
+        charts = replace(view.charts, mark=None)
+        drawing = (playback.window, charts, view.appearance.dark, view.appearance.lecture)
         is_new = drawing != self._drawn
         if not (is_new or self._must_read(playback, cursors, now)):
             return
@@ -99,9 +100,15 @@ class ChartsPanel:
         label = view.ghost.label if view.ghost else ""
         pages = drawn_charts(run, ghost, window, view.charts)
         for name, tab in self._tabs.items():
-            tab.draw(pages[name], label, dark=dark)
+            charts = pages[name][:1] if view.appearance.lecture else pages[name]
+            tab.draw(charts, label, dark=dark)
         self._tabs[CHOSEN_TAB].ask(search_html(run.trace, run.chosen))
         self._xy.draw(run, ghost, window, view.charts, label, dark=dark)
+
+    def resize(self, height: int) -> None:
+        """Gives every chart over time another height [px]."""
+        for tab in self._tabs.values():
+            tab.resize(height)
 
     def remove(self) -> None:
         """Takes everything off the page."""
@@ -153,6 +160,12 @@ class _Tab:
             remarks.insert(0, f"Pale: {ghost_label}.")
         self._note.visible = bool(remarks)
         self._note.content = note_html(remarks)
+
+    def resize(self, height: int) -> None:
+        """Gives its charts another height [px], also those to come."""
+        self._height = height
+        for plot in self._plots:
+            plot.resize(height)
 
     def ask(self, html: str) -> None:
         """Shows something above the charts."""

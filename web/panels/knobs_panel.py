@@ -160,7 +160,7 @@ class KnobsPanel:
         The one in the user's hand stands right already.
         """
         moment = change_time(view.playback.time) if view.playback else 0.0
-        in_hand = _in_hand(view.editing)
+        in_hand = view.editing.key_in_hand(time.monotonic())
         wanted = (draft, draft.num_changes_until(moment))
         if wanted == self._shown and in_hand == self._in_hand:
             return
@@ -219,14 +219,6 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
         for key, parameter in definitions.items()
         if not (key.startswith("changes.") or is_of_disturbance(key))
     }
-
-
-def _in_hand(editing: Editing) -> str:
-    """The key of the knob that the user is moving, empty if none."""
-    gesture = editing.gesture
-    if gesture is None or not editing.holds(gesture.key, time.monotonic()):
-        return ""
-    return gesture.key
 
 
 def error_html(message: str) -> str:

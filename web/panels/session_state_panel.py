@@ -34,7 +34,16 @@ class SessionStatePanel:
         now, playback = time.monotonic(), view.playback or _AT_START
         moving = None if playback.playing else playback.time
         layout = view.charts.layout()
-        telling = (linked_run(view), layout, view.notice, playback.window, playback.speed, moving)
+        lecture = view.appearance.lecture
+        telling = (
+            linked_run(view),
+            layout,
+            view.notice,
+            lecture,
+            playback.window,
+            playback.speed,
+            moving,
+        )
         if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
             return
         self._told, self._told_at = telling, now
@@ -58,6 +67,7 @@ def session_state_html(key: str, view: ViewState) -> str:
         "run": linked_run(view),
         "charts": view.charts.layout(),
         "notice": view.notice,
+        "lecture": view.appearance.lecture,
         "time": playback.time,
         "start": playback.window.start,
         "end": playback.window.end,

@@ -12,6 +12,7 @@ from slipgrasp.web.model.intents.picture import (
     MeasurePage,
     SetAppearance,
     ToggleDark,
+    ToggleLecture,
 )
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Reducer
@@ -31,6 +32,7 @@ class PictureReducer(Reducer):
         MeasurePage,
         SetAppearance,
         ToggleDark,
+        ToggleLecture,
     )
 
     def __init__(self, camera: FrontCamera) -> None:
@@ -51,6 +53,10 @@ class PictureReducer(Reducer):
             case ToggleDark():
                 return replace(
                     view, appearance=replace(view.appearance, dark=not view.appearance.dark)
+                )
+            case ToggleLecture():
+                return replace(
+                    view, appearance=replace(view.appearance, lecture=not view.appearance.lecture)
                 )
         return view
 

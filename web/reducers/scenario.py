@@ -35,9 +35,11 @@ from slipgrasp.web.model.intents.scenario import (
     TryOut,
     Undo,
 )
+from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 from slipgrasp.web.model.laws import set_words, with_law, without_law_change
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.sampling import locate
+from slipgrasp.web.model.tour import TOUR
 from slipgrasp.web.model.view import RunStatus, Shown, ViewState, with_status
 from slipgrasp.web.reducers.reducer import Reducer
 
@@ -66,6 +68,8 @@ class ScenarioReducer(Reducer):
         Undo,
         Redo,
         EndComparison,
+        ToggleTour,
+        VisitStop,
     )
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
@@ -93,6 +97,10 @@ class ScenarioReducer(Reducer):
                 return _loaded(view, name, content)
             case EndComparison():
                 return replace(view, editing=replace(view.editing, ghost_due=False))
+            case ToggleTour():
+                return _visited(view, 0) if view.stop is None else replace(view, tour=None)
+            case VisitStop(place):
+                return _visited(view, place)
             case AddDisturbance():
                 return _with_draft(view, _disturbed(view, intent))
             case _:
@@ -121,7 +129,7 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
     if view.shown is None or view.playback is None:
         return view.draft
     draft, moment = view.draft, change_time(view.playback.time)
-    match intent.kind:
+    match intent.what:
         case DisturbanceKind.PUSH:
             return draft.with_disturbance(push_at(moment, in_space=draft.base.in_space))
         case DisturbanceKind.WET_SPOT:
@@ -224,6 +232,15 @@ def _chosen(view: ViewState, name: str) -> ViewState:
         return _with_draft(view, Draft.from_preset(name))
     except ScenarioError as error:
         return with_status(view, RunStatus.refused(error))
+
+
+def _visited(view: ViewState, place: int) -> ViewState:
+    """The view with a stop of the tour; its knob acts on the whole run."""
+    if place >= len(TOUR):
+        return view
+    view = _chosen(view, TOUR[place].preset)
+    editing = replace(view.editing, reach=Reach.WHOLE_RUN, gesture=None)
+    return replace(view, editing=editing, tour=place)
 
 
 def _loaded(view: ViewState, name: str, content: bytes) -> ViewState:

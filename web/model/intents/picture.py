@@ -48,6 +48,11 @@ class ToggleDark(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class ToggleLecture(Intent):
+    """The user lays the page out for a lecture hall, or for work at a desk."""
+
+
+@dataclass(frozen=True, slots=True)
 class ToggleLine(Intent):
     """The user wants a line hidden, or back; the keys are not validated yet."""
 

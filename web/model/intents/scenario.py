@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from annotated_types import Interval, MaxLen
 
@@ -51,12 +51,12 @@ class AddDisturbance(Intent):
     """The user lets something happen to the object at the play head.
 
     Attributes:
-        kind: What.
+        what: What happens.
         contact: Under which fingertip, where that matters; None is the one nearest to slip.
     """
 
-    kind: DisturbanceKind
-    contact: int | None = None
+    what: Literal[DisturbanceKind.PUSH, DisturbanceKind.WET_SPOT, DisturbanceKind.POUR]
+    contact: Annotated[int, Interval(ge=0, le=1000)] | None = None
 
 
 @dataclass(frozen=True, slots=True)

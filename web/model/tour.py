@@ -1,0 +1,60 @@
+"""A tour of the presets: each with a question, and the one knob that answers it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """One preset of the tour; what happens in it is said by its title.
+
+    Attributes:
+        preset: Its name.
+        question: What to find out.
+        knob: Dotted key of the parameter to move for that.
+    """
+
+    preset: str
+    question: str
+    knob: str
+
+
+TOUR = (
+    Stop("paper-case-1", "Does a lighter object slip less?", "object.mass"),
+    Stop(
+        "paper-case-2",
+        "What if the hand believed in less friction on the left from the start?",
+        "estimates.0.initial",
+    ),
+    Stop(
+        "composite-case-2",
+        "How far does the left fingertip slip on a smoother face?",
+        "fingers.0.friction",
+    ),
+    Stop(
+        "composite-case-2-noisy",
+        "How much noise in the measured velocities can the hand bear?",
+        "sensing.velocity_noise",
+    ),
+    Stop("poured-mass", "Does pressing harder than needed prevent it?", "controller.grip_safety"),
+    Stop("wet-patch", "How slippery may the wet spot be?", "patches.0.friction_factor"),
+    Stop("shake-test", "How little friction still holds it?", "fingers.0.friction"),
+    Stop("three-fingers", "What does the finger below contribute?", "fingers.2.friction"),
+    Stop("tilted-object", "How smooth may its left face be?", "fingers.0.friction"),
+    Stop("unequal-fingers", "Which gives way first if it is heavier?", "object.mass"),
+    Stop("wide-object", "Does it matter how hard it is to turn?", "object.inertia"),
+    Stop("spatial-prism", "Does a lighter object slip less in space, too?", "object.mass"),
+    Stop(
+        "spatial-pyramid",
+        "What does the paper's pyramid hide? Choose the cone.",
+        "simulation.friction",
+    ),
+    Stop(
+        "spatial-unknown-friction",
+        "How far do the fingertips slide if one face is rougher?",
+        "fingers.0.friction",
+    ),
+    Stop("spatial-composite", "Up to which mass is it held?", "object.mass"),
+    Stop("spatial-box", "What if the thumb's face is smooth?", "fingers.0.friction"),
+)
