@@ -32,7 +32,9 @@ MOST_NUMBERS = 3
 OWN = "own scenario"
 
 _UNNAMED = ("title", "fingers", "estimates", "pulses", "patches", "changes")
-_INSIDE = re.compile(r"^(object|controller|trajectory|sensing|actuation|simulation)\.")
+_INSIDE = re.compile(
+    r"^(object|controller(?!\.parameters)|trajectory|sensing|actuation|simulation)\."
+)
 
 
 class _Fact(NamedTuple):

@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.own_laws import OwnLaw, forget
+from slipgrasp.core.words.display_name import name_run
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import diagnostic_charts
 from slipgrasp.web.model.draft import Draft
@@ -80,7 +81,9 @@ def test_a_parameter_of_a_law_is_what_the_law_declares_until_it_is_set(first: Dr
     draft = with_law(first, "squeeze", None)
     assert draft.value_at(0.0, GRIP) == 30.0
     assert asked_force(draft, 0.0) == 30.0
-    assert asked_force(draft.edited(GRIP, 60.0), 0.0) == 60.0
+    set_by_hand = draft.edited(GRIP, 60.0)
+    assert asked_force(set_by_hand, 0.0) == 60.0
+    assert "law grip 60" in name_run(set_by_hand.scenario()).split(" · ")
 
 
 def test_a_law_that_comes_at_the_play_head_is_tuned_from_there_on(first: Draft) -> None:
@@ -120,10 +123,14 @@ def test_the_knobs_of_a_law_are_seen_while_it_is_the_law(
     panel.update(view_at(0.0, chosen))
     assert folder.visible
     assert panel.knob(GRIP).value == 30.0
+    # A law sees this one of the program's settings of a grip, and no other.
+    assert panel.knob("controller.grip_force").input.visible
+    assert not panel.knob("controller.grip_rate").input.visible
     panel.update(view_at(0.0, chosen.edited(GRIP, 60.0)))
     assert panel.knob(GRIP).value == 60.0
     panel.update(view_at(0.0, first))
     assert not folder.visible
+    assert not panel.knob("controller.grip_force").input.visible
     assert panel.knob(GRIP).value == 30.0
     panel.remove()
 

@@ -12,6 +12,7 @@ from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.own_laws import own_law
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import is_of_disturbance
@@ -174,7 +175,8 @@ class KnobsPanel:
         for kind, folder in self._law_folders.items():
             folder.visible = kind == draft.value_at(moment, LAW)
         for knob, entry in self._conditional:
-            knob.use(draft.value_at(moment, entry.kind_key) in entry.parameter.used_by)
+            kind = str(draft.value_at(moment, entry.kind_key))
+            knob.use(kind in entry.parameter.used_by or _is_seen_by_own_law(kind, knob.key))
 
     def _tell(self, errors: tuple[FieldError, ...], draft: Draft, editing: Editing) -> None:
         """Puts what is wrong below the fields that are wrong."""
@@ -219,6 +221,12 @@ def _steady(definitions: dict[str, Parameter]) -> dict[str, Parameter]:
         for key, parameter in definitions.items()
         if not (key.startswith("changes.") or is_of_disturbance(key))
     }
+
+
+def _is_seen_by_own_law(kind: str, key: str) -> bool:
+    """Whether a law of one's own is shown a parameter that only some built-in laws use."""
+    law = own_law(kind)
+    return law is not None and key == law.facts.holds_with
 
 
 def error_html(message: str) -> str:
