@@ -9,7 +9,7 @@ const AWAY_ASK_MS = 1000;
 const PATIENCE_MS = 2500;
 const NEW_SESSION_MS = 7000; // longer than an attempt of viser to connect
 
-let answeredAt = new Date();
+let answeredAt = null;
 let isAway = false;
 let lonelySince = null;
 let server = "";
@@ -53,10 +53,15 @@ async function ask() {
   } catch {
     isAway = true;
     lonelySince = null;
+    const [title, since] = answeredAt
+      ? [
+          "Connection lost.",
+          `The server does not answer; what you see is frozen since ${answeredAt.toLocaleTimeString()}. `,
+        ]
+      : ["Waiting for the server.", "It has not answered yet. "];
     alarm(
-      "Connection lost.",
-      `The server does not answer; what you see is frozen since ${answeredAt.toLocaleTimeString()}. ` +
-        "This page goes on by itself as soon as the server is back.",
+      title,
+      `${since}This page goes on by itself as soon as the server ${answeredAt ? "is back" : "does"}.`,
       "Try again",
       ask,
     );
@@ -86,9 +91,11 @@ function judge(found) {
       "Try again",
       ask,
     );
-  } else if (state.session !== "" && wasAway) {
+  } else if (state.session === "") {
+    clear("alarm"); // the first session of this page is on its way
+  } else if (wasAway) {
     alarm("The server is back.", "Opening what you saw …", "Reload now", () => location.reload());
-  } else if (state.session !== "" && alone > NEW_SESSION_MS) {
+  } else if (alone > NEW_SESSION_MS) {
     alarm(
       "This session ended by an internal error.",
       "Runs that were saved are safe.",
