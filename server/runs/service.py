@@ -100,7 +100,7 @@ class RunService:
     def start(self) -> None:
         """Begins to recover what a killed service left, and to load or compile the kernel."""
         self._recovery.start()
-        threading.Thread(target=self._prepare, name="kernel", daemon=True).start()
+        threading.Thread(target=self.prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
         """Stops what runs, keeps what it has, and forgets what waits."""
@@ -155,7 +155,7 @@ class RunService:
             scenario: What to simulate.
             should_stop: Asked every few milliseconds whether to end the run as ``stopped``.
         """
-        self._prepare()
+        self.prepare()
 
         def stopped() -> bool:
             return self._must_stop() or (should_stop is not None and should_stop())
@@ -325,7 +325,7 @@ class RunService:
     def _record(self, pending: PendingRun) -> Ended:
         """Simulates and records at once; what cannot be recorded is not begun."""
         scenario = pending.make_scenario()
-        self._prepare()
+        self.prepare()
 
         try:
             reservation = self.store.reserve(run_id=pending.id)
@@ -380,6 +380,7 @@ class RunService:
     def _must_stop(self) -> bool:
         return self._closing.is_set() or self._is_ending()
 
-    def _prepare(self) -> None:
+    def prepare(self) -> None:
+        """Waits until the kernel is loaded, or compiled at the very first start."""
         prepare_kernel()
         self._kernel_ready.set()

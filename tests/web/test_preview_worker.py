@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,6 +19,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.runs import RunFinished, RunSaved, SaveFailed
+from slipgrasp.web.workers import preview_worker
 from slipgrasp.web.workers.preview_worker import PreviewWorker
 from slipgrasp.web.workers.saved_runs import SavedRuns
 from tests.server.serving import patient_settings
@@ -47,15 +49,18 @@ class Bench:
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def service(tmp_path: Path) -> RunService:
     settings = patient_settings(tmp_path / "data")
-    store = RecordingStore(settings.data_directory)
-    service = RunService(store, settings)
+    return RunService(RecordingStore(settings.data_directory), settings)
+
+
+@pytest.fixture
+def bench(service: RunService, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
     others = threading.enumerate()
     worker = PreviewWorker(service, SavedRuns(service), answers.put)
     (thread,) = (each for each in threading.enumerate() if each not in others)
-    bench = Bench(worker, answers, store, thread, threading.Event())
+    bench = Bench(worker, answers, service.store, thread, threading.Event())
     preview = service.preview
 
     def watched(scenario: Scenario, should_stop: Callable[[], bool]) -> RunResult:
@@ -75,6 +80,18 @@ def test_a_preview_is_answered_and_not_saved(bench: Bench) -> None:
     assert isinstance(answer, RunFinished)
     assert (answer.ticket, answer.result.scenario) == (1, CASE)
     assert bench.store.count() == 0
+
+
+def test_what_is_told_as_computing_leaves_compiling_out(
+    bench: Bench, service: RunService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(service, "prepare", lambda: vars(clock).update(now=30.0))
+    monkeypatch.setattr(preview_worker, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    bench.worker.simulate(1, CASE)
+    answer = bench.answer()
+    assert isinstance(answer, RunFinished)
+    assert answer.elapsed == 0.0
 
 
 def test_the_latest_request_wins_over_a_long_run(bench: Bench) -> None:

@@ -115,6 +115,7 @@ class PreviewWorker(Worker):
             return job
 
     def _run(self, job: _Simulate) -> None:
+        self._service.prepare()  # compiling is not computing
         started = time.monotonic()
 
         def should_stop() -> bool:
