@@ -71,7 +71,11 @@ def any_of(*options: Iterable[str], otherwise: str = _OUTSIDE) -> str:
         otherwise: The hint where there is none.
     """
     found = list(dict.fromkeys(option for several in options for option in several))
-    return joined(found, "or") or otherwise
+    *others, last = found or [otherwise]
+    if not others:
+        return last
+    comma = "," if any("," in option for option in others) else ""
+    return f"{', '.join(others)}{comma} or {last}"
 
 
 def raise_(scenario: Scenario, key: str) -> Iterator[str]:

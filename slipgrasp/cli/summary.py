@@ -55,7 +55,9 @@ def _contacts(result: RunResult) -> Iterator[str]:
     for i, finger in enumerate(result.scenario.fingers):
         changes = sum(change.contact == i for change in result.phase_changes)
         margin = metrics.minimum_friction_margin[i]
-        reserve = "never in stick" if margin is None else f"at least {margin:.3g} N inside the cone"
+        # A contact that begins to slip is at the edge but for the rounding.
+        least = None if margin is None else round(margin, 6) + 0.0
+        reserve = "never in stick" if least is None else f"at least {least:.3g} N inside the cone"
         yield _line(
             f"contact {i} {finger.face}",
             f"slipped {_millimetres(metrics.slip_path[i])}, {changes} phase "

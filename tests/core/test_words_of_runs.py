@@ -224,6 +224,14 @@ def test_no_preset_s_title_stands_over_a_run_of_something_else(law: str, way: st
     assert result.scenario.title not in summarize(result, None)
 
 
+def test_a_margin_within_the_rounding_is_told_as_none() -> None:
+    result = simulate(load_scenario("composite-case-2"))
+    metrics = replace(result.metrics, minimum_friction_margin=(-8.9e-16, 0.2446))
+    told = summarize(replace(result, metrics=metrics), None)
+    assert "at least 0 N inside the cone" in told
+    assert "at least 0.245 N inside the cone" in told
+
+
 def test_a_title_stands_over_the_run_that_it_announces_and_over_those_of_one_s_own() -> None:
     preset = load_scenario("composite-case-2")
     result = simulate(preset)
