@@ -126,11 +126,16 @@ def test_a_lens_is_round_and_half_of_it_is_solid() -> None:
     assert right.max() <= 100
 
 
-def test_words_are_drawn_in_their_ink() -> None:
-    pixels = lettering("Left fingertip SLIPS", (200, 10, 30))
-    drawn = pixels[pixels[..., 3] == 255]
-    assert len(drawn) > 500
-    assert (drawn[:, :3] == (200, 10, 30)).all()
+def test_words_are_drawn_in_their_ink_and_rimmed_with_the_page() -> None:
+    ink, page = (200, 10, 30), (20, 20, 20)
+    pixels = lettering("Left fingertip SLIPS", ink, page)
+    solid = pixels[..., 3] == 255
+    letters = solid & (pixels[..., :3] == ink).all(axis=-1)
+    assert np.count_nonzero(letters) > 500
+    # Next to a letter there is a letter or the page, never what lies behind the words.
+    beside = letters[:, :-1] | letters[:, 1:]
+    assert (solid[:, :-1] & solid[:, 1:])[beside].all()
+    assert np.count_nonzero(solid & (pixels[..., :3] == page).all(axis=-1)) > 500
     assert pixels[..., 3][:, [0, -1]].max() == 0
 
 

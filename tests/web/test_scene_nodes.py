@@ -18,6 +18,7 @@ from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler
+from slipgrasp.web.scene.images import lettering
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.scene.surfaces import surfaces_for
 from tests.held_polygon import CORNERS, held_polygon
@@ -115,11 +116,12 @@ def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
     scene.update(shown, other)
     body = node(viewer_server, "/ghost/body")
     assert (body.position[0], body.position[2]) == pytest.approx(other.object_pose[:2])
-    assert "pale" in node(viewer_server, "/hand/lenses/0/words").text
+    pale_slip = "/hand/lenses/0/numbers1"
+    assert node(viewer_server, pale_slip).image[..., 3].any()
     scene.show(case_2)
     scene.update(shown)
     assert not node(viewer_server, "/ghost").visible
-    assert "pale" not in node(viewer_server, "/hand/lenses/0/words").text
+    assert not node(viewer_server, pale_slip).image[..., 3].any()
 
 
 def test_a_pale_hand_of_another_shape_has_nodes_of_its_own(
@@ -179,7 +181,7 @@ def test_a_hand_with_a_finger_below_gets_a_lens_of_its_own_for_each(
     sample = Sampler(result.trace).at(0.05)
     scene.update(sample, sample)
     assert len(layout.lens_centres) == 3
-    assert "slip" in node(viewer_server, "/hand/lenses/2/words").text
+    assert node(viewer_server, "/hand/lenses/2/numbers0").image[..., 3].any()
     stub = node(viewer_server, "/hand/lenses/2/stub").points
     assert stub[0, 1, 2] < stub[0, 0, 2]
 
@@ -260,7 +262,9 @@ def test_a_push_is_an_arrow_to_the_centre_and_a_twist_an_arc_while_they_last(
     np.testing.assert_allclose(way / np.hypot(*way), (0.6, -0.8), atol=1e-6)
     np.testing.assert_allclose(arrow[1][[0, 2]], 0.0, atol=1e-6)
     assert node(viewer_server, "/hand/object/push/moment").visible
-    assert node(viewer_server, "/hand/object/push/words").text == "push 5 N, 0.1 N m"
+    surfaces = surfaces_for(dark=False)
+    words = lettering("push 5 N, 0.1 N m", surfaces.ink, surfaces.page)
+    np.testing.assert_array_equal(node(viewer_server, "/hand/object/push/words").image, words)
 
 
 def test_other_wet_spots_take_the_place_of_those_before(

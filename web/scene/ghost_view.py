@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -69,7 +70,14 @@ class GhostView:
         lens_sizes = sizes_in_lens(layout.lens_radius)
         self._magnified = {
             i: _GhostTip(
-                scene, f"{name}/lenses/{i}", layout.lens_centres[i], f, lens_sizes, surfaces, detail
+                scene,
+                f"{name}/lenses/{i}",
+                layout.lens_centres[i],
+                f,
+                lens_sizes,
+                surfaces,
+                detail,
+                0.9 * layout.lens_radius,
             )
             for i, (f, shown) in enumerate(zip(own, frames, strict=False))
             if f.tangent == shown.tangent
@@ -103,7 +111,21 @@ class GhostView:
 
 
 class _GhostTip:
-    """A pale ring where a fingertip of the other run is, and a fine trail behind it."""
+    """A pale ring where a fingertip of the other run is, and a fine trail behind it.
+
+    A lens is as strong as the slip of the run that is shown allows: the other run's may lead out
+    of it, where the words of the lens stand.
+
+    Args:
+        scene: Where the nodes go.
+        name: Name of the node at the spot touched first, whose axes are the object's.
+        anchor: Where that node stands in its parent [m].
+        frame: Tangent and normal of the contact in the object frame.
+        sizes: Sizes of the marks.
+        surfaces: Colours.
+        detail: How finely it is drawn.
+        room: How far from the spot touched first anything is drawn [m].
+    """
 
     def __init__(
         self,
@@ -114,7 +136,9 @@ class _GhostTip:
         sizes: MarkSizes,
         surfaces: Surfaces,
         detail: Detail,
+        room: float = math.inf,
     ) -> None:
+        self._room = room
         self._tangent, self._normal = np.asarray(frame.tangent), np.asarray(frame.normal)
         self._sizes = sizes
         scene.add_frame(name, show_axes=False, position=position(anchor))
@@ -137,12 +161,14 @@ class _GhostTip:
         self._follower.follow(np.array([slip, *reach]))
 
     def _draw(self, slip_and_reach: NDArray[np.float64]) -> None:
-        slip, reach = float(slip_and_reach[0]), slip_and_reach[1:]
+        slip = float(slip_and_reach[0])
+        reach = np.clip(slip_and_reach[1:], -self._room, self._room)
         inside = 1.3 * self._sizes.trail_width * self._normal
         self._trail.points = lift(
             (reach[:, None] * self._tangent + inside)[None], self._sizes.depth + 0.001
         )
         centre = slip * self._tangent - self._sizes.tip_radius * self._normal
+        self._ring.visible = abs(slip) <= self._room
         self._ring.position = position(centre, self._sizes.depth - 0.01)
 
 

@@ -1,7 +1,7 @@
 """Pictures that the scene is papered with: the background of a lens, and words.
 
 Pictures are not lit, so their colours are the very ones of the palette, and words that are
-pictures may have any colour; viser's own labels are always black on white.
+pictures may have any colour; viser's own labels are always black in a white box.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ Pixels = NDArray[np.uint8]
 _SIZE = 320
 _HATCH_PERIOD = 16.0
 _HATCH_DEPTH = 0.035
-_LETTER_HEIGHT = 44
+LETTERS = 44
+"""Usual size of letters [px]."""
 # Turns a picture, whose rows run down and which faces along z, upright in the model's plane.
 _UPRIGHT = (2.0**-0.5, -(2.0**-0.5), 0.0, 0.0)
 
@@ -89,13 +90,26 @@ def round_patch(colour: Rgb) -> Pixels:
 
 
 @functools.lru_cache(maxsize=64)
-def lettering(text: str, ink: Rgb) -> Pixels:
-    """One line of words on nothing, shape ``(height, width, 4)``."""
-    font = ImageFont.load_default(size=_LETTER_HEIGHT)
-    left, _, right, _ = font.getbbox(text)
-    size = (max(int(right - left) + 8, 8), int(1.5 * _LETTER_HEIGHT))
-    picture = Image.new("RGBA", size, (*ink, 0))
-    ImageDraw.Draw(picture).text(
-        (4 - left, 0.15 * _LETTER_HEIGHT), text, font=font, fill=(*ink, 255)
-    )
+def lettering(
+    text: str, ink: Rgb, page: Rgb, *, size: int = LETTERS, width: int | None = None
+) -> Pixels:
+    """One line of words on nothing, shape ``(height, width, 4)``.
+
+    Args:
+        text: The words.
+        ink: Colour of the letters.
+        page: Colour around them, so that they are legible on whatever is behind them.
+        size: Size of the letters [px].
+        width: Width of the picture with the words in its middle, None for that of the words [px].
+    """
+    font = ImageFont.load_default(size=size)
+    around = max(size // 10, 1)
+    if width is None:
+        width = int(font.getlength(text)) + 2 * around + 4
+    picture = Image.new("RGBA", (width, int(1.5 * size)), (*page, 0))
+    pen, x, y = ImageDraw.Draw(picture), 0.5 * width, 0.15 * size
+    pen.text((x, y), text, font=font, fill=(*page, 255), anchor="ma", stroke_width=around)
+    # Twice, a pixel apart: seen from afar thin strokes fade into what is around them.
+    for shift in (-0.5, 0.5):
+        pen.text((x + shift, y), text, font=font, fill=(*ink, 255), anchor="ma")
     return np.asarray(picture)

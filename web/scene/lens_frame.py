@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.web.scene import lens_places as places
-from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lettering
-from slipgrasp.web.scene.shapes import circle, polyline, position
+from slipgrasp.web.scene.images import Pixels, SceneImage, add_image_in_plane, lettering
+from slipgrasp.web.scene.shapes import circle, polyline
 from slipgrasp.web.scene.surfaces import Surfaces
 
 Points = NDArray[np.float64]
 
 _RIM_SEGMENTS = 72
 _LEAST_SHOWN = 0.001  # [mm]
+_DIGITS, _ROOM = 24, 380  # [px]
 
 
 class LensFrame:
@@ -54,14 +55,8 @@ class LensFrame:
             )
             for word in ("sticks", "SLIPS")
         ]
-        self._numbers = scene.add_label(
-            f"{name}/words",
-            "",
-            position=position(self._at(places.NUMBERS_PLACE), 0.0),
-            font_size_mode="scene",
-            font_scene_height=places.NUMBERS_HEIGHT * radius,
-            anchor="top-center",
-        )
+        self._numbers, self._pale = (self._add_line(line) for line in range(2))
+        self._told = ["", ""]
 
     def show_phase(self, phase: ContactPhase) -> None:
         """Tells what the fingertip does."""
@@ -77,10 +72,14 @@ class LensFrame:
 
     def tell_numbers(self, slip: float, force: float, pale_slip: float | None = None) -> None:
         """Tells slip [m] and force [N], and the slip of the pale run, if it has one."""
-        lines = [f"slip {_millimetres(slip)}, force {force:.1f} N"]
-        if pale_slip is not None:
-            lines.append(f"pale {_millimetres(pale_slip)}")
-        self._numbers.text = "\n".join(lines)
+        told = [
+            f"slip {_millimetres(slip)}, force {force:.1f} N",
+            "" if pale_slip is None else f"pale {_millimetres(pale_slip)}",
+        ]
+        for k, line in enumerate((self._numbers, self._pale)):
+            if told[k] != self._told[k]:
+                line.image = self._line(told[k])
+        self._told = told
 
     def _at(self, height: float) -> Points:
         return self._centre + np.array([0.0, height * self._radius])
@@ -102,10 +101,21 @@ class LensFrame:
 
     def _add_words(self, name: str, text: str, place: float, height: float) -> viser.ImageHandle:
         """Words on the page, small enough for the width of the lens."""
-        words = lettering(text, self._surfaces.ink)
+        words = lettering(text, self._surfaces.ink, self._surfaces.page)
         room = 2.0 * self._radius * words.shape[0] / words.shape[1]
         image = SceneImage(words, min(height * self._radius, room))
         return add_image_in_plane(self._scene, f"{self._name}/{name}", image, self._at(place), 0.0)
+
+    def _line(self, text: str) -> Pixels:
+        """Numbers on the page, always as wide: only what is on the picture changes."""
+        surfaces = self._surfaces
+        return lettering(text, surfaces.ink, surfaces.page, size=_DIGITS, width=_ROOM)
+
+    def _add_line(self, line: int) -> viser.ImageHandle:
+        height = places.NUMBERS_HEIGHT * self._radius
+        place = self._at(places.NUMBERS_PLACE) - np.array([0.0, (line + 0.5) * height])
+        image = SceneImage(self._line(""), height)
+        return add_image_in_plane(self._scene, f"{self._name}/numbers{line}", image, place, 0.0)
 
 
 def _millimetres(slip: float) -> str:

@@ -11,10 +11,10 @@ Points = NDArray[np.float64]
 
 TITLE_PLACE, SCALE_PLACE, NUMBERS_PLACE = 1.42, 1.18, -1.08
 """How far above its middle the words around a lens stand, in radii; numbers go on downwards."""
-TITLE_HEIGHT, SCALE_HEIGHT, NUMBERS_HEIGHT = 0.27, 0.2, 0.15
+TITLE_HEIGHT, SCALE_HEIGHT, NUMBERS_HEIGHT = 0.27, 0.2, 0.225
 """How high they are, in radii."""
 
-_ABOVE, _BELOW = 1.7, 1.45
+_ABOVE, _BELOW = 1.7, 1.53
 _MOST_IN_A_ROW = 3
 _WIDTH, _SHARE, _LEAST_ASPECT = 0.44, 0.18, 1.1
 _MARGIN = 0.3

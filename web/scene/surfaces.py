@@ -25,6 +25,7 @@ class Surfaces(NamedTuple):
         pale: The hand and object of another run, for comparison.
         pale_edge: Their outlines.
         ink: Words.
+        page: What is behind it all, and around the letters of words.
     """
 
     link: Rgb
@@ -40,6 +41,7 @@ class Surfaces(NamedTuple):
     pale: Rgb
     pale_edge: Rgb
     ink: Rgb
+    page: Rgb
 
 
 _BRIGHT = Surfaces(
@@ -56,6 +58,7 @@ _BRIGHT = Surfaces(
     pale=(233, 236, 241),
     pale_edge=(164, 173, 188),
     ink=(28, 32, 40),
+    page=(255, 255, 255),
 )
 
 _DARK = Surfaces(
@@ -72,6 +75,7 @@ _DARK = Surfaces(
     pale=(38, 43, 52),
     pale_edge=(104, 116, 138),
     ink=(232, 235, 240),
+    page=(20, 20, 20),
 )
 
 
