@@ -30,6 +30,7 @@ from slipgrasp.core.words.hints import (
     start_nearer_to_the_truth,
     stop_slip_earlier,
 )
+from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
 from slipgrasp.core.words.placement import describe_offset, is_far_off
 
@@ -75,7 +76,7 @@ def describe_run(result: RunResult) -> Verdict:
     """Says in words how a run ended, what slipped, and what to try."""
     reason, found = result.reason, _find_overestimates(result)
     cause = (sentence(reason.message),) if reason is not None and reason.message else ()
-    belief = map(_describe_belief, found[:1])
+    belief = map(_describe_belief, found[:1]) if found else _describe_other_belief(result)
     facts = (
         _describe_slips(result),
         *_describe_pyramid(result),
@@ -132,9 +133,11 @@ def _describe_slips(result: RunResult) -> str:
     slipped = [i for i, path in enumerate(paths) if path > 0.0]
     if not slipped:
         return f"No fingertip slipped{_describe_least_margin(result)}."
-    lengths = joined([f"{length_words(paths[i])} {names[i]}" for i in slipped])
     who = _fingertips([names[i] for i in slipped], len(names))
-    return f"{who} slipped, {lengths}{_describe_end_of_slip(result)}."
+    lengths = f" {length_words(paths[slipped[0]])}"
+    if len(slipped) > 1:
+        lengths = ", " + joined([f"{length_words(paths[i])} {names[i]}" for i in slipped])
+    return f"{who} slipped{lengths}{_describe_end_of_slip(result)}."
 
 
 def _describe_pyramid(result: RunResult) -> Iterator[str]:
@@ -261,6 +264,17 @@ def _describe_belief(found: _Overestimate) -> str:
         f"controller believed in friction {found.believed:.3g} where there was {found.true:.3g}, "
         "so it squeezed too little."
     )
+
+
+def _describe_other_belief(result: RunResult) -> Iterator[str]:
+    """What else the controller was most wrong about when a fingertip slipped from the start on.
+
+    An end before time comes with its cause.
+    """
+    trace = result.trace
+    if result.reason is None and trace.phase[trace.times == 0.0].any():
+        misbelief = describe_misbelief(result.scenario, trace[:1], of_friction=False)
+        yield from [sentence(f"at the start {misbelief}")] * bool(misbelief)
 
 
 def _describe_squeeze(result: RunResult) -> Iterator[str]:

@@ -143,7 +143,7 @@ def start_nearer_to_the_truth(situation: Situation) -> Iterator[str]:
         for k in sorted(found)
     ]
     if nearer:
-        yield f"set {joined(nearer)}, the truth"
+        yield f"set {joined(nearer)} (the truth)"
 
 
 def change_law(situation: Situation) -> Iterator[str]:

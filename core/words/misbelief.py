@@ -16,23 +16,24 @@ _WORTH_TELLING = math.log(1.3)
 _TURNING = 1e-6  # [rad/s]
 
 
-def describe_misbelief(scenario: Scenario, last: Trace) -> str:
+def describe_misbelief(scenario: Scenario, row: Trace, *, of_friction: bool = True) -> str:
     """The estimate that is farthest from the truth, in proportion; empty if all are near.
 
     Args:
         scenario: Parameters at that time.
-        last: Trace of one row.
+        row: Trace of one row.
+        of_friction: Whether estimates of friction count.
     """
-    believed, true = last.estimates[0].tolist(), last.true_parameters[0].tolist()
-    found = worst_beliefs(scenario, believed, true, turns=turns(last))
+    believed, true = row.estimates[0].tolist(), row.true_parameters[0].tolist()
+    found = worst_beliefs(scenario, believed, true, turns=turns(row), of_friction=of_friction)
     if not found:
         return ""
     worst = found[0]
     key = scenario.estimates[worst].parameter
     unit = unit_of_unknown(scenario, key)
     return (
-        f"the controller believed {name_unknown(scenario, key)} to be {believed[worst]:.3g}{unit}, "
-        f"it is {true[worst]:.3g}{unit}"
+        f"the controller believed {name_unknown(scenario, key)} to be {believed[worst]:.3g}{unit} "
+        f"where it is {true[worst]:.3g}{unit}"
     )
 
 
@@ -43,7 +44,12 @@ def turns(last: Trace) -> bool:
 
 
 def worst_beliefs(
-    scenario: Scenario, believed: Sequence[float], true: Sequence[float], *, turns: bool
+    scenario: Scenario,
+    believed: Sequence[float],
+    true: Sequence[float],
+    *,
+    turns: bool,
+    of_friction: bool = True,
 ) -> list[int]:
     """Indices of the estimates of one kind that are far from the truth, in proportion.
 
@@ -56,8 +62,9 @@ def worst_beliefs(
         believed: Their values.
         true: What they should be.
         turns: Whether the object turns.
+        of_friction: Whether estimates of friction count.
     """
-    uses_friction = law_of(scenario.controller.kind).uses_friction
+    uses_friction = of_friction and law_of(scenario.controller.kind).uses_friction
     ignored = {"friction": not uses_friction, "object_inertia": not turns}
     kinds = [_kind(scenario, estimate.parameter) for estimate in scenario.estimates]
     distances = [_distance(*pair) for pair in zip(believed, true, strict=True)]

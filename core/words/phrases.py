@@ -35,4 +35,4 @@ def length_words(length: float) -> str:
     # A tenth of a millimetre is still told in millimetres.
     unit, factor = next((u, f) for least, u, f in _LENGTHS if length >= 0.1 * least or u == "nm")
     value = factor * length
-    return f"{value:.0f} {unit}" if value >= 100.0 else f"{value:.3g} {unit}"
+    return f"{value:.0f} {unit}" if value >= 100.0 else f"{value:#.3g} {unit}"

@@ -27,7 +27,7 @@ _DIGITS = 6
 _OPTIONS = re.compile(
     rf"(?P<way>raise|lower) (?P<key>{_KEY}) (?:above|below) (?P<value>{_NUMBER}){_UNIT}"
     r"|(?P<all>lower fingers\.\*\.friction)"
-    rf"|set (?P<truths>(?:{_LINK}{_INITIAL} nearer to {_NUMBER}{_UNIT})+), the truth"
+    rf"|set (?P<truths>(?:{_LINK}{_INITIAL} nearer to {_NUMBER}{_UNIT})+) \(the truth\)"
     rf"|set (?P<beliefs>(?:{_LINK}{_INITIAL} below {_NUMBER})+)"
     r"|(?P<force>set controller\.grasp_force to minimum)"
     r"|set (?P<period>controller\.control_period) to (?P<seconds>0\.001) s"

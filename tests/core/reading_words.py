@@ -150,7 +150,9 @@ def check_cause(result: RunResult, text: str) -> None:
             assert limit is not None and near(found[2], limit)
             assert np.abs(last.joint_torque[0]).max() >= limit
             continue
-        pattern = rf"the controller believed the (.+) to be {NUMBER}{UNIT}, it is {NUMBER}{UNIT}"
+        pattern = (
+            rf"the controller believed the (.+) to be {NUMBER}{UNIT} where it is {NUMBER}{UNIT}"
+        )
         found = re.fullmatch(pattern, cause)
         assert found, cause
         k = unknown_called(result.scenario, found[1])
@@ -313,9 +315,10 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
 def check_slips(result: RunResult, found: re.Match[str]) -> None:
     """Every fingertip that slipped is named with its way, and no other."""
     names, paths = result.scenario.finger_names, result.metrics.slip_path
+    alone = re.fullmatch(r"The (.+) fingertip", found["who"])
     told = re.findall(
         r"(?:^|, | and )([\d.]+|less than 1) (mm|µm|nm) ([a-z0-9 ]+?)(?=,|$| and )",
-        found["lengths"],
+        f"{found['lengths']} {alone[1]}" if alone else found["lengths"],
     )
     assert {name for *_, name in told} == {n for n, path in zip(names, paths, strict=True) if path}
     for value, unit, name in told:
@@ -380,6 +383,16 @@ def check_later_belief(result: RunResult, found: re.Match[str]) -> None:
     )
 
 
+def check_other_belief(result: RunResult, found: re.Match[str]) -> None:
+    """A run with slip from the start on, and no belief in too much friction to explain it."""
+    trace, k = result.trace, unknown_called(result.scenario, found["what"])
+    believed, true = float(trace.estimates[0, k]), float(trace.true_parameters[0, k])
+    assert result.reason is None and trace.phase[trace.times == 0.0].any()
+    assert "friction" not in found["what"]
+    assert near(found["believed"], believed) and near(found["true"], true)
+    assert max(believed / true, true / believed) > 1.29
+
+
 def check_squeeze(result: RunResult, found: re.Match[str]) -> None:
     i, trace = finger_called(result, found["finger"]), result.trace
     assert result.outcome is Outcome.COMPLETED and not trace.phase[-1].any()
@@ -390,7 +403,7 @@ def check_squeeze(result: RunResult, found: re.Match[str]) -> None:
 
 SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (
-        r"(?P<who>.+) slipped, (?P<lengths>.+?)(?:, and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
+        r"(?P<who>.+) slipped,? (?P<lengths>.+?)(?:, and stopped at t = (?P<stop>[\d.]+ m?s))?\.",
         check_slips,
     ),
     (r"No fingertip slipped\.", lambda _result, _found: None),
@@ -409,6 +422,11 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         r"controller believed in friction (?P<believed>[\d.e-]+) where there was "
         r"(?P<true>[\d.e-]+), so it squeezed too little\.",
         check_later_belief,
+    ),
+    (
+        rf"At the start the controller believed the (?P<what>.+) to be "
+        rf"(?P<believed>{NUMBER}){UNIT} where it is (?P<true>{NUMBER}){UNIT}\.",
+        check_other_belief,
     ),
     (
         r"At the end the (?P<finger>.+) fingertip presses with (?P<normal>[\d.]+) N; with less "
@@ -526,7 +544,7 @@ OPTIONS: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
     (r"change simulation\.relative_tolerance a little", lambda _result, _found: None),
     (r"give the estimates bounds \([^)]*first\)", has_no_such_bounds),
     (
-        rf"set (?:(?:, | and )?estimates\.\d+\.initial nearer to {NUMBER}{UNIT})+, the truth",
+        rf"set (?:(?:, | and )?estimates\.\d+\.initial nearer to {NUMBER}{UNIT})+ \(the truth\)",
         is_far_from_the_truth,
     ),
     (rf"set (?:(?:, | and )?estimates\.\d+\.initial below {NUMBER})+", believes_in_more),
