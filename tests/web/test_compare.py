@@ -165,7 +165,10 @@ def test_nothing_from_outside_becomes_markup(case_1: RunResult, sluggish: RunRes
 
 
 def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
-    viewer_server: ViewerServer, store: RecordingStore, stored: tuple[StoredRun, StoredRun]
+    viewer_server: ViewerServer,
+    store: RecordingStore,
+    stored: tuple[StoredRun, StoredRun],
+    case_1: RunResult,
 ) -> None:
     panel = ComparePanel(viewer_server.gui, lambda _: None)
     view = replace(first_view(), run_list=RunList(recent=stored))
@@ -180,6 +183,9 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     assert panel.b.value.startswith("Q = 1 · held")
     assert "Comparing …" in panel.findings.content
     assert SwapRuns() in intents_of(panel.findings.content)
+    unsaved = Ghost(Shown(3, case_1, 0.0), "the run before: this")
+    panel.update(replace(view, ghost=unsaved))
+    assert (panel.b.value, panel.b.options[1]) == ("the run before: this", NONE)
     panel.update(replace(view, ghost=None, run_list=RunList()))
     assert (panel.b.value, len(panel.a.options)) == (NONE, 2)
     panel.remove()

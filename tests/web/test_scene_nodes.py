@@ -17,6 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
+from slipgrasp.web.model.colours import PUSH
 from slipgrasp.web.model.sampling import Sampler
 from slipgrasp.web.scene.images import lettering
 from slipgrasp.web.scene.scene import Scene
@@ -262,8 +263,7 @@ def test_a_push_is_an_arrow_to_the_centre_and_a_twist_an_arc_while_they_last(
     np.testing.assert_allclose(way / np.hypot(*way), (0.6, -0.8), atol=1e-6)
     np.testing.assert_allclose(arrow[1][[0, 2]], 0.0, atol=1e-6)
     assert node(viewer_server, "/hand/object/push/moment").visible
-    surfaces = surfaces_for(dark=False)
-    words = lettering("push 5 N, 0.1 N m", surfaces.ink, surfaces.page)
+    words = lettering("push 5 N, 0.1 N m", PUSH, (255, 255, 255))
     np.testing.assert_array_equal(node(viewer_server, "/hand/object/push/words").image, words)
 
 

@@ -113,11 +113,16 @@ class ComparePanel:
                     replay.run_id, f"{_shortened(replay.name, _LONGEST_NAME)} · {replay.run_id}"
                 )
         self._ids = {label: run_id for run_id, label in labels.items()}
-        for picker, empty, replay in ((self.a, ON_SCREEN, on_screen), (self.b, NONE, pale)):
-            options = (empty, *self._ids)
+        # A pale run that nobody chose here, such as the one before a change, stands there too.
+        unsaved = view.ghost.label if view.ghost and pale is None else NONE
+        for picker, firsts, replay in (
+            (self.a, (ON_SCREEN,), on_screen),
+            (self.b, tuple(dict.fromkeys((unsaved, NONE))), pale),
+        ):
+            options = (*firsts, *self._ids)
             if options != picker.options:
                 picker.options = options
-            picker.value = labels.get(replay.run_id, empty) if replay else empty
+            picker.value = labels.get(replay.run_id, firsts[0]) if replay else firsts[0]
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
         # Values that the program sets come without a client; they must not come back.

@@ -19,7 +19,6 @@ from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lettering
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.marks import FullScale, sizes_in_lens, sizes_on_hand
 from slipgrasp.web.scene.shapes import arc, extrude, lift, polyline, position
-from slipgrasp.web.scene.surfaces import Surfaces
 
 Points = NDArray[np.float64]
 
@@ -30,7 +29,8 @@ _FRONT_IN_LENS = 0.043
 _PUSH_DEPTH = 0.09
 _ARC = 1.5 * math.pi
 _SHORTEST_PUSH = 1e-3
-_LINE = 0.024
+_LINE = 0.027
+_WHITE = (255, 255, 255)
 
 
 class WetSpots:
@@ -92,13 +92,10 @@ class PushView:
         scene: Where the nodes go.
         name: Name of the node that they are below; its axes are those of the plane.
         radius: How near its centre the object's faces come [m].
-        surfaces: Colours.
         detail: How finely it is drawn.
     """
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, radius: float, surfaces: Surfaces, detail: Detail
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, radius: float, detail: Detail) -> None:
         self._radius, self._sizes = radius, sizes_on_hand(radius)
         self._root = scene.add_frame(name, show_axes=False, visible=False)
         shaft = 1.6 * self._sizes.shaft_radius
@@ -113,7 +110,7 @@ class PushView:
         self._arc = scene.add_line_segments(
             f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
         )
-        self._scene, self._name, self._surfaces = scene, name, surfaces
+        self._scene, self._name, self._head = scene, name, 5.0 * shaft
         self._follow_object = Follower(detail, self._move)
         self._follow_wrench = Follower(detail, self._draw)
 
@@ -147,12 +144,13 @@ class PushView:
         self._arc.points = polyline(_twist(0.7 * self._radius, moment), _PUSH_DEPTH)
         told = [f"{np.hypot(*force):.3g} N"] if force.any() else []
         told += [f"{moment:.3g} N m"] if moment else []
-        words = lettering("push " + ", ".join(told), self._surfaces.ink, self._surfaces.page)
-        image = SceneImage(words, _LINE)
-        # Beyond the tail, as far as it takes to leave it free.
-        away = tail / max(float(np.hypot(*tail)), 1e-9)
+        # Red on white is legible on the object and on any page.
+        image = SceneImage(lettering("push " + ", ".join(told), PUSH, _WHITE), _LINE)
+        # Beyond the tail, as far as it takes to leave it free; the head may be longer than that.
+        length = float(np.hypot(*tail))
+        away = tail / max(length, 1e-9)
         room = 0.55 * np.array([image.width, image.height])
-        place = tail + float(np.abs(away) @ room) * away
+        place = (max(length, self._head) + float(np.abs(away) @ room)) * away
         add_image_in_plane(self._scene, f"{self._name}/words", image, place, _PUSH_DEPTH)
 
 

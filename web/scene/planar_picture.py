@@ -222,7 +222,7 @@ def _make_views(
     frames = tuple(contact_frame(body, finger) for finger in scenario.fingers)
     root = scene.add_frame(_ROOT, show_axes=False)
     held = ObjectView(scene, f"{_ROOT}/object", body, frames, surfaces, detail)
-    push = PushView(scene, f"{_ROOT}/object/push", inner_radius(body), surfaces, detail)
+    push = PushView(scene, f"{_ROOT}/object/push", inner_radius(body), detail)
     sizes = sizes_on_hand(inner_radius(body))
     spots = [f"{held.body.name}/contact{i}" for i in range(len(frames))]
     contacts = tuple(
