@@ -153,12 +153,17 @@ def remarks_on(charts: Sequence[DrawnChart]) -> Iterator[str]:
 
 
 def _words_upon(drawn: DrawnChart) -> Iterator[str]:
-    """Which lines hide others, unless all of them are nothing."""
-    lines = drawn.own.chart.lines
+    """Which lines hide others, each once, unless all of them are nothing.
+
+    Lines of one label, such as what is true of several estimates, tell the same.
+    """
+    lines, told = drawn.own.chart.lines, set[int]()
     if drawn.scale > drawn.chart.least:
         for line, upon in zip(lines, drawn.upon, strict=True):
-            if upon:
-                yield f"{joined([lines[k].label for k in upon])} on {line.label}"
+            new = [k for k in upon if k not in told and lines[k].label != line.label]
+            told.update(upon)
+            if new:
+                yield f"{joined([lines[k].label for k in new])} on {line.label}"
 
 
 def _is_whole(drawing: Drawing) -> bool:

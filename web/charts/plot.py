@@ -16,7 +16,7 @@ from slipgrasp.web.charts.html import head_html
 from slipgrasp.web.model.colours import css, legible
 
 # Room around the lines [px].
-_TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 46
+_TOP, _RIGHT, _BELOW, _LEFT = 6, 12, 28, 56
 _LABEL = 14
 _PALE, _BAND = 0.4, 0.12
 _PAD = 0.1
