@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.spatial import SpatialPulse
 
 
 class DisturbanceKind(StrEnum):
-    """What a user may let happen."""
+    """What a user may disturb a run with."""
 
     PUSH = "push"
     WET_SPOT = "wet spot"

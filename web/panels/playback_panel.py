@@ -114,7 +114,11 @@ def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
         f"{PHASE_WORDS[phase]}</span>"
         for phase in phases_in(scenario)
     )
-    pale = "" if ghost is None else f"<span><i>▬</i> pale: {escape(ghost.label)}</span>"
+    pale = (
+        ""
+        if ghost is None
+        else f"<span><i style='opacity:0.4'>▬</i> pale: {escape(ghost.label)}</span>"
+    )
     return (
         f'<div class="sg-caption">{_origin_html(shown)}'
         f'<b class="sg-clock" data-sg-clock>{clock_words(time)}</b>'

@@ -70,7 +70,7 @@ class ScenarioPanel:
         )
         self.note = gui.add_html("")
         self.disturbances = gui.add_button_group(
-            "let happen",
+            "disturb",
             _disturbances_in(draft),
             hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
             "first. Wet spot: less friction where a fingertip touches, from then on. Pour: mass "
@@ -156,7 +156,7 @@ class ScenarioPanel:
 
 
 def _disturbances_in(draft: Draft) -> tuple[str, ...]:
-    """What the user may let happen; faces in space have no wet spots."""
+    """What the user may disturb a run with; faces in space have no wet spots."""
     return tuple(
         name
         for name, kind in _DISTURBANCES.items()
@@ -195,8 +195,8 @@ def listed_html(draft: Draft, ghost: Ghost | None) -> str:
     """What changes, happens and is pale, in a place of one size: the knobs below never move."""
     listed = changes_html(draft) + ghost_html(ghost)
     empty = (
-        "<div class='sg-editor-note sg-empty'>What changes during the run, and the run before, "
-        "are listed here.</div>"
+        "<div class='sg-editor-note sg-empty'>Lists what changes during the run, and the run "
+        "that is drawn pale.</div>"
     )
     return (
         "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and pale run'>"
