@@ -20,6 +20,7 @@ STUDIES = Path(__file__).parents[1] / "docs" / "studies"
 SHORTEST = 1e-5  # slip paths below it count as it [m]
 TEXTS = {
     "controller.lyapunov_weight": "weight $Q$",
+    "controller.slip_position_gain": "gain of the slips $K_{p2}$ [1/s²]",
     "controller.grasp_force": "grasp force $y$",
     "controller.grip_safety": "distance from the cones",
     "controller.control_period": "control period [s]",

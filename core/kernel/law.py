@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.elementary import square
+from slipgrasp.core.kernel.lyapunov import coupled_value
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.motion import desired_motion
 from slipgrasp.core.kernel.records import Integers, Record
@@ -46,6 +47,7 @@ def demand_acceleration(
 ) -> None:
     """V = x''_des + K_v e' + K_p e, with 0 for contacts that are believed to stick.
 
+    Where a contact sticks is where its slip is wanted: its e is 0 until it slips.
     Slipping contacts are asked to brake by ``slip_stop`` more, so that their slip ends in
     finite time (composite law; 0 in the others).
     """
@@ -61,11 +63,14 @@ def demand_acceleration(
         )
     for i in range(n):
         k = 3 + i
-        room.error[k] = -state.x[slip_at(i)]
+        room.error[k] = 0.0
         room.error_rate[k] = -state.x[slip_velocity_at(n, i)]
         room.demand[k] = 0.0
         if belief[i] != 0:
-            room.demand[k] = law.velocity_gains[k] * room.error_rate[k]
+            room.error[k] = -state.x[slip_at(i)]
+            room.demand[k] = (
+                law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
+            )
             if law.slip_stop > 0.0:
                 # Little more than stops it until the next torque can act: the rest would push
                 # the others, and turn the slip round where torques act late.
@@ -85,6 +90,8 @@ def lyapunov_value(
         e, rate = room.error[k], room.error_rate[k]
         value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
         value += law.lyapunov_22[k] * rate * rate
+    if law.couples:
+        value += coupled_value(law, room.error, room.error_rate, 3 + n)
     for k in range(unknowns.count):
         deviation = true_value(truth, unknowns, k) - state.x[estimate_at(n, k)]
         value += square(deviation) / law.adaptation_gains[k]

@@ -77,6 +77,7 @@ LAW = np.dtype(
         ("lyapunov_11", np.float64, (MAX_COORDINATES,)),  # diagonal blocks of P, Eq. 25
         ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
+        ("couples", np.bool_),  # whether P has entries between different coordinates
         ("grasp_force", np.bool_),
         ("holds", np.bool_),  # every contact inside its cone, slipping or not
         ("link_mass_ratio", np.float64),  # of the masses believed, over the true ones
@@ -97,6 +98,7 @@ LAW = np.dtype(
         ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
         ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
+        ("couplings", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES)),  # by e, then e'
     ],
     align=True,
 )

@@ -12,6 +12,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.dop853 import DOP853
 from slipgrasp.core.kernel.elementary import exp, log
+from slipgrasp.core.kernel.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
     FACTS,
@@ -245,10 +246,10 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
     law.period = controller.control_period
     law.recognition_time = controller.recognition_time
     for k in range(3 + n):
-        # The slip has no position gain.
-        law.position_gains[k] = controller.position_gain[k] if k < 3 else 0.0
+        gain = controller.position_gain[k] if k < 3 else controller.slip_position_gain[k - 3]
+        law.position_gains[k] = gain
         law.velocity_gains[k] = controller.velocity_gain[k]
-        _pack_lyapunov(law, k, controller.lyapunov_weight[k])
+    _pack_weights(controller, 3 + n, law)
     law.grasp_force = controller.grasp_force == _MINIMUM_GRASP
     law.link_mass_ratio = controller.link_mass_ratio
     law.knows_lengths = controller.link_length_ratio == 1.0
@@ -264,20 +265,22 @@ def _pack_law(table: Record, n: int, law: Record) -> None:
 
 
 @compiled
-def _pack_lyapunov(law: Record, k: int, weight: float) -> None:
-    """Blocks P_11, P_12, P_22 of Eq. 25 for diagonal gains, at one coordinate.
-
-    Where K_p = 0 no P > 0 solves Eq. 25; there Q weighs only the velocity error and
-    P_11 = P_12 = 0 (docs/model.md, Adaptation).
-    """
-    position_gain, velocity_gain = law.position_gains[k], law.velocity_gains[k]
-    p11 = p12 = 0.0
-    if position_gain > 0.0:
-        p12 = weight / (2.0 * position_gain)
-    p22 = (weight / 2.0 + p12) / velocity_gain
-    if position_gain > 0.0:
-        p11 = position_gain * p22 + velocity_gain * p12
-    law.lyapunov_11[k], law.lyapunov_12[k], law.lyapunov_22[k] = p11, p12, p22
+def _pack_weights(controller: Record, size: int, law: Record) -> None:
+    """P of Eq. 25 for the weight or the matrix Q."""
+    law.couples = controller.lyapunov_matrix.count > 0.0
+    for j in range(size):
+        weight = controller.lyapunov_weight[j]
+        pack_lyapunov(law, j, weight, 0.0, weight)
+        if not law.couples:
+            continue
+        rows = controller.lyapunov_matrix.entries
+        position, rate = rows[j].entries, rows[size + j].entries
+        pack_lyapunov(law, j, position[j], position[size + j], rate[size + j])
+        for k in range(size):
+            if k != j:
+                pack_coupling(
+                    law, size, j, k, position[k], position[size + k], rate[k], rate[size + k]
+                )
 
 
 @compiled

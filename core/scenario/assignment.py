@@ -147,6 +147,7 @@ _NEW_ENTRIES: Mapping[str, Callable[[], dict[str, Any] | list[Any]]] = {
     "trajectory.set_points": partial(_defaults, SetPoint),
     "trajectory.table": list,
     "object.corners": list,
+    "controller.lyapunov_matrix": list,
 }
 _NEW_IN_SPACE = {
     **_NEW_ENTRIES,

@@ -8,7 +8,7 @@ from annotated_types import Ge, Le, Len
 from pydantic import AfterValidator, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG, FrozenMapping
+from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
@@ -23,6 +23,9 @@ LawKind = Annotated[
 Gain = Annotated[float, Ge(0.0), Le(1e6)]
 # What is not zero is not so near to it that other numbers overflow.
 PositiveGain = Annotated[float, Ge(1e-12), Le(1e6)]
+Weight = Annotated[float, Ge(-1e6), Le(1e6)]
+
+_MAX_ROWS = 2 * (3 + MAX_FINGERS)
 
 _LAWS = CONTROL_LAWS.values()
 
@@ -114,12 +117,22 @@ class ControllerParameters:
     position_gain: Annotated[
         Gain | Annotated[tuple[Gain, ...], Len(3, 3)],
         Quantity(
-            "K_p: one number for the object, or one per coordinate x, y, theta; slip has none.",
+            "K_p: one number for the object, or one per coordinate x, y, theta.",
             "1/s²",
             typical=(10.0, 400.0),
             changeable=True,
         ),
     ] = 100.0
+    slip_position_gain: Annotated[
+        Gain | tuple[Gain, ...],
+        Quantity(
+            "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
+            "started, one number or one per contact; 0: only its velocity is to end.",
+            "1/s²",
+            typical=(0.0, 400.0),
+            changeable=True,
+        ),
+    ] = 0.0
     velocity_gain: Annotated[
         PositiveGain | tuple[PositiveGain, ...],
         Quantity(
@@ -306,6 +319,15 @@ class ControllerParameters:
             changeable=True,
         ),
     ] = 2.036
+    lyapunov_matrix: Annotated[
+        tuple[Annotated[tuple[Weight, ...], Len(1, _MAX_ROWS)], ...],
+        Len(0, _MAX_ROWS),
+        Quantity(
+            "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
+            "coordinate of the error (x, y, theta and slip of each contact) and then of its rate.",
+            "1",
+        ),
+    ] = ()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)

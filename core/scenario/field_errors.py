@@ -14,6 +14,7 @@ import pydantic
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import (
     Change,
+    ControllerParameters,
     Estimate,
     FingerParameters,
     ObjectParameters,
@@ -121,6 +122,7 @@ def full_scenario(in_space: bool = False) -> Scenario:
             set_points=(SetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0)),),
             table=((0.0, 0.0, 0.0, 0.0),),
         ),
+        controller=ControllerParameters(lyapunov_matrix=((1.0,),)),
         pulses=(Pulse(time=0.0),),
         patches=(Patch(face="left"),),
         estimates=(Estimate(parameter="object.mass", initial=1.0),),

@@ -16,6 +16,7 @@ from slipgrasp.core.scenario.controller import (
     Estimate,
     Gain,
     PositiveGain,
+    Weight,
 )
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
 from slipgrasp.core.scenario.finger import LinkLength, LinkMass
@@ -50,6 +51,7 @@ Offset = Annotated[float, Ge(-10.0), Le(10.0)]
 Fraction = Annotated[float, Ge(0.0), Le(1.0)]
 Part = Annotated[float, Ge(-1.0), Le(1.0)]
 Moment = Annotated[float, Ge(-1e3), Le(1e3)]
+_MAX_ROWS = 2 * (6 + 2 * MAX_FINGERS)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -242,13 +244,22 @@ class SpatialController(ControllerParameters):
     position_gain: Annotated[
         Gain | Annotated[tuple[Gain, ...], Len(6, 6)],
         Quantity(
-            "K_p: one number for the object, or one per coordinate x, y, z and rotation vector; "
-            "slip has none.",
+            "K_p: one number for the object, or one per coordinate x, y, z and rotation vector.",
             "1/s²",
             typical=(10.0, 400.0),
             changeable=True,
         ),
     ] = 100.0
+    slip_position_gain: Annotated[
+        Gain | tuple[Gain, ...],
+        Quantity(
+            "K_p of the slips, K_p2 of the appendix: pulls a slipping contact back to where it "
+            "started, one number or two per contact; 0: only its velocity is to end.",
+            "1/s²",
+            typical=(0.0, 400.0),
+            changeable=True,
+        ),
+    ] = 0.0
     velocity_gain: Annotated[
         PositiveGain | tuple[PositiveGain, ...],
         Quantity(
@@ -269,6 +280,16 @@ class SpatialController(ControllerParameters):
             changeable=True,
         ),
     ] = 20.0
+    lyapunov_matrix: Annotated[
+        tuple[Annotated[tuple[Weight, ...], Len(1, _MAX_ROWS)], ...],
+        Len(0, _MAX_ROWS),
+        Quantity(
+            "Q in full instead of lyapunov_weight: symmetric and positive definite, a row for each "
+            "coordinate of the error (x, y, z, rotation vector and the two slips of each contact) "
+            "and then of its rate.",
+            "1",
+        ),
+    ] = ()
     distribution: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
         Literal["exact", "hold", "softened"],
         Quantity(
@@ -362,6 +383,7 @@ def full_spatial_scenario() -> SpatialScenario:
             ),
         ),
         pulses=(SpatialPulse(time=0.0),),
+        controller=SpatialController(lyapunov_matrix=((1.0,),)),
         estimates=(Estimate(parameter="object.mass", initial=1.0),),
         changes=(Change(time=1.0, parameter="object.mass", value=1.0),),
     )

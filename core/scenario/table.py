@@ -240,12 +240,15 @@ def _part_writer(part: type, fields: list[str]) -> Writer:
 
 def _writer(hint: Any) -> Writer | None:
     """What gives the numbers of a value with this annotation; None for a plain number."""
-    quantity, _, base = split_hint(hint)
+    quantity, extras, base = split_hint(hint)
     if quantity is not None and quantity.choices is not None:
         return lambda kind: (float(law_number(kind)),)
     if dataclasses.is_dataclass(base):
         return _part_writer(typing.cast(type, base), list(_numbers_of(typing.cast(type, base))))
     if is_tuple(base):
+        if Ellipsis in typing.get_args(base):
+            most = _most(extras)
+            return lambda value: [len(value), *value, *[0.0] * (most - len(value))]
         return lambda value: value
     if room := _room_for_list(base):
         return lambda value: _fill(value, room)

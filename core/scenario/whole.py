@@ -9,7 +9,7 @@ from annotated_types import Len
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.controller import ControllerParameters, Estimate
-from slipgrasp.core.scenario.field_types import CONFIG
+from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS
 from slipgrasp.core.scenario.finger import FingerParameters
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import TrajectoryParameters
@@ -17,7 +17,6 @@ from slipgrasp.core.scenario.numerics import Change, SimulationParameters
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
 
-MAX_FINGERS = 6
 MAX_UNKNOWNS = 32
 MAX_DIAGNOSTICS = 8
 MAX_LAW_PARAMETERS = 64

@@ -17,6 +17,8 @@ _BELIEFS = {
 # Names and symbols that a key cannot spell.
 _SPELLED = {
     "lyapunov_weight": "Lyapunov weight Q",
+    "lyapunov_matrix": "Lyapunov matrix Q",
+    "slip_position_gain": "position gain of slips Kₚ₂",
     "adaptation_gain": "adaptation gain Γ",
     "position_gain": "position gain Kₚ",
     "velocity_gain": "velocity gain Kᵥ",

@@ -239,7 +239,7 @@ def errors_of_row(loop, trace, k):
     """e and its rate in a stored row, ``(3 + n,)`` each."""
     velocity, slip_velocity = trace.object_velocity[k], trace.slip_velocity[k]
     state = State(trace.object_pose[k], velocity, trace.slip[k], slip_velocity)
-    return tracking_errors(state, loop.trajectory.desired(float(trace.times[k])))
+    return tracking_errors(state, loop.trajectory.desired(float(trace.times[k])), trace.phase[k])
 
 
 @pytest.mark.parametrize(("n", "slipping"), [(2, 0), (3, 2), (4, 2)])

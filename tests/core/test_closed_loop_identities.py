@@ -18,11 +18,12 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.closed_loop import ClosedLoop
-from tests.references.controller import lyapunov_matrices, regressor, tracking_errors
+from tests.references.controller import regressor, tracking_errors
 from tests.references.hand import State
 from tests.references.hands import (
     UNKNOWN_KINDS,
     carrying_hand,
+    general_gains,
     random_estimates,
     random_scenario,
     random_state,
@@ -55,7 +56,7 @@ class Terms(NamedTuple):
     residual: np.ndarray  # M~^ L(e) - U phi~ + tau_d of Eq. 40
     delta: np.ndarray  # (I - R)(M~^ v + h~^), R = B~^ B~^+
     demand: np.ndarray  # M~^ v + h~^
-    lyapunov_terms: np.ndarray  # the five terms of Eq. 49 and 2 delta^T r
+    lyapunov_terms: np.ndarray  # the terms of Eq. 49 and 2 delta^T r
 
 
 def terms(loop, truth, state, phase, estimates, desired, torques, acceleration):
@@ -70,15 +71,14 @@ def terms(loop, truth, state, phase, estimates, desired, torques, acceleration):
     U, _ = regressor(loop.hand, kin, loop.unknowns, phase, acceleration)
     error = truth - estimates
     residual = estimated.M @ (v - acceleration) - U @ error + tau_d
-    e, e_rate = tracking_errors(state, desired)
-    _, P12, P22 = lyapunov_matrices(law.position_gain, law.velocity_gain, law.lyapunov_weight)
-    r = np.linalg.solve(estimated.M.T, P12 * e + P22 * e_rate)
+    e, e_rate = tracking_errors(state, desired, phase)
+    r = law.weighted_errors(estimated, state, phase, desired)
     sigma, weighted = law.leakage(estimates), error / law.adaptation_gain
-    # Where K_p is zero (the slips), Q weighs only the rate.
-    tracked = np.where(law.position_gain > 0.0, e, 0.0)
+    # Where K_p is zero, Q weighs only the rate.
+    xi = np.append(np.where(law.position_gain > 0.0, e, 0.0), e_rate)
+    weight = law.lyapunov_weight
     values = [
-        -law.lyapunov_weight @ tracked**2,
-        -law.lyapunov_weight @ e_rate**2,
+        -xi @ (weight if weight.ndim == 2 else np.diag(np.tile(weight, 2))) @ xi,
         -2.0 * sigma * weighted @ error,
         -2.0 * tau_d @ r,
         2.0 * sigma * weighted @ truth,
@@ -111,7 +111,10 @@ class Point(NamedTuple):
 
 @cache
 def points(phase, unknown):
-    """One random hand and state per seed; sigma_s is 0, between 0 and 1, and 1 in turn."""
+    """One random hand and state per seed; sigma_s is 0, between 0 and 1, and 1 in turn.
+
+    The last has position gains of the slips and a full Q.
+    """
     found = []
     for seed in SEEDS:
         rng = np.random.default_rng([seed, UNKNOWN_KINDS.index(unknown), *(g + 1 for g in phase)])
@@ -123,6 +126,8 @@ def points(phase, unknown):
             "controller.kind": "theorem-3" if theorem_3 else "theorem-4",
             "controller.estimate_norm_bound": size / (0.5, 1.4, 3.0)[seed],
         }
+        if seed == 2:
+            values |= general_gains(rng, 3, len(phase))
         scenario = with_values(scenario, values)
         loop = ClosedLoop.from_scenario(scenario)
         state = random_state(rng, scenario, phase)

@@ -11,10 +11,17 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import with_values
 from tests.references.closed_loop import ClosedLoop, Evaluation
 from tests.references.controller import regressor
 from tests.references.hand import State
-from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
+from tests.references.hands import (
+    UNKNOWN_KINDS,
+    general_gains,
+    random_estimates,
+    random_scenario,
+    random_state,
+)
 from tests.state_evaluation import StateEvaluation, evaluate_state
 
 pytestmark = pytest.mark.slow
@@ -41,9 +48,11 @@ def label(phase):
 
 
 @cache
-def point(phase, kind, torque_seed=None):
+def point(phase, kind, torque_seed=None, general=False):
     rng = np.random.default_rng([UNKNOWN_KINDS.index(kind), *(g + 1 for g in phase)])
     scenario = random_scenario(rng, len(phase), kind)
+    if general:
+        scenario = with_values(scenario, general_gains(rng, 3, len(phase)))
     loop = ClosedLoop.from_scenario(scenario)
     state = random_state(rng, scenario, phase)
     estimates = random_estimates(rng, scenario)
@@ -97,7 +106,16 @@ def test_reduced_form_and_its_estimate_agree(phase, kind):
 @each_phase
 @pytest.mark.parametrize("kind", UNKNOWN_KINDS)
 def test_law_motion_and_adaptation_agree(phase, kind):
-    p = point(phase, kind)
+    assert_that_laws_agree(point(phase, kind), phase)
+
+
+@each_phase
+def test_law_and_adaptation_agree_with_gains_of_the_slips_and_a_full_q(phase):
+    assert_that_laws_agree(point(phase, "friction", general=True), phase)
+
+
+def assert_that_laws_agree(p, phase):
+    """Torque, motion, adaptation and V are those of the reference."""
     motion = p.reference.motion
     assert_close(p.kernel.torques, p.reference.torques, 1e-8)
     assert_close(p.kernel.acceleration, motion.acceleration, 1e-8)
@@ -109,7 +127,7 @@ def test_law_motion_and_adaptation_agree(phase, kind):
     )
     assert_close(p.kernel.estimate_rates, rates, 1e-7)
     truth = [true_value(p.scenario, key) for key in p.loop.unknowns.keys]
-    value = p.loop.law.lyapunov_value(p.state, desired, np.array(truth) - p.estimates)
+    value = p.loop.law.lyapunov_value(p.state, phase, desired, np.array(truth) - p.estimates)
     assert p.kernel.lyapunov_value == pytest.approx(value, rel=1e-10)
 
 

@@ -9,6 +9,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from slipgrasp.core.kernel.model import FACTS, FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.space.model import pack_model as pack_spatial_model
 from slipgrasp.core.run.schedule import Schedule
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
@@ -16,6 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_va
 from slipgrasp.core.scenario.parameters import describe
 from slipgrasp.core.scenario.table import PARTS, TABLE, choices_of, place_of, places
 from tests.core.drawn_scenarios import KINDS, draw_scenario
+from tests.references.hands import general_gains
 
 SCENARIOS = {name: load_scenario(name) for name in preset_names()}
 SCENARIOS |= {"-".join(map(str, kind)): draw_scenario(kind, 0) for kind in KINDS}
@@ -27,6 +29,10 @@ def numbers_of(scenario):
 
 def packed(scenario):
     return pack_model(make_table(scenario), whole_faces())
+
+
+def packed_in_space(scenario):
+    return pack_spatial_model(scenario, [0.0] * 6)
 
 
 def part_of(scenario, key):
@@ -144,6 +150,51 @@ def test_the_blocks_of_p_solve_the_lyapunov_equation():
         np.testing.assert_allclose(blocks, (P[0, 0], P[0, 1], P[1, 1]), rtol=1e-13)
     assert law.lyapunov_11[3] == law.lyapunov_12[3] == 0.0
     assert law.lyapunov_22[3] == pytest.approx(20.0 / (2.0 * 12.0), rel=1e-15)
+
+
+def matrix_of(law, size):
+    """P as it is packed, ``(2 size, 2 size)``."""
+    p11, p12, p22 = (np.diag(law[f"lyapunov_{k}"][:size]) for k in ("11", "12", "22"))
+    return np.block([[p11, p12], [p12, p22]]) + law.couplings[: 2 * size, : 2 * size]
+
+
+@pytest.mark.parametrize("pack", [packed, packed_in_space], ids=["plane", "space"])
+@pytest.mark.parametrize("seed", range(4))
+def test_p_of_a_full_q_solves_the_lyapunov_equation(pack, seed):
+    """Eq. 25 with scipy, at gains of all kinds; positions without K_p are left out of xi."""
+    rng, in_space = np.random.default_rng(seed), pack is packed_in_space
+    scenario = load_scenario("spatial-prism" if in_space else "three-fingers")
+    num_poses, n = (6, 6) if in_space else (3, 3)
+    size, gains = num_poses + n, rng.uniform(20.0, 200.0, num_poses)
+    gains[seed % 3] = 0.0
+    values = {
+        **general_gains(rng, num_poses, n),
+        "controller.position_gain": gains.tolist(),
+        "controller.velocity_gain": rng.uniform(5.0, 20.0, size).tolist(),
+    }
+    scenario = with_values(scenario, values)
+    law, Q = pack(scenario).law, np.array(scenario.controller.lyapunov_matrix)
+    K_p = np.append(gains, scenario.controller.slip_position_gain)
+    np.testing.assert_array_equal(law.position_gains[:size], K_p)
+    K_v = np.diag(scenario.controller.velocity_gain)
+    A = np.block([[np.zeros((size, size)), np.eye(size)], [-np.diag(K_p), -K_v]])
+    kept = np.flatnonzero(np.append(K_p > 0.0, np.full(size, True)))
+    part = np.ix_(kept, kept)
+    P = matrix_of(law, size)
+    expected = solve_continuous_lyapunov(A[part].T, -Q[part])
+    np.testing.assert_allclose(P[part], expected, rtol=1e-11, atol=1e-11 * np.abs(P).max())
+    assert np.linalg.eigvalsh(P[part])[0] > 0.0
+    P[part] = 0.0
+    assert (P == 0.0).all()
+
+
+def test_a_q_that_is_given_in_full_is_that_of_its_weight():
+    scenario = load_scenario("paper-case-2")
+    full = with_values(scenario, {"controller.lyapunov_matrix": (20.0 * np.eye(10)).tolist()})
+    plain, same = packed(scenario).law, packed(full).law
+    assert not plain.couples
+    assert same.couples
+    np.testing.assert_array_equal(matrix_of(same, 5), matrix_of(plain, 5))
 
 
 @pytest.mark.parametrize("period", [0.0, 0.0005, 0.001, 0.1])

@@ -3,6 +3,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
@@ -141,6 +142,14 @@ def test_the_number_of_fingers_is_bounded(count):
         ("controller.position_gain", [100.0, -1.0, 100.0]),
         ("controller.lyapunov_weight", -1.0),
         ("controller.lyapunov_weight", [1.0, 1.0, 1.0]),
+        ("controller.slip_position_gain", -1.0),
+        ("controller.slip_position_gain", 1e-6),
+        ("controller.slip_position_gain", [10.0, 10.0, 10.0]),
+        ("controller.lyapunov_matrix", [[1.0]]),
+        ("controller.lyapunov_matrix", [[1.0] * 10] * 9),
+        ("controller.lyapunov_matrix", [[1.0] * 10] * 9 + [[1.0] * 9]),
+        ("controller.lyapunov_matrix", [[1.0] * 10] * 10),
+        ("controller.lyapunov_matrix", [[1e7] + [0.0] * 9] + [[0.0] * 10] * 9),
         ("controller.adaptation_gain", [1.0, 1.0]),
         ("controller.adaptation_gain", 0.0),
         ("controller.grip_safety", 0.9),
@@ -207,6 +216,40 @@ def test_a_wrong_word_is_answered_with_the_words_there_are_once():
     (error,) = errors_of({"controller.grasp_force": "most"})
     expected = "controller.grasp_force is 'most'; allowed: one of minimum, none"
     assert error.message == expected
+
+
+def weights(**entries):
+    rows = np.eye(10)
+    for place, value in entries.items():
+        j, k = map(int, place.removeprefix("at_").split("_"))
+        rows[j, k] = value
+    return {"controller.lyapunov_matrix": rows.tolist()}
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            weights(at_0_3=0.5),
+            "controller.lyapunov_matrix.0.3 is 0.5 and controller.lyapunov_matrix.3.0 is 0; Q is "
+            "symmetric, give both the same value",
+        ),
+        (
+            weights(at_0_3=2.0, at_3_0=2.0),
+            "controller.lyapunov_matrix has the eigenvalue -1 beside 3; Q is positive definite, "
+            "raise its diagonal or lower what stands beside it",
+        ),
+        (
+            {"controller.lyapunov_matrix": [[1.0]]},
+            "controller.lyapunov_matrix: 1 instead of 10 rows; give 10 rows of 10 numbers, or none",
+        ),
+    ],
+    ids=["uneven", "indefinite", "small"],
+)
+def test_a_wrong_full_q_is_told_with_the_way_out(values, message):
+    (error,) = errors_of(values)
+    assert error.message == message
+    with_values(CASE, weights(at_0_3=0.9, at_3_0=0.9))
 
 
 def test_more_samples_than_fit_are_refused():

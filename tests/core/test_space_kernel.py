@@ -9,6 +9,7 @@ import pytest
 
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.references.hands import general_gains
 from tests.references.spatial_contact import Problem, moving_directions, select
 from tests.references.spatial_hands import (
     at_rest_where_stuck,
@@ -105,6 +106,7 @@ LAWS = {
     "hold": {"controller.distribution": "hold", "controller.grip_safety": 1.05},
     "exact": {"controller.distribution": "exact", "controller.grip_safety": 1.05},
     "floor": {"controller.distribution": "hold", "controller.minimum_normal_force": 3.0},
+    "general": {"controller.distribution": "hold"},  # with gains of the slips and a full Q
 }
 
 
@@ -116,6 +118,8 @@ def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(
     n, seed, law, unknown, friction
 ):
     values = {**LAWS[law], "simulation.friction": friction}
+    if law == "general":
+        values |= general_gains(np.random.default_rng(seed), 6, 2 * n)
     rng, scenario, world, state = sample(n, seed, unknown, **values)
     state = state._replace(
         position=world.position,
@@ -127,7 +131,7 @@ def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(
         at = at_rest_where_stuck(state, phase)
         kin, spin, desired = world.hand.kinematics(at), at.velocity[3:], world.desired(0.0)
         believed = world.unknowns.fill(world.estimates)
-        errors = tracking_errors(at, kin.rotation, desired)
+        errors = tracking_errors(at, kin.rotation, desired).in_phase(phase)
         v = world.law.commanded_acceleration(errors, phase, desired)
         wanted = world.law.command(world.hand, kin, believed, phase, v, spin)
         evaluation = SpatialEvaluation(scenario, at, phase, world.estimates)

@@ -12,6 +12,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.outside.test_scipy_hybrid import check, paper_case
 from tests.references.continuous import run_continuous
+from tests.references.hands import general_gains
 from tests.references.hybrid import initial_stage
 from tests.references.sampled import follow_ticks, run_sampled, tick_times
 from tests.references.world import World
@@ -27,6 +28,10 @@ OBJECT_GAINS = {
 GAINS = {
     1: {**OBJECT_GAINS, "controller.adaptation_gain": [1.0, 0.7, 1.3, 0.9, 1.6]},
     2: {**OBJECT_GAINS, "controller.adaptation_gain": [1.0, 0.6, 1.5, 1e-5]},
+}
+# Where contacts slip on they are pulled back, each by its own gain.
+SLIP_GAINS = general_gains(np.random.default_rng(5), 3, 2) | {
+    "controller.slip_position_gain": [60.0, 25.0]
 }
 
 
@@ -52,8 +57,24 @@ def test_gains_per_coordinate_follow_the_reference(number, period):
     check(simulate(scenario), reference, slack=10.0 if number == 2 else 1.0)
 
 
+# In case II the estimate of the inertia, no longer the same on both sides, soon runs through zero.
+@pytest.mark.parametrize(("number", "duration"), [(1, 0.12), (2, 0.03)])
+@pytest.mark.parametrize("period", [0.0, PERIOD])
+def test_gains_of_the_slips_and_a_full_q_follow_the_reference(number, duration, period):
+    scenario = paper_case(number, period=period, duration=duration, **SLIP_GAINS)
+    world, times = World.from_scenario(scenario), [duration / 3.0, duration / 1.5]
+    if period:
+        reference = run_sampled(world, period, duration, times)
+    else:
+        reference = run_continuous(world, duration, times)
+    result = simulate(scenario)
+    check(result, reference, slack=10.0 if number == 2 else 1.0)
+    assert min(result.metrics.slip_path) > 1e-4
+
+
 COMPOSITES = {
     "as it is": {},
+    "gains of the slips": {"controller.slip_position_gain": [60.0, 25.0]},
     "deviation per unknown": {"controller.initial_deviation": [2.0, 1.5, 0.8, 0.02]},
     "one deviation": {"controller.initial_deviation": 0.5},
     "gains per coordinate": OBJECT_GAINS,

@@ -138,7 +138,7 @@ class ClosedLoop(NamedTuple):
         """The update law in the believed phase at a measured acceleration, unprojected."""
         U, _ = regressor(self.believed_hand, kin, self.unknowns, phase, acceleration)
         reduced = self.believed_hand.reduced_form(kin, self.unknowns.fill(estimates), phase)
-        return self.law.estimate_rates(reduced, U, state, desired, estimates)
+        return self.law.estimate_rates(reduced, U, state, phase, desired, estimates)
 
 
 def _hand(scenario: Scenario, ratio: float = 1.0) -> Hand:
@@ -176,11 +176,15 @@ def _law(scenario: Scenario, n: int) -> Law:
     c = scenario.controller
     p = len(scenario.estimates)
     position = np.zeros(3 + n)
-    position[:3] = c.position_gain
+    position[:3], position[3:] = c.position_gain, c.slip_position_gain
     return Law(
         position_gain=position,
         velocity_gain=np.broadcast_to(c.velocity_gain, 3 + n).astype(float),
-        lyapunov_weight=np.broadcast_to(c.lyapunov_weight, 3 + n).astype(float),
+        lyapunov_weight=(
+            np.array(c.lyapunov_matrix)
+            if c.lyapunov_matrix
+            else np.broadcast_to(c.lyapunov_weight, 3 + n).astype(float)
+        ),
         adaptation_gain=np.broadcast_to(c.adaptation_gain, p).astype(float),
         grip_safety=c.grip_safety,
         normal_forces=(c.minimum_normal_force, _or_infinity(c.maximum_normal_force)),

@@ -77,7 +77,8 @@ class Composite:
         self._forget(self._law.forgetting ** (period / REFERENCE_PERIOD))
         U, _ = regressor(loop.believed_hand, kin, loop.unknowns, belief, acceleration)
         reduced = loop.believed_hand.reduced_form(kin, loop.unknowns.fill(estimates), belief)
-        tracking = self.covariance @ U.T @ loop.law.weighted_errors(reduced, state, desired)
+        weighted = loop.law.weighted_errors(reduced, state, belief, desired)
+        tracking = self.covariance @ U.T @ weighted
         self._slipped |= np.asarray(phase) != 0
         probed = self._probed(loop.unknowns.fill(estimates).friction, forces)
         grown = self._law.probing * np.where(probed, estimates, 0.0)

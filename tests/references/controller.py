@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_lyapunov
 
 from tests.references.grasp import Limits, least_forces
 from tests.references.hand import (
@@ -80,6 +82,27 @@ def lyapunov_matrices(K_p: Array, K_v: Array, Q: Array) -> tuple[Array, Array, A
     return P11, P12, P22
 
 
+def lyapunov_matrix(K_p: Array, K_v: Array, Q: Array) -> Array:
+    """P for the diagonal of Q or all of it; 0 at positions that have no K_p, left out of xi."""
+    if Q.ndim == 1:
+        P11, P12, P22 = map(np.diag, lyapunov_matrices(K_p, K_v, Q))
+        return np.block([[P11, P12], [P12, P22]])
+    return _solved(K_p.tobytes(), K_v.tobytes(), Q.tobytes())
+
+
+@cache
+def _solved(*numbers: bytes) -> Array:
+    """P for all of Q, kept: a run asks for the same at every step."""
+    K_p, K_v, Q = map(np.frombuffer, numbers)
+    Q = Q.reshape(2 * len(K_p), -1)
+    A = np.block([[np.zeros((len(K_p),) * 2), np.eye(len(K_p))], [-np.diag(K_p), -np.diag(K_v)]])
+    kept = np.flatnonzero(np.append(K_p > 0.0, np.full(len(K_v), True)))
+    part = np.ix_(kept, kept)
+    P = np.zeros_like(A)
+    P[part] = solve_continuous_lyapunov(A[part].T, -Q[part])
+    return P
+
+
 class Law(NamedTuple):
     """Gains, one entry per coordinate of x (object, slips) or per unknown.
 
@@ -88,7 +111,7 @@ class Law(NamedTuple):
 
     position_gain: Array
     velocity_gain: Array
-    lyapunov_weight: Array
+    lyapunov_weight: Array  # diagonal of Q for e and for its rate, or all of Q
     adaptation_gain: Array
     grip_safety: float
     normal_forces: tuple[float, float]  # least and largest [N]
@@ -103,7 +126,7 @@ class Law(NamedTuple):
         self, state: State, phase: Phase, desired: tuple[Array, Array, Array]
     ) -> Array:
         """v of the control law; zero for sticking contacts."""
-        error, rate = tracking_errors(state, desired)
+        error, rate = tracking_errors(state, desired, phase)
         v = self.velocity_gain * rate + self.position_gain * error
         v[:3] += desired[2]
         v[3:][np.asarray(phase) == 0] = 0.0
@@ -142,22 +165,30 @@ class Law(NamedTuple):
         reduced_estimate: Reduced,
         U: Array,
         state: State,
+        phase: Phase,
         desired: tuple[Array, Array, Array],
         estimates: Array,
     ) -> Array:
         """The update of Eq. 24 and 28, before any projection."""
-        r = self.weighted_errors(reduced_estimate, state, desired)
+        r = self.weighted_errors(reduced_estimate, state, phase, desired)
         return self.adaptation_gain * (U.T @ r) - self.leakage(estimates) * estimates
 
+    @property
+    def lyapunov_solution(self) -> Array:
+        """The solution of Eq. 25."""
+        return lyapunov_matrix(self.position_gain, self.velocity_gain, self.lyapunov_weight)
+
     def weighted_errors(
-        self, reduced_estimate: Reduced, state: State, desired: tuple[Array, Array, Array]
+        self,
+        reduced_estimate: Reduced,
+        state: State,
+        phase: Phase,
+        desired: tuple[Array, Array, Array],
     ) -> Array:
         """R of Eq. 46, ``(3 + n,)``."""
-        error, rate = tracking_errors(state, desired)
-        _, P12, P22 = lyapunov_matrices(
-            self.position_gain, self.velocity_gain, self.lyapunov_weight
-        )
-        return np.linalg.solve(reduced_estimate.M.T, P12 * error + P22 * rate)
+        error, rate = tracking_errors(state, desired, phase)
+        weighted = self.lyapunov_solution @ np.concatenate((error, rate))
+        return np.linalg.solve(reduced_estimate.M.T, weighted[len(error) :])
 
     def leakage(self, estimates: Array) -> float:
         """sigma_s of Eq. 29."""
@@ -171,19 +202,18 @@ class Law(NamedTuple):
         return np.where(outward, 0.0, rates)
 
     def lyapunov_value(
-        self, state: State, desired: tuple[Array, Array, Array], deviation: Array
+        self, state: State, phase: Phase, desired: tuple[Array, Array, Array], deviation: Array
     ) -> float:
         """V of Eq. 44; ``deviation`` is the true minus the estimated parameters."""
-        error, rate = tracking_errors(state, desired)
-        P11, P12, P22 = lyapunov_matrices(
-            self.position_gain, self.velocity_gain, self.lyapunov_weight
-        )
-        quadratic = P11 @ error**2 + 2.0 * P12 @ (error * rate) + P22 @ rate**2
+        xi = np.concatenate(tracking_errors(state, desired, phase))
+        quadratic = xi @ self.lyapunov_solution @ xi
         return float(quadratic + deviation @ (deviation / self.adaptation_gain))
 
 
-def tracking_errors(state: State, desired: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """e and its rate, ``(3 + n,)`` each."""
-    error = np.concatenate((desired[0] - state.pose, -state.slip))
+def tracking_errors(
+    state: State, desired: tuple[Array, Array, Array], phase: Phase
+) -> tuple[Array, Array]:
+    """e and its rate, ``(3 + n,)`` each; a contact that sticks is where it is wanted."""
+    error = np.concatenate((desired[0] - state.pose, np.where(phase, -state.slip, 0.0)))
     rate = np.concatenate((desired[1] - state.velocity, -state.slip_velocity))
     return error, rate

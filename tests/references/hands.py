@@ -71,6 +71,17 @@ def random_scenario(
     return scenario_from_mapping(_plain(mapping))
 
 
+def general_gains(rng: np.random.Generator, num_poses: int, num_slips: int) -> dict[str, Any]:
+    """K_p for some of the slips, and a full symmetric positive definite Q."""
+    factor = rng.normal(size=(2 * (num_poses + num_slips),) * 2)
+    matrix = factor @ factor.T + np.eye(len(factor))
+    gains = np.where(rng.random(num_slips) < 0.7, rng.uniform(20.0, 200.0, num_slips), 0.0)
+    return {
+        "controller.slip_position_gain": gains.tolist(),
+        "controller.lyapunov_matrix": (0.5 * (matrix + matrix.T)).tolist(),
+    }
+
+
 def random_state(rng: np.random.Generator, scenario: Scenario, phase: Phase) -> State:
     """A moving state near the start pose that fits the phase: sticking contacts do not slip."""
     n = len(scenario.fingers)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tests.references.controller import lyapunov_matrices
+from tests.references.controller import lyapunov_matrix
 from tests.references.spatial_contact import Friction
 from tests.references.spatial_grasp import cone_bounds, distribute, least_forces, soften
 from tests.references.spatial_plant import (
@@ -70,6 +70,12 @@ class Errors(NamedTuple):
     A_rate: Array  # (3, 3)
     feedforward: Array  # (3,), d/dt of exp(rho) omega_des
 
+    def in_phase(self, phase: Phase) -> Errors:
+        """The same with slips that stick wanted where they are."""
+        e = self.e.copy()
+        e[6:][phase.sticks.ravel()] = 0.0
+        return self._replace(e=e)
+
 
 class Command(NamedTuple):
     """What the law asks for at one instant."""
@@ -89,7 +95,7 @@ class Law(NamedTuple):
 
     position_gain: Array
     velocity_gain: Array
-    lyapunov_weight: Array
+    lyapunov_weight: Array  # diagonal of Q for e and for its rate, or all of Q
     adaptation_gain: Array
     grip_safety: float
     least_force: float
@@ -142,10 +148,8 @@ class Law(NamedTuple):
 
     def weighted_errors(self, reduced_inertia: Array, errors: Errors) -> Array:
         """R of Eq. 46 for the coordinates (position, rho, slips), ``(6 + 2n,)``."""
-        _, P12, P22 = lyapunov_matrices(
-            self.position_gain, self.velocity_gain, self.lyapunov_weight
-        )
-        weighted = P12 * errors.e + P22 * errors.rate
+        P = lyapunov_matrix(self.position_gain, self.velocity_gain, self.lyapunov_weight)
+        weighted = (P @ np.concatenate((errors.e, errors.rate)))[len(errors.e) :]
         weighted[3:6] = np.linalg.solve(errors.A.T, weighted[3:6])
         return np.linalg.solve(reduced_inertia.T, weighted)
 

@@ -162,7 +162,7 @@ class Simulator:
         kin, desired, spin = hand.kinematics(state), world.desired(t), state.velocity[3:]
         before = self._turned(self.phase, self.frozen, state.slip_velocity)
         believed = world.unknowns.fill(self.estimates)
-        errors = tracking_errors(state, kin.rotation, desired)
+        errors = tracking_errors(state, kin.rotation, desired).in_phase(before)
         stopping = np.zeros((self.n, 2))
         if world.learning:
             stopping = world.learning.stopping(state.slip_velocity, before, world.period)

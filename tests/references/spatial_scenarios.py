@@ -86,13 +86,17 @@ def _contact(body: SpatialObject, finger: SpatialFinger) -> tuple[Array, Array]:
 def _law(scenario: SpatialScenario, n: int) -> Law:
     c, p = scenario.controller, len(scenario.estimates)
     position = np.zeros(6 + 2 * n)
-    position[:6] = c.position_gain
+    position[:6], position[6:] = c.position_gain, c.slip_position_gain
     low = [-np.inf if e.minimum is None else e.minimum for e in scenario.estimates]
     high = [np.inf if e.maximum is None else e.maximum for e in scenario.estimates]
     return Law(
         position_gain=position,
         velocity_gain=np.broadcast_to(c.velocity_gain, 6 + 2 * n).astype(float),
-        lyapunov_weight=np.broadcast_to(c.lyapunov_weight, 6 + 2 * n).astype(float),
+        lyapunov_weight=(
+            np.array(c.lyapunov_matrix)
+            if c.lyapunov_matrix
+            else np.broadcast_to(c.lyapunov_weight, 6 + 2 * n).astype(float)
+        ),
         adaptation_gain=np.broadcast_to(c.adaptation_gain, p).astype(float),
         grip_safety=c.grip_safety,
         least_force=c.minimum_normal_force,

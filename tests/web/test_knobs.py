@@ -72,6 +72,7 @@ def test_every_parameter_has_a_place_and_the_main_ones_are_open(preset: str) -> 
     opened = set().union(*(keys(group.entries) for group in groups if group.is_open))
     assert set().union(*(keys(group.entries) for group in groups)) == {
         *definitions,
+        "controller.lyapunov_matrix",
         "object.corners",
         "trajectory.set_points",
         "trajectory.table",

@@ -33,6 +33,7 @@ _DETAILS = (
     "joint_damping",
     "joint_friction",
     "initial_deviation",
+    "slip_position_gain",
     "estimate_norm_bound",
     "minimum",
     "maximum",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.linear import solve_transposed
+from slipgrasp.core.kernel.lyapunov import add_couplings
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import multiply_regressor
 
@@ -11,10 +12,13 @@ from slipgrasp.core.kernel.reduced import multiply_regressor
 @compiled
 def weigh_error(law: Record, factors: Record, room: Record) -> None:
     """R = M~^-T E^T P xi of Eq. 46, from the factors of the estimated M~."""
-    for k in range(3 + law.num_fingers):
+    size = 3 + law.num_fingers
+    for k in range(size):
         room.weighted_error[k] = (
             law.lyapunov_12[k] * room.error[k] + law.lyapunov_22[k] * room.error_rate[k]
         )
+    if law.couples:
+        add_couplings(law, room.error, room.error_rate, size, room.weighted_error)
     solve_transposed(factors, law.num_fingers, room.weighted_error)
 
 

@@ -16,7 +16,14 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.dynamics import combine_links, multiply, update_unit_dynamics
 from slipgrasp.core.kernel.space.grasp import spatial_grasp
 from slipgrasp.core.kernel.space.kinematics import forces_to_torques, update_kinematics
-from slipgrasp.core.kernel.space.law import LARGEST_TILT, believe, brake_slips, tilt, update_errors
+from slipgrasp.core.kernel.space.law import (
+    LARGEST_TILT,
+    believe,
+    brake_slips,
+    leave_stuck,
+    tilt,
+    update_errors,
+)
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.plant import assemble, object_bias, own_force, to_world
 from slipgrasp.core.kernel.space.sensing import SENSES
@@ -48,6 +55,7 @@ def spatial_believe(
         work.believed_system,
     )
     update_errors(model, discrete.piece, t, senses.measured, room)
+    leave_stuck(model.num_fingers, room.slips, room)
     brake_slips(model, discrete, senses.measured, room)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.elementary import atan2, sincos, square
+from slipgrasp.core.kernel.lyapunov import add_couplings, coupled_value
 from slipgrasp.core.kernel.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.motion import desired_motion
 from slipgrasp.core.kernel.records import Floats, Record
@@ -176,7 +177,18 @@ def update_errors(model: Record, piece: int, t: float, state: Record, room: Reco
             k = 6 + 2 * i + axis
             room.error[k] = -x[slip_at(i, axis)]
             room.error_rate[k] = -x[slip_velocity_at(n, i, axis)]
-            room.slip_demand[i, axis] = law.velocity_gains[k] * room.error_rate[k]
+            room.slip_demand[i, axis] = (
+                law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
+            )
+
+
+@compiled
+def leave_stuck(n: int, slips: Floats, room: Record) -> None:
+    """Takes the slips that stick for wanted where they are, and asks nothing of them."""
+    for i in range(n):
+        for axis in range(2):
+            if slips[i, axis] == 0.0:
+                room.error[6 + 2 * i + axis] = room.slip_demand[i, axis] = 0.0
 
 
 @compiled
@@ -264,12 +276,9 @@ def tilt(room: Record) -> float:
 
 @compiled
 def brake_slips(model: Record, discrete: Record, state: Record, room: Record) -> None:
-    """The slip part of the demand: 0 along what is believed to stick, slip_stop elsewhere."""
+    """Asks contacts that are believed to slip to brake by slip_stop more."""
     n, law = model.num_fingers, model.law
     for i in range(n):
-        for axis in range(2):
-            if room.slips[i, axis] == 0.0:
-                room.slip_demand[i, axis] = 0.0
         if discrete.beliefs[i] != STICK and law.slip_stop > 0.0:
             stopping = slip_speed(n, state, i) / law.period
             brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
@@ -285,6 +294,8 @@ def lyapunov_value(model: Record, estimates: Floats, room: Record) -> float:
         e, rate = room.error[k], room.error_rate[k]
         value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
         value += law.lyapunov_22[k] * rate * rate
+    if law.couples:
+        value += coupled_value(law, room.error, room.error_rate, 6 + 2 * model.num_fingers)
     for k in range(model.num_unknowns):
         deviation = true_value(model.truth, model.unknowns, k) - estimates[k]
         value += square(deviation) / law.adaptation_gains[k]
@@ -297,6 +308,8 @@ def weights_of_error(model: Record, room: Record) -> None:
     law, weights, a = model.law, room.weights, room.rotation
     for k in range(6 + 2 * model.num_fingers):
         weights[k] = law.lyapunov_12[k] * room.error[k] + law.lyapunov_22[k] * room.error_rate[k]
+    if law.couples:
+        add_couplings(law, room.error, room.error_rate, 6 + 2 * model.num_fingers, weights)
     # A^-T by Cramer's rule.
     c00, c01, c02 = _cross(a[0, 1], a[1, 1], a[2, 1], a[0, 2], a[1, 2], a[2, 2])
     c10, c11, c12 = _cross(a[0, 2], a[1, 2], a[2, 2], a[0, 0], a[1, 0], a[2, 0])

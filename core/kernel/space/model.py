@@ -9,6 +9,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import call, compiled_apart
 from slipgrasp.core.kernel.elementary import exp, log
+from slipgrasp.core.kernel.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
     ACTUATORS,
@@ -33,6 +34,8 @@ from slipgrasp.core.scenario.unknowns import parse_unknown
 MAX_EDGES = 12
 MAX_SLIPS = 2 * MAX_FINGERS
 MAX_COORDINATES = 6 + MAX_SLIPS
+# Q of Eq. 25.
+_MATRIX = np.dtype([("entries", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES))])
 FORGETTING_TIME = 1e-3  # [s]
 INERTIA_DEVIATION, DEVIATION = 0.1, 3.0
 
@@ -86,6 +89,7 @@ LAW = np.dtype(
         ("lyapunov_11", np.float64, (MAX_COORDINATES,)),  # diagonal blocks of P, Eq. 25
         ("lyapunov_12", np.float64, (MAX_COORDINATES,)),
         ("lyapunov_22", np.float64, (MAX_COORDINATES,)),
+        ("couples", np.bool_),  # whether P has entries between different coordinates
         ("grasp_force", np.int64),  # 1: the least inside the cones, 0: none
         ("holds", np.int64),  # 1: every contact inside its cone, slipping or not
         ("softens", np.int64),  # 1: gives up what only huge forces would give
@@ -101,6 +105,7 @@ LAW = np.dtype(
         ("acceleration_variance", np.float64),  # expected of filtered differences [m^2/s^4]
         ("slip_level", np.float64),  # measured speed above which slip is sure; -inf: told [m/s]
         ("prior_variances", np.float64, (MAX_UNKNOWNS,)),
+        ("couplings", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES)),  # by e, then e'
     ],
     align=True,
 )
@@ -206,10 +211,14 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     law.period = controller.control_period
     size = 6 + 2 * int(n)
     law.position_gains[:6] = controller.position_gain
+    law.position_gains[6:size] = controller.slip_position_gain
     law.velocity_gains[:size] = controller.velocity_gain
     weights = np.broadcast_to(np.asarray(controller.lyapunov_weight), (size,))
-    for k in range(size):
-        _pack_lyapunov(law, k, float(weights[k]))
+    rows = controller.lyapunov_matrix or np.diag(np.tile(weights, 2))
+    law.couples = bool(controller.lyapunov_matrix)
+    matrix = make_record(_MATRIX)
+    matrix.entries[: 2 * size, : 2 * size] = rows
+    call(spatial_weights, model, matrix)
     law.grasp_force = int(controller.grasp_force == "minimum")
     law.holds = int(controller.distribution == "hold")
     law.softens = int(controller.distribution == "softened")
@@ -223,16 +232,24 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     _pack_learning(controller, model)
 
 
-def _pack_lyapunov(law: Record, k: int, weight: float) -> None:
-    """Blocks of P of Eq. 25 for diagonal gains; where K_p = 0 its limit (docs/model.md)."""
-    position_gain, velocity_gain = float(law.position_gains[k]), float(law.velocity_gains[k])
-    p11 = p12 = 0.0
-    if position_gain > 0.0:
-        p12 = weight / (2.0 * position_gain)
-    p22 = (weight / 2.0 + p12) / velocity_gain
-    if position_gain > 0.0:
-        p11 = position_gain * p22 + velocity_gain * p12
-    law.lyapunov_11[k], law.lyapunov_12[k], law.lyapunov_22[k] = p11, p12, p22
+@compiled_apart(types.void, MODEL, _MATRIX)
+def spatial_weights(model: Record, matrix: Record) -> None:
+    """P of Eq. 25 for Q, given by its rows ``(12 + 4n, 12 + 4n)``."""
+    law, q, size = model.law, matrix.entries, 6 + 2 * model.num_fingers
+    for j in range(size):
+        pack_lyapunov(law, j, q[j, j], q[j, size + j], q[size + j, size + j])
+        for k in range(size):
+            if k != j:
+                pack_coupling(
+                    law,
+                    size,
+                    j,
+                    k,
+                    q[j, k],
+                    q[j, size + k],
+                    q[size + j, k],
+                    q[size + j, size + k],
+                )
 
 
 def _pack_learning(controller: SpatialController, model: Record) -> None:

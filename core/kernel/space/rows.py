@@ -15,7 +15,13 @@ from slipgrasp.core.kernel.space.dynamics import combine_links, stored_energy, u
 from slipgrasp.core.kernel.space.flow import set_directions, spatial_plant
 from slipgrasp.core.kernel.space.inertia import fill_inertia
 from slipgrasp.core.kernel.space.kinematics import joint_angle
-from slipgrasp.core.kernel.space.law import believe, lyapunov_value, true_value, update_errors
+from slipgrasp.core.kernel.space.law import (
+    believe,
+    leave_stuck,
+    lyapunov_value,
+    true_value,
+    update_errors,
+)
 from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
 from slipgrasp.core.kernel.space.model import MAX_COORDINATES, MODEL
 from slipgrasp.core.kernel.space.plant import assemble
@@ -86,6 +92,7 @@ def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
     n, discrete = model.num_fingers, row.discrete
     spatial_plant(model, discrete, row.state, work)
     update_errors(model, discrete.piece, row.time, row.state, work.room)
+    leave_stuck(n, discrete.slips, work.room)
     kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)
     row.kinetic_energy, row.potential_energy = kinetic, potential
     total = kinetic + potential

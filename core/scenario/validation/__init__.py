@@ -15,6 +15,7 @@ from slipgrasp.core.scenario.validation.control import (
     check_law,
     check_law_parameters,
     check_least_gain,
+    check_lyapunov_matrix,
     check_normal_forces,
     check_sampled,
 )
@@ -44,6 +45,7 @@ _CHECKS = (
     check_estimates,
     check_gains,
     check_least_gain,
+    check_lyapunov_matrix,
     check_law_parameters,
     check_control,
     check_normal_forces,
@@ -63,6 +65,7 @@ _SPATIAL_CHECKS = (
     check_estimates,
     check_gains,
     check_least_gain,
+    check_lyapunov_matrix,
     check_control,
     check_normal_forces,
     check_latency,

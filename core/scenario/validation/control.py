@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import nearest, shortened
@@ -14,6 +16,7 @@ from slipgrasp.core.scenario.unknowns import parse_unknown
 
 MIN_CONTROL_PERIOD = 1e-4
 MIN_POSITION_GAIN = 1e-3
+LEAST_EIGENVALUE = 1e-9  # share of the greatest
 MAX_LATENCY_PERIODS = 100
 ROUNDING = 1e-12
 
@@ -24,6 +27,7 @@ def check_gains(scenario: Scenario) -> Iterator[FieldError]:
     num_coordinates = 6 + 2 * n if scenario.in_space else 3 + n
     sizes = {
         "velocity_gain": num_coordinates,
+        "slip_position_gain": num_coordinates - (6 if scenario.in_space else 3),
         "lyapunov_weight": num_coordinates,
         "adaptation_gain": len(scenario.estimates),
         "initial_deviation": len(scenario.estimates),
@@ -41,18 +45,65 @@ def check_gains(scenario: Scenario) -> Iterator[FieldError]:
 
 def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
     """A tiny K_p makes P12 = Q / (2 K_p) of Eq. 25 huge, and the adaptation with it."""
-    gain = scenario.controller.position_gain
-    for value in gain if isinstance(gain, tuple) else (gain,):
-        if 0.0 < value < MIN_POSITION_GAIN:
-            yield FieldError(
-                field="controller.position_gain",
-                value=value,
-                limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s²",
-                message=(
-                    f"controller.position_gain is {value:g} 1/s²; 0 means no position feedback, "
-                    f"otherwise at least {MIN_POSITION_GAIN:g} 1/s²"
-                ),
-            )
+    for name in ("position_gain", "slip_position_gain"):
+        gain = getattr(scenario.controller, name)
+        for value in gain if isinstance(gain, tuple) else (gain,):
+            if 0.0 < value < MIN_POSITION_GAIN:
+                yield FieldError(
+                    field=f"controller.{name}",
+                    value=value,
+                    limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s²",
+                    message=(
+                        f"controller.{name} is {value:g} 1/s²; 0 means no position feedback, "
+                        f"otherwise at least {MIN_POSITION_GAIN:g} 1/s²"
+                    ),
+                )
+
+
+def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
+    """Q of Eq. 25, given in full, has the size of (e, e'), is symmetric and positive definite."""
+    rows, key = scenario.controller.lyapunov_matrix, "controller.lyapunov_matrix"
+    if not rows:
+        return
+    n = len(scenario.fingers)
+    size = 2 * (6 + 2 * n if scenario.in_space else 3 + n)
+    sizes = [len(rows), *map(len, rows)]
+    if wrong := next((given for given in sizes if given != size), None):
+        what = "rows" if len(rows) != size else "numbers in a row"
+        yield FieldError(
+            field=key,
+            value=wrong,
+            limit=f"{size} rows of {size} numbers",
+            message=(
+                f"{key}: {wrong} instead of {size} {what}; give {size} rows of {size} numbers, or "
+                "none"
+            ),
+        )
+        return
+    matrix = np.array(rows)
+    if len(uneven := np.argwhere(matrix != matrix.T)):
+        j, k = map(int, uneven[0])
+        yield FieldError(
+            field=f"{key}.{j}.{k}",
+            value=rows[j][k],
+            limit=f"{rows[k][j]:g}",
+            message=(
+                f"{key}.{j}.{k} is {rows[j][k]:g} and {key}.{k}.{j} is {rows[k][j]:g}; Q is "
+                "symmetric, give both the same value"
+            ),
+        )
+        return
+    least, *_, greatest = np.linalg.eigvalsh(matrix)
+    if not least > LEAST_EIGENVALUE * greatest:
+        yield FieldError(
+            field=key,
+            value=float(least),
+            limit=f"eigenvalues above {LEAST_EIGENVALUE:g} of the greatest",
+            message=(
+                f"{key} has the eigenvalue {least:g} beside {greatest:g}; Q is positive definite, "
+                "raise its diagonal or lower what stands beside it"
+            ),
+        )
 
 
 def check_law(scenario: Scenario) -> Iterator[FieldError]:
