@@ -44,7 +44,7 @@ class ExportFormat:
         media_type: Media type of a file.
         writer: ``module:function`` that writes a run to a stream of bytes that is seekable;
             that of a moving picture also takes ``progress``, ``fps`` and ``clip``, that of a
-            still ``still`` and ``clip``.
+            still ``still`` and ``clip``, that of data ``premises``.
         fps: Frames per second unless asked otherwise; None of what does not move.
         is_still: Whether it is a picture that stands still.
         description: What the REST interface says of it, which offers the formats of data.
@@ -71,6 +71,8 @@ class ExportFormat:
         fps: float | None = None,
         clip: Clip = WHOLE,
         still: Still = AT_THE_END,
+        *,
+        premises: bool = False,
     ) -> None:
         """Writes a run.
 
@@ -81,13 +83,17 @@ class ExportFormat:
             fps: Frames per second of a moving picture.
             clip: What a picture shows.
             still: Which instant of it, if it stands still.
+            premises: Whether data have the premises of the theorems too.
+
+        Raises:
+            PremisesError: If they are asked for and the theorems do not speak of the run.
         """
         module, _, function = self.writer.partition(":")
         write = getattr(import_module(module), function)
         if self.is_still:
             write(result, stream, still=still, clip=clip)
         elif self.fps is None:
-            write(result, stream)
+            write(result, stream, premises=premises)
         else:
             write(result, stream, progress, fps=fps or self.fps, clip=clip)
 
@@ -191,7 +197,13 @@ def csv_columns(result: RunResult) -> list[str]:
     return [column.name for column in short_columns(result.trace)]
 
 
-def write_csv(result: RunResult, stream: TextStream) -> None:
+def _premise_columns(result: RunResult) -> list[Column]:
+    from slipgrasp.core.run.premises import find_premises
+
+    return find_premises(result).columns()
+
+
+def write_csv(result: RunResult, stream: TextStream, *, premises: bool = False) -> None:
     """Writes a run as comma-separated values, SI units, with a header line.
 
     Every number has as many digits as it takes to read back the same bits. An event
@@ -200,19 +212,23 @@ def write_csv(result: RunResult, stream: TextStream) -> None:
     Args:
         result: The run.
         stream: Where the text goes.
+        premises: Whether the premises of the theorems follow (`slipgrasp.core.run.premises`).
+
+    Raises:
+        PremisesError: If they are asked for and the theorems do not speak of the run.
     """
     from slipgrasp.core.trace.columns import short_columns
 
-    table = short_columns(result.trace)
-    stream.write(",".join(csv_columns(result)) + "\n")
+    table = short_columns(result.trace) + (_premise_columns(result) if premises else [])
+    stream.write(",".join(column.name for column in table) + "\n")
     for start in range(0, len(result.trace), ROWS_AT_ONCE):
         cells = [_cells(column, start) for column in table]
         stream.write("".join(",".join(row) + "\n" for row in zip(*cells, strict=True)))
 
 
-def write_csv_bytes(result: RunResult, stream: BinaryIO) -> None:
+def write_csv_bytes(result: RunResult, stream: BinaryIO, *, premises: bool = False) -> None:
     """Writes a run as comma-separated values in UTF-8; see `write_csv`."""
-    write_csv(result, codecs.getwriter("utf-8")(stream))
+    write_csv(result, codecs.getwriter("utf-8")(stream), premises=premises)
 
 
 def _cells(column: Column, start: int) -> list[str]:
@@ -221,7 +237,7 @@ def _cells(column: Column, start: int) -> list[str]:
     return piece.phase_labels() if piece.holds_phases else list(map(repr, piece.values.tolist()))
 
 
-def write_npz(result: RunResult, stream: BinaryIO) -> None:
+def write_npz(result: RunResult, stream: BinaryIO, *, premises: bool = False) -> None:
     """Writes a run as an NPZ file, which `numpy.load` opens without unpickling anything.
 
     It holds one array per column (`slipgrasp.core.trace.columns`; phases as the numbers -1, 0, 1),
@@ -232,6 +248,10 @@ def write_npz(result: RunResult, stream: BinaryIO) -> None:
     Args:
         result: The run.
         stream: Where the file goes; it must be seekable.
+        premises: Whether the premises of the theorems follow (`slipgrasp.core.run.premises`).
+
+    Raises:
+        PremisesError: If they are asked for and the theorems do not speak of the run.
     """
     import zipfile
 
@@ -240,7 +260,7 @@ def write_npz(result: RunResult, stream: BinaryIO) -> None:
 
     from slipgrasp.core.trace.columns import columns_of
 
-    columns = columns_of(result.trace)
+    columns = columns_of(result.trace) + (_premise_columns(result) if premises else [])
     scenario, ending, provenance = _documents(result)
     arrays: dict[str, Any] = {column.name: column.values for column in columns}
     arrays[SCENARIO] = np.array(scenario)
@@ -255,7 +275,7 @@ def write_npz(result: RunResult, stream: BinaryIO) -> None:
                 npy.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
 
 
-def write_parquet(result: RunResult, stream: BinaryIO) -> None:
+def write_parquet(result: RunResult, stream: BinaryIO, *, premises: bool = False) -> None:
     """Writes a run as a Parquet file.
 
     Each column (`slipgrasp.core.trace.columns`) has its SI unit as ``unit`` in the metadata of its
@@ -266,13 +286,17 @@ def write_parquet(result: RunResult, stream: BinaryIO) -> None:
     Args:
         result: The run.
         stream: Where the file goes.
+        premises: Whether the premises of the theorems follow (`slipgrasp.core.run.premises`).
+
+    Raises:
+        PremisesError: If they are asked for and the theorems do not speak of the run.
     """
     import pyarrow
     from pyarrow import parquet
 
     from slipgrasp.core.trace.columns import columns_of
 
-    columns = columns_of(result.trace)
+    columns = columns_of(result.trace) + (_premise_columns(result) if premises else [])
     arrays = [_arrow_array(column) for column in columns]
     fields = [
         pyarrow.field(column.name, array.type, nullable=False, metadata={"unit": column.unit})

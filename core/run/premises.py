@@ -8,13 +8,18 @@ otherwise, what that disturbs is not in tau_d.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.theorem_hand import PlanarTheoremHand, TheoremHand
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.trace.columns import Column
+from slipgrasp.core.trace.trace import Signal
 
 Floats = NDArray[np.float64]
 
@@ -22,37 +27,65 @@ KINDS = ("theorem-3", "theorem-4")
 WINDOW = 0.1  # T of Eq. 20 [s]
 
 
+def _signal(unit: str, text: str) -> Signal:
+    return Signal("premises", "", unit, text, column="premise")
+
+
+class PremisesError(SlipgraspError, ValueError):
+    """The theorems do not speak of a run."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(
+            f"the theorems speak of {' and '.join(KINDS)} without timed changes and patches; this "
+            f"run has controller.kind '{scenario.controller.kind}', {len(scenario.changes)} changes"
+            f" and {len(scenario.patches)} patches"
+        )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Premises:
     """Premises and bounds of Theorems 2 to 4, one value per row of the trace.
 
-    ``r_1`` of Eq. 50 is taken without the slips themselves: their gain is 0, so that neither V nor
-    Q depends on them, and the least eigenvalue of K* would be 0 always. SI units throughout, as
-    the paper adds them up.
-
-    Attributes:
-        times: Of the rows [s].
-        least_excitation: Least eigenvalue of the integral of Eq. 20 over the last `WINDOW`; NaN
-            before the end of the first.
-        greatest_excitation: Its greatest eigenvalue.
-        error: Norm of r_1, the tracking errors and the errors of the estimates.
-        disturbance: Norm of tau_d* (Eq. 51).
-        pull: sigma_s (Eq. 29).
-        least_eigenvalue: That of K* (Eq. 53).
-        radius: T_d* / lambda_min(K*) of Eq. 55, with the greatest disturbance of the run for T_d*;
-            infinite where it says nothing.
-        decrease: ``-r_1' K* r_1 + r_1' tau_d*`` of Eq. 52, which the paper takes for dV/dt.
+    ``r_1`` of Eq. 50 is taken without positions whose gain is 0, as that of the slips usually is:
+    neither V nor Q depends on them, and the least eigenvalue of K* would be 0 always. SI units
+    throughout, as the paper adds them up. Each attribute but ``times`` [s] carries its `Signal`.
     """
 
     times: Floats
-    least_excitation: Floats
-    greatest_excitation: Floats
-    error: Floats
-    disturbance: Floats
-    pull: Floats
-    least_eigenvalue: Floats
-    radius: Floats
-    decrease: Floats
+    least_excitation: Annotated[
+        Floats,
+        _signal(
+            "1",
+            f"Least eigenvalue of the integral of Eq. 20 over the last {WINDOW:g} s; none before "
+            "the end of the first.",
+        ),
+    ]
+    greatest_excitation: Annotated[Floats, _signal("1", "Its greatest eigenvalue.")]
+    error: Annotated[
+        Floats, _signal("1", "Norm of r_1, the tracking errors and the errors of the estimates.")
+    ]
+    disturbance: Annotated[Floats, _signal("1", "Norm of tau_d* (Eq. 51).")]
+    pull: Annotated[Floats, _signal("1/s", "sigma_s (Eq. 29).")]
+    least_eigenvalue: Annotated[Floats, _signal("1", "Least eigenvalue of K* (Eq. 53).")]
+    radius: Annotated[
+        Floats,
+        _signal(
+            "1",
+            "T_d* / lambda_min(K*) of Eq. 55, with the greatest disturbance of the run for T_d*; "
+            "infinite where it says nothing.",
+        ),
+    ]
+    decrease: Annotated[
+        Floats,
+        _signal("1/s", "-r_1' K* r_1 + r_1' tau_d* of Eq. 52, which the paper takes for dV/dt."),
+    ]
+
+    def columns(self) -> list[Column]:
+        """All of them as columns beside those of the trace, called ``premise_error`` and so on."""
+        return [
+            Column(f"{signal.prefix}_{name}", signal.prefix, signal.unit, getattr(self, name))
+            for name, signal in premise_signals().items()
+        ]
 
     def describe_excitation(self) -> str:
         """What Eq. 20 says along the desired motion, in one sentence."""
@@ -82,6 +115,13 @@ class Premises:
         )
 
 
+@cache
+def premise_signals() -> dict[str, Signal]:
+    """The signals of `Premises` by attribute, in their order."""
+    hints = get_type_hints(Premises, include_extras=True)
+    return {name: get_args(hint)[1] for name, hint in hints.items() if name != "times"}
+
+
 def tell_premises(result: RunResult) -> tuple[str, ...]:
     """What Theorems 1 to 4 suppose of a run and promise, and what it did, a sentence for each.
 
@@ -107,21 +147,27 @@ def find_premises(result: RunResult) -> Premises:
 
     Args:
         result: A run for which `has_premises` holds.
+
+    Raises:
+        PremisesError: If it does not.
     """
-    assert has_premises(result.scenario), "the theorems do not speak of this run"
+    if not has_premises(result.scenario):
+        raise PremisesError(result.scenario)
     trace, hand, pull = result.trace, _hand_of(result.scenario), _pull(result)
     gains = hand.adaptation_gains
     errors, disturbances = [], []
     for k in range(len(trace.times)):
         hand.evaluate_row(result, k)
-        missed = trace.true_parameters[k] - trace.estimates[k]
-        leak = 2.0 * pull[k] / gains * trace.true_parameters[k]
-        errors.append(np.concatenate([*hand.errors(), missed]))
-        disturbances.append(np.concatenate([*hand.disturbances(result, k), leak]))
-    error, disturbance = np.array(errors), np.array(disturbances)
+        errors.append(hand.errors())
+        disturbances.append(hand.disturbances(result, k))
+    tracking, missed = np.array(errors), trace.true_parameters - trace.estimates
     pulled = 2.0 * pull[:, None] / gains
-    weights = np.hstack([np.tile(hand.weights, (len(pull), 1)), pulled])
-    least, sizes = weights.min(axis=1), np.linalg.norm(disturbance, axis=1)
+    error = np.hstack([tracking, missed])
+    disturbance = np.hstack([disturbances, pulled * trace.true_parameters])
+    least = pulled.min(axis=1, initial=np.linalg.eigvalsh(hand.weights)[0])
+    sizes = np.linalg.norm(disturbance, axis=1)
+    weighed = np.sum(tracking * (tracking @ hand.weights), axis=1)
+    weighed += np.sum(pulled * missed**2, axis=1)
     radius = np.full(len(least), np.inf)
     np.divide(sizes.max(), least, out=radius, where=least > 0.0)
     excitation = _excitation(hand, trace.times, hand.desired_poses(trace))
@@ -134,7 +180,7 @@ def find_premises(result: RunResult) -> Premises:
         pull=pull,
         least_eigenvalue=least,
         radius=radius,
-        decrease=np.sum(error * (disturbance - weights * error), axis=1),
+        decrease=np.sum(error * disturbance, axis=1) - weighed,
     )
 
 

@@ -35,7 +35,7 @@ class SpatialTheoremHand(TheoremHand):
         assert isinstance(scenario, SpatialScenario)
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
         self._model = pack_model(scenario, [0.0] * 6)
-        super().__init__(self._model.law, 6 + 2 * self._n, self._p)
+        super().__init__(self._model.law, 6 + 2 * self._n, scenario.controller, self._p)
         self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
         self._state, self._senses = make_record(STATE), make_record(SENSES)
 

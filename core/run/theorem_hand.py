@@ -14,33 +14,38 @@ from slipgrasp.core.kernel.records import Record, make_record
 from slipgrasp.core.kernel.state import STATE, parts_of
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import ControllerParameters, Scenario
 from slipgrasp.core.trace.trace import Trace
 
 Floats = NDArray[np.float64]
 
 
 class TheoremHand(ABC):
-    """What the theorems need of a hand at a state; the slips themselves are left out of xi.
+    """What the theorems need of a hand at a state; what has no K_p is in xi with its rate alone.
 
     Args:
         law: The kernel's constants of the law.
         size: How many coordinates the reduced form has.
+        controller: What they were packed from.
         num_unknowns: How many estimates there are.
 
     Attributes:
         adaptation_gains: Diagonal of Gamma.
-        weights: Diagonal of Q (Eq. 25, 53).
+        weights: Q (Eq. 25, 53), ``(x, x)`` for the x entries of xi.
     """
 
-    def __init__(self, law: Record, size: int, num_unknowns: int) -> None:
+    def __init__(
+        self, law: Record, size: int, controller: ControllerParameters, num_unknowns: int
+    ) -> None:
         self._size = size
         self.adaptation_gains: Floats = law.adaptation_gains[:num_unknowns].copy()
-        self._p12, self._p22 = law.lyapunov_12[:size], law.lyapunov_22[:size]
-        self._moved = law.position_gains[:size] > 0.0
-        # 2 (K_v P_22 - P_12) = Q, also where K_p = 0 and Q weighs the velocity alone.
-        weights = 2.0 * (law.velocity_gains[:size] * self._p22 - self._p12)
-        self.weights: Floats = np.concatenate([weights[self._moved], weights])
+        self._kept = np.append(law.position_gains[:size] > 0.0, np.full(size, True))
+        self.weights: Floats = _weights(controller, size)[np.ix_(self._kept, self._kept)]
+        # The rows of P that belong to the rates.
+        p12, p22 = np.diag(law.lyapunov_12[:size]), np.diag(law.lyapunov_22[:size])
+        self._rate_rows = np.hstack([p12, p22])
+        if law.couples:
+            self._rate_rows += law.couplings[size : 2 * size, : 2 * size]
 
     @abstractmethod
     def desired_poses(self, trace: Trace) -> Floats:
@@ -66,15 +71,23 @@ class TheoremHand(ABC):
     def _unmodelled(self, result: RunResult, k: int) -> Floats:
         """tau_d of Eq. 33: what the true friction makes of the torques, beyond what is believed."""
 
-    def errors(self) -> tuple[Floats, Floats]:
-        """Xi of the evaluated state (Eq. 41)."""
-        room = self._room()
-        return room.error[: self._size][self._moved].copy(), room.error_rate[: self._size].copy()
+    def errors(self) -> Floats:
+        """Xi of the evaluated state (Eq. 41), ``(x,)``."""
+        room, size = self._room(), self._size
+        return np.append(room.error[:size], room.error_rate[:size])[self._kept]
 
-    def disturbances(self, result: RunResult, k: int) -> tuple[Floats, Floats]:
-        """-2 P E M~^-1 tau_d of the evaluated row (Eq. 51)."""
+    def disturbances(self, result: RunResult, k: int) -> Floats:
+        """-2 P E M~^-1 tau_d of the evaluated row (Eq. 51), ``(x,)``."""
         moved = self._accelerated(self._unmodelled(result, k))
-        return -2.0 * (self._p12 * moved)[self._moved], -2.0 * self._p22 * moved
+        return -2.0 * (moved @ self._rate_rows)[self._kept]
+
+
+def _weights(controller: ControllerParameters, size: int) -> Floats:
+    """Q for all coordinates and their rates."""
+    if controller.lyapunov_matrix:
+        return np.array(controller.lyapunov_matrix)
+    diagonal = np.broadcast_to(np.asarray(controller.lyapunov_weight, dtype=float), (size,))
+    return np.diag(np.tile(diagonal, 2))
 
 
 class PlanarTheoremHand(TheoremHand):
@@ -83,7 +96,7 @@ class PlanarTheoremHand(TheoremHand):
     def __init__(self, scenario: Scenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
         self._model = pack_model(make_table(scenario), whole_faces())
-        super().__init__(self._model.law, 3 + self._n, self._p)
+        super().__init__(self._model.law, 3 + self._n, scenario.controller, self._p)
         self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
         self._state = make_record(STATE)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from slipgrasp.cli.arguments import add_data_directory, recording_path
 from slipgrasp.cli.progress import Progress
@@ -74,6 +74,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         type=_frames_per_second,
         help=f"frames per second of {names}, at most {MOST_FRAMES_PER_SECOND:g} (default: {rates})"
         "; fewer where a run is too long for that many",
+    )
+    parser.add_argument(
+        "--premises",
+        action="store_true",
+        help="what the paper's theorems suppose and promise as further columns of data",
     )
     _add_clip(parser)
     _add_still(parser)
@@ -148,6 +153,9 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     clip, still = _clip_of(arguments), _still_of(arguments)
     if not chosen.is_text and output is None and sys.stdout.isatty():
         raise CommandError(f"{chosen.name} is not for a terminal; name a file with --output")
+    if arguments.premises and chosen not in DATA_FORMATS:
+        names = _listed([each.name for each in DATA_FORMATS], " or")
+        raise CommandError(f"--premises adds columns, {chosen.name} has none; choose {names}")
     if output is not None and output.exists() and not arguments.force:
         from slipgrasp.recordings.exceptions import RecordingExistsError
 
@@ -157,7 +165,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 
         result = read_recording(recording_path(arguments.recording, arguments.data_directory))
     if chosen.is_text and output is None:
-        chosen.write(result, sys.stdout.buffer)
+        chosen.write(result, sys.stdout.buffer, premises=arguments.premises)
     else:
         with Progress(f"writing the {chosen.name} file") as progress:
             _write(result, chosen, arguments, clip, still, progress.update)
@@ -185,14 +193,18 @@ def _write(
     still: Still,
     update: Update,
 ) -> None:
+    def write(stream: BinaryIO) -> None:
+        fps, premises = arguments.fps, arguments.premises
+        chosen.write(result, stream, update, fps, clip, still, premises=premises)
+
     if arguments.output is None:
         # Not every format can be written to a pipe as it grows.
         with tempfile.TemporaryFile() as stream:
-            chosen.write(result, stream, update, arguments.fps, clip, still)
+            write(stream)
             stream.seek(0)
             shutil.copyfileobj(stream, sys.stdout.buffer)
         return
     from slipgrasp.recordings.file.atomic_file import atomic_file
 
     with atomic_file(arguments.output, overwrite=arguments.force) as stream:
-        chosen.write(result, stream, update, arguments.fps, clip, still)
+        write(stream)

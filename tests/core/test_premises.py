@@ -8,6 +8,7 @@ from scipy.linalg import solve_continuous_lyapunov
 from slipgrasp.core.run.premises import WINDOW, find_premises, has_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.references.hands import general_gains
 from tests.state_evaluation import evaluate_state
 
 # Three fingers, whose torques can do all that is asked, under the law as printed: no bounds, no
@@ -27,6 +28,9 @@ THREE = with_values(
 CASE_2 = with_values(load_scenario("paper-case-2"), {"simulation.duration": 0.3})
 
 
+GENERAL = general_gains(np.random.default_rng(2), 3, 3)
+
+
 @pytest.fixture(scope="module")
 def three_fingers():
     run = simulate(THREE)
@@ -34,9 +38,11 @@ def three_fingers():
     return run
 
 
-def test_the_lyapunov_value_falls_by_what_the_bound_is_made_of(three_fingers):
+@pytest.mark.parametrize("values", [{}, GENERAL], ids=["plain", "gains of the slips, full Q"])
+def test_the_lyapunov_value_falls_by_what_the_bound_is_made_of(values):
     """Eq. 52 between the instants at which something jumps."""
-    trace, premises = three_fingers.trace, find_premises(three_fingers)
+    run = simulate(with_values(THREE, values))
+    trace, premises = run.trace, find_premises(run)
     assert premises.disturbance.max() > 1.0
     assert (premises.pull > 0.0).all()
     jumps = np.flatnonzero(np.diff(trace.times) == 0.0)

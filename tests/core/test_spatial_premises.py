@@ -6,6 +6,7 @@ import pytest
 from slipgrasp.core.run.premises import WINDOW, find_premises, has_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.references.hands import general_gains
 from tests.references.spatial_plant import State, all_stick
 from tests.references.spatial_scenarios import world_of
 
@@ -31,10 +32,16 @@ def off(period, **values):
     return period * premises.decrease[ticks].sum() / fallen - 1.0
 
 
-@pytest.mark.parametrize("bound", [2.494, 1.0], ids=["free", "pulled back"])
-def test_the_lyapunov_value_falls_by_what_the_bound_is_made_of(bound):
+SETTINGS = {
+    "free": {},
+    "pulled back": {"controller.estimate_norm_bound": 1.0},
+    "gains of the slips, full Q": general_gains(np.random.default_rng(0), 6, 6),
+}
+
+
+@pytest.mark.parametrize("values", SETTINGS.values(), ids=SETTINGS)
+def test_the_lyapunov_value_falls_by_what_the_bound_is_made_of(values):
     """Torques and rates are held from tick to tick, so the sum is right to first order."""
-    values = {"controller.estimate_norm_bound": bound}
     coarse, fine = off(2e-4, **values), off(1e-4, **values)
     assert abs(fine) < 0.03
     assert coarse / fine == pytest.approx(2.0, rel=0.05)

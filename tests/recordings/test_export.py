@@ -1,11 +1,13 @@
 """A run read from an exported file by another program has the same numbers."""
 
+import csv
 import io
 import json
 import math
 import re
 import sys
 import zipfile
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,6 +15,7 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
+from slipgrasp.core.run.premises import PremisesError, find_premises
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.columns import columns_of
@@ -22,11 +25,19 @@ from slipgrasp.figures.animation import MAX_FRAMES, frame_times, write_gif
 from slipgrasp.figures.film import write_mp4, write_webm
 from slipgrasp.figures.still import write_png, write_svg
 from slipgrasp.recordings.clip import Clip, ClipError
-from slipgrasp.recordings.export import EXPORT_FORMATS, write_csv, write_npz, write_parquet
+from slipgrasp.recordings.export import (
+    EXPORT_FORMATS,
+    write_csv,
+    write_csv_bytes,
+    write_npz,
+    write_parquet,
+)
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.recordings.still import Still, StillError
 
 pytestmark = pytest.mark.slow
+
+DOCUMENTS = ("scenario.json", "ending.json", "units.json", "provenance.json")
 
 
 def written(write, run, **options):
@@ -78,8 +89,7 @@ def test_npz_holds_every_column_and_the_documents_without_pickles(any_run):
     assert ending == json.loads(json.dumps(any_run.summary()))
     assert units == {column.name: column.unit for column in columns}
     assert provenance["kernel"] == any_run.provenance.kernel
-    documents = {"scenario.json", "ending.json", "units.json", "provenance.json"}
-    assert names == units.keys() | documents
+    assert names == units.keys() | set(DOCUMENTS)
 
 
 BEGINS = {
@@ -101,6 +111,40 @@ def test_every_format_of_the_table_is_written_by_the_writer_that_it_names(short_
         pytest.importorskip("av")
     content = written(chosen.write, short_run, fps=1.0).getvalue()
     assert content and content.startswith(BEGINS.get(chosen.name, b""))
+
+
+@pytest.mark.parametrize("write", [write_parquet, write_npz, write_csv_bytes])
+def test_premises_of_the_theorems_are_further_columns_of_data(write):
+    run = simulate(with_values(load_scenario("paper-case-2"), {"simulation.duration": 0.3}))
+    plain, content = written(write, run), written(write, run, premises=True)
+    premises = find_premises(run).columns()
+    if write is write_parquet:
+        table = pyarrow.parquet.read_table(content)
+        names = table.column_names
+        values = [table[column.name].to_numpy() for column in premises]
+        told = [table.schema.field(c.name).metadata[b"unit"].decode() for c in premises]
+        before = pyarrow.parquet.read_table(plain).column_names
+    elif write is write_npz:
+        arrays, old = np.load(content), np.load(plain)
+        names, values = arrays.files[: -len(DOCUMENTS)], [arrays[c.name] for c in premises]
+        units = json.loads(arrays["units.json"].item())
+        told, before = [units[c.name] for c in premises], old.files[: -len(DOCUMENTS)]
+    else:
+        names, *rows = csv.reader(io.TextIOWrapper(content))
+        values = np.array([row[-len(premises) :] for row in rows], dtype=float).T
+        told = [c.unit for c in premises]
+        before = next(csv.reader(io.TextIOWrapper(plain)))
+    assert names == [*before, *(column.name for column in premises)]
+    assert told == [column.unit for column in premises]
+    for column, found in zip(premises, values, strict=True):
+        np.testing.assert_array_equal(found, column.values)
+    assert np.isinf(values[names.index("premise_radius") - len(before)]).all()
+
+
+def test_of_other_laws_no_premises_are_written(short_run):
+    other = replace(short_run, scenario=load_scenario("composite-case-2"))
+    with pytest.raises(PremisesError, match=r"has controller\.kind 'composite', 0 changes"):
+        write_csv(other, io.StringIO(), premises=True)
 
 
 def test_csv_as_bytes_is_csv_as_text(any_run):

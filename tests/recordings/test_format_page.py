@@ -4,6 +4,7 @@ import hashlib
 import struct
 from pathlib import Path
 
+from slipgrasp.core.run.premises import premise_signals
 from slipgrasp.core.trace.trace import SIGNALS
 from slipgrasp.recordings.file.schemas import OWN_TOPICS, SAMPLE_TOPICS, TICKS
 from slipgrasp.recordings.file.state_hash import state_hash
@@ -41,6 +42,18 @@ def topics_table() -> str:
 
 def test_every_topic_and_field_is_on_the_page():
     assert topics_table() in PAGE.read_text(encoding="utf-8")
+
+
+def premises_table() -> str:
+    """The table of the columns that are evaluated on demand."""
+    lines = ["| column | meaning and unit |", "|---|---|"]
+    for name, signal in premise_signals().items():
+        lines.append(f"| `{signal.prefix}_{name}` | {signal.text} [{signal.unit}] |")
+    return "\n".join(lines)
+
+
+def test_every_premise_is_on_the_page():
+    assert premises_table() in PAGE.read_text(encoding="utf-8")
 
 
 def test_the_page_is_about_the_present_format():
