@@ -71,11 +71,7 @@ def any_of(*options: Iterable[str], otherwise: str = _OUTSIDE) -> str:
         otherwise: The hint where there is none.
     """
     found = list(dict.fromkeys(option for several in options for option in several))
-    *others, last = found or [otherwise]
-    if not others:
-        return last
-    comma = "," if any("," in option for option in others) else ""
-    return f"{', '.join(others)}{comma} or {last}"
+    return joined(found, "or") or otherwise
 
 
 def raise_(scenario: Scenario, key: str) -> Iterator[str]:

@@ -11,7 +11,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.law_choice import LAW, with_law
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
-from slipgrasp.core.words.hints import any_of
 from slipgrasp.core.words.trials import Trial, purpose_of, trials_in
 
 
@@ -48,14 +47,6 @@ def test_every_trial_of_a_run_makes_it_better(preset: str, trials: int) -> None:
             errors = [run.metrics.final_tracking_error[:2] for run in (before, after)]
             offsets = [x * x + y * y for x, y in errors]
             assert offsets[1] < 0.8 * offsets[0]
-
-
-def test_an_option_with_a_comma_is_told_from_the_next() -> None:
-    heavy = with_values(load_scenario("composite-case-2"), {"controller.kind": "pd-gravity"})
-    hint = describe_run(simulate(heavy)).suggestion
-    assert ", or use the composite law" in hint
-    assert [LAW in trial.values for trial in trials_in(hint, heavy)] == [False, False, True]
-    assert any_of(["raise this"], ["lower that"]) == "raise this or lower that"
 
 
 def test_a_trial_stays_within_the_bounds_of_its_parameter() -> None:
