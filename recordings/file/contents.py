@@ -15,7 +15,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import SIGNALS, Signal, Trace, TraceShape
-from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
+from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
+from slipgrasp.core.words.interruptions import describe_cut_off
 from slipgrasp.recordings.exceptions import (
     AlteredRecordingError,
     DamagedRecordingError,
@@ -119,7 +120,7 @@ class Contents:
             trace=trace,
             phase_changes=changes,
             outcome=outcome,
-            reason=_reason(end),
+            reason=describe_cut_off(end),
             warnings=(),
             metrics=metrics_of_trace(trace, changes, outcome, rate),
             provenance=so_far._provenance(),
@@ -294,15 +295,3 @@ class Contents:
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self.name, finding)
-
-
-def _reason(end: float) -> Reason:
-    return Reason(
-        code="worker_died",
-        message=f"the program that simulated it ended, or its file was damaged, after {end:.5g} s",
-        contact=None,
-        time=end,
-        value=None,
-        limit=None,
-        hint="simulate its scenario again",
-    )

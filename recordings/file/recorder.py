@@ -18,7 +18,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
+from slipgrasp.core.trace.types import Outcome, RunWarning
+from slipgrasp.core.words.interruptions import describe_disk_failure
 from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingExistsError,
@@ -150,7 +151,7 @@ class _Recorder:
                 self._synced_at = now
         except (OSError, RecordingWriteError) as error:
             self._failure = error
-            simulation.end(Outcome.FAILED, _disk_failed(error, simulation.time))
+            simulation.end(Outcome.FAILED, describe_disk_failure(error, simulation.time))
         self._flushed_at = now
 
     def finish(self, result: RunResult) -> None:
@@ -172,20 +173,8 @@ def failed_by_disk(result: RunResult, failure: RecordingError) -> RunResult:
     """The run as ``failed``, because its recording is not complete."""
     if result.outcome is Outcome.FAILED:
         return result
-    reason = _disk_failed(failure, result.end_time)
+    reason = describe_disk_failure(failure, result.end_time)
     return replace(result, outcome=Outcome.FAILED, reason=reason)
-
-
-def _disk_failed(error: OSError | RecordingError, t: float) -> Reason:
-    return Reason(
-        code="disk",
-        message=f"the recording could not be written on at {t:.5g} s: {error}",
-        contact=None,
-        time=t,
-        value=None,
-        limit=None,
-        hint="make room on the disk; 'slipgrasp recover' keeps what was written until then",
-    )
 
 
 def unsaved(result: RunResult, failure: RecordingError) -> RunResult:

@@ -14,7 +14,8 @@ from slipgrasp.core.scenario.loading import (
     scenario_from_mapping,
     with_values,
 )
-from slipgrasp.core.trace.types import Outcome, Reason
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.interruptions import describe_damage
 from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.annotations import MAX_TAGS, RunName, RunNotes, RunTag
 from slipgrasp.recordings.store.description import Description
@@ -217,18 +218,9 @@ class PendingRunPublic(BaseModel):
 
 
 def _damaged_summary(finding: str) -> dict[str, Any]:
-    reason = Reason(
-        code="damaged_recording",
-        message=finding,
-        contact=None,
-        time=0.0,
-        value=None,
-        limit=None,
-        hint="simulate the scenario again",
-    )
     return {
         "outcome": Outcome.FAILED,
-        "reason": asdict(reason),
+        "reason": asdict(describe_damage(finding)),
         "end_time": None,
         "phase_changes": [],
         "estimates": {},
