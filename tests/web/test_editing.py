@@ -14,7 +14,6 @@ from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Draft, TimedEdit
 from slipgrasp.web.model.editing import Editing, History, Reach
 from slipgrasp.web.model.intents.compare import EndComparison
-from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
     AddDisturbance,
     ChoosePreset,
@@ -28,30 +27,15 @@ from slipgrasp.web.model.intents.scenario import (
     SetParameter,
     Undo,
 )
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
-from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
-from slipgrasp.web.reducers.scenario import ScenarioReducer
+from slipgrasp.web.model.view import RunStage, ViewState
+from tests.web.reducing import after, view_of
 
 MASS, INERTIA = "object.mass", "object.inertia"
 
 
 @pytest.fixture
 def view(case_2: RunResult) -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-2"),
-        status=RunStatus(RunStage.SAVED),
-        choice=WindowChoice.WHOLE,
-        shown=Shown(1, case_2, 0.01),
-        playback=Playback(time=0.5, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False),
-    )
-
-
-def after(view: ViewState, *intents: Intent) -> ViewState:
-    reducer = ScenarioReducer()
-    for intent in intents:
-        assert isinstance(intent, reducer.takes)
-        view = reducer.reduce(intent, view)
-    return view
+    return view_of(case_2)
 
 
 def at(view: ViewState, time: float) -> ViewState:

@@ -20,32 +20,17 @@ from slipgrasp.web.model.intents.picture import ToggleLecture
 from slipgrasp.web.model.intents.scenario import AddDisturbance, ChoosePreset, SetParameter
 from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 from slipgrasp.web.model.page_layout import panel_sizes
-from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.slider_range import slider_range
 from slipgrasp.web.model.tour import TOUR, Stop
-from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.page.keys import keys_of
 from slipgrasp.web.panels.tour_panel import tour_html
-from slipgrasp.web.reducers.scenario import ScenarioReducer
+from tests.web.reducing import after, view_of
 
 
 @pytest.fixture
 def view(case_2: RunResult) -> ViewState:
-    return ViewState(
-        draft=Draft.from_preset("paper-case-2"),
-        status=RunStatus(RunStage.SAVED),
-        choice=WindowChoice.WHOLE,
-        shown=Shown(1, case_2, 0.01),
-        playback=Playback(time=0.5, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False),
-    )
-
-
-def after(view: ViewState, *intents: object) -> ViewState:
-    reducer = ScenarioReducer()
-    for intent in intents:
-        assert isinstance(intent, reducer.takes)
-        view = reducer.reduce(intent, view)
-    return view
+    return view_of(case_2)
 
 
 def test_it_visits_every_preset_once() -> None:

@@ -1,0 +1,30 @@
+"""What the reducer of the scenario makes of a page."""
+
+from __future__ import annotations
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.reducers.scenario import ScenarioReducer
+
+
+def view_of(case_2: RunResult) -> ViewState:
+    """The page with case II at rest in the middle of its first second."""
+    return ViewState(
+        draft=Draft.from_preset("paper-case-2"),
+        status=RunStatus(RunStage.SAVED),
+        choice=WindowChoice.WHOLE,
+        shown=Shown(1, case_2, 0.01),
+        playback=Playback(time=0.5, window=TimeWindow(0.0, 7.0), speed=1.0, playing=False),
+    )
+
+
+def after(view: ViewState, *intents: Intent) -> ViewState:
+    """The view after intents that the reducer must take."""
+    reducer = ScenarioReducer()
+    for intent in intents:
+        assert isinstance(intent, reducer.takes)
+        view = reducer.reduce(intent, view)
+    return view
