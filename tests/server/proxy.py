@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 
 
 class PathProxy:
@@ -40,7 +40,7 @@ class PathProxy:
         return server
 
     async def _pass_on(self, client: asyncio.StreamReader, answer: asyncio.StreamWriter) -> None:
-        with suppress(asyncio.IncompleteReadError, ConnectionError):
+        with closing(answer), suppress(asyncio.IncompleteReadError, ConnectionError):
             head = (await client.readuntil(b"\r\n\r\n")).decode("latin-1")
             passed = self._rewritten(head)
             if passed is None:
@@ -49,7 +49,6 @@ class PathProxy:
                 there = await asyncio.open_connection("127.0.0.1", self.upstream_port)
                 there[1].write(passed.encode("latin-1"))
                 await asyncio.gather(_pump(client, there[1]), _pump(there[0], answer))
-        answer.close()
 
     def _rewritten(self, head: str) -> str | None:
         first, *lines = head.removesuffix("\r\n\r\n").split("\r\n")
@@ -67,11 +66,10 @@ class PathProxy:
 
 
 async def _pump(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> None:
-    with suppress(ConnectionError):
+    with closing(target), suppress(ConnectionError):
         while piece := await source.read(65536):
             target.write(piece)
             await target.drain()
-        target.close()
 
 
 @contextmanager
