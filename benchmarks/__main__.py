@@ -64,8 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.minutes is not None and "soak" not in names:
         parser.error("--minutes N is for soak")
     prepare_kernel()
-    tables = [_setting()]
-    print(format_text(tables[0]))
+    setting, tables = _setting(), []
+    print(format_text(setting))
     for name in names:
         start = time.perf_counter()
         part = import_module(f"benchmarks.{name.replace('-', '_')}")
@@ -74,6 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print("\n\n".join(format_text(table) for table in found), flush=True)
         tables += found
     if options.docs is not None:
+        if any(table.page == setting.page for table in tables):
+            tables.append(setting)
         for page in dict.fromkeys(table.page for table in tables):
             update_page(options.docs / page, [table for table in tables if table.page == page])
 

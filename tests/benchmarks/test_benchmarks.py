@@ -290,6 +290,16 @@ def test_one_command_prints_a_part_and_writes_its_table(tmp_path, capsys):
     assert len([line for line in words if line in shown]) == 2
 
 
+def test_the_setting_is_written_only_beside_tables_that_it_is_the_setting_of(tmp_path, monkeypatch):
+    table = Table("elementary", ("function",), (("sine",),), page="portability.md")
+    monkeypatch.setattr("benchmarks.elementary.run", lambda docs: [table])
+    (tmp_path / "benchmarks.md").write_text("<!-- setting -->\nbefore\n<!-- end setting -->\n")
+    (tmp_path / "portability.md").write_text("<!-- elementary --><!-- end elementary -->\n")
+    main(["elementary", "--docs", str(tmp_path)])
+    assert "sine" in (tmp_path / "portability.md").read_text()
+    assert "before" in (tmp_path / "benchmarks.md").read_text()
+
+
 def test_pages_have_a_place_for_the_tables_of_every_part():
     others = (
         "assumptions.md",
