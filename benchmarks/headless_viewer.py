@@ -34,7 +34,10 @@ class HeadlessViewer:
 
     def __init__(self, url: str) -> None:
         protocol = Subprotocol(f"viser-v{viser.__version__}")
-        self._socket = connect(url, subprotocols=[protocol], compression=None, max_size=None)
+        # What it was sent and never read keeps it from hearing that it may close.
+        self._socket = connect(
+            url, subprotocols=[protocol], compression=None, max_size=None, close_timeout=0.5
+        )
         self._unzip = zstandard.ZstdDecompressor()
         self._uuids: dict[str, str] = {}
         self._page = url.replace("ws", "http", 1).rstrip("/")
