@@ -136,6 +136,12 @@ def template_key(key: str, in_space: bool = False) -> str:
     return own if own in template_keys(in_space) else _with_zeros(key)
 
 
+def find_template(key: str) -> Parameter | None:
+    """What a key of some scenario stands for, in the plane or else in space; None for nothing."""
+    found = (template_keys(each).get(template_key(key, each)) for each in (False, True))
+    return next((parameter for parameter in found if parameter is not None), None)
+
+
 def _with_zeros(key: str) -> str:
     return ".".join("0" if part.isdigit() else part for part in key.split("."))
 

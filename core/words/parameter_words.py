@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-_WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "pose")
+_WITH_COORDINATES = ("base", "start", "acceleration", "amplitude", "force", "moment", "pose")
 _COORDINATES = ("x", "y", "theta")
 _IN_SPACE = ("x", "y", "z", "turn x", "turn y", "turn z")
 _QUATERNION = ("x", "y", "z", "qw", "qx", "qy", "qz")
@@ -51,7 +51,8 @@ def key_words(key: str, names: Sequence[str], *, in_space: bool = False) -> str:
 
 
 def _coordinate(name: str, index: int, in_space: bool) -> str:
-    if not in_space:
+    # Only a pose has an angle third; what has more coordinates is of a scenario in space.
+    if not in_space and name not in ("base", "force", "moment") and index < len(_COORDINATES):
         return _COORDINATES[index]
     return (_QUATERNION if name == "start" else _IN_SPACE)[index]
 

@@ -201,6 +201,18 @@ def test_beliefs_are_called_by_what_they_are_about(case_1: RunResult) -> None:
     assert "estimate 5 initial" in findings_html(findings, FINGERS)
 
 
+def test_beliefs_and_places_in_space_have_their_names_and_units() -> None:
+    held = with_values(load_scenario("spatial-composite"), {"simulation.duration": 0.1})
+    other = with_values(
+        held, {"estimates.6.initial": 0.1, "fingers.0.base.2": 0.1, "pulses.0.time": 0.05}
+    )
+    findings = compare(simulate(held), simulate(other))
+    unknowns = [estimate.parameter for estimate in held.estimates]
+    html = findings_html(findings, held.finger_names, unknowns, in_space=True)
+    assert "object inertia 3 believed at first [kg m²]" in html
+    assert "base z [m]" in html
+
+
 def test_what_differs_before_the_cause_is_called_integration_error() -> None:
     calm = with_values(load_scenario("paper-case-2"), {"simulation.duration": 1.0})
     pushed = with_values(calm, {"pulses.0.time": 0.5})

@@ -16,7 +16,13 @@ from slipgrasp.web.model.disturbances import push_at
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.editing import Gesture
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.parameter_groups import Entry, group_parameters, knob_label, value_words
+from slipgrasp.web.model.parameter_groups import (
+    Entry,
+    disturbance_groups,
+    group_parameters,
+    knob_label,
+    value_words,
+)
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
 from slipgrasp.web.model.slider_range import slider_range
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
@@ -352,6 +358,19 @@ def test_a_push_has_knobs_and_what_is_wrong_with_it_stands_below_them(
     with pytest.raises(KeyError):
         panel.knob("pulses.0.force.1")
     assert panel.errors == ()
+
+
+def test_a_push_in_space_has_a_knob_for_each_part_of_its_force_and_moment(
+    viewer_server: ViewerServer,
+) -> None:
+    draft = Draft.from_preset("spatial-prism")
+    panel, _ = panel_of(viewer_server, draft.base)
+    push = push_at(0.5, in_space=True)
+    panel.update(view_of(draft.with_disturbance(push)))
+    assert panel.knob("pulses.0.moment.2").value == 0.0
+    (group,) = disturbance_groups([push], draft.base.finger_names)
+    labels = [entry.label for entry in group.entries if entry.parameter.key.count(".") == 3]
+    assert labels == [f"force {c} [N]" for c in "xyz"] + [f"moment {c} [N m]" for c in "xyz"]
 
 
 def test_lists_of_rows_are_written_in_one_field_each(viewer_server: ViewerServer) -> None:

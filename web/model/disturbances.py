@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any, Literal
 
 from slipgrasp.core.scenario import Patch, Pulse, Scenario
-from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.scenario.spatial import SpatialPulse
 
@@ -119,8 +119,9 @@ def disturbance_parameters(disturbances: Sequence[Disturbance]) -> Iterator[Para
     """The parameters of all disturbances, in the order of their fields."""
     for key, value in disturbance_values(disturbances):
         is_whole = isinstance(value, int) and not isinstance(value, bool)
-        number = float(value) if is_whole else value
-        yield replace(template_keys()[template_key(key)], key=key, value=number)
+        template = find_template(key)
+        if template is not None:
+            yield replace(template, key=key, value=float(value) if is_whole else value)
 
 
 def _plain_values(entry: Pulse | SpatialPulse | Patch) -> dict[str, Any]:

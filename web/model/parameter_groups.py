@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, own_laws
 from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
 from slipgrasp.core.words.parameter_words import key_words, unit_after, unit_words
@@ -227,7 +227,7 @@ def value_words(scenario: Scenario, key: str, value: str) -> str:
         key: Its key.
         value: The value, in the unit of the parameter.
     """
-    template = template_keys().get(template_key(key))
+    template = find_template(key)
     unit = template.unit if template else ""
     words = key_words(key, scenario.finger_names, in_space=scenario.in_space)
     return f"{words} {value}{unit_after(unit)}"

@@ -44,6 +44,7 @@ _ALSO_OFFERED = (
     "pulses.0.force.0",
     "pulses.0.force.1",
     "pulses.0.moment",
+    "pulses.0.moment.0",
 )
 """Template keys of what cannot change during a run."""
 

@@ -10,7 +10,7 @@ import viser
 
 from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.run.verdict import headline_of
-from slipgrasp.core.scenario.field_errors import template_key, template_keys
+from slipgrasp.core.scenario.field_errors import find_template
 from slipgrasp.core.scenario.parameters import ParameterDifference
 from slipgrasp.core.words.parameter_words import belief_words, key_words, unit_words
 from slipgrasp.recordings.compare.comparison import Comparison
@@ -180,7 +180,8 @@ def _body_html(view: ViewState, shown: Shown) -> str:
     names = shown.result.scenario.finger_names
     if len(names) != len(findings.metrics.get("slip_path", (names,))[0]):
         return "<p>Comparing …</p>"
-    body = findings_html(findings, names, _common_unknowns(view))
+    in_space = shown.result.scenario.in_space
+    body = findings_html(findings, names, _common_unknowns(view), in_space=in_space)
     return body if is_current else f"<div class='sg-outdated'>{body}</div>"
 
 
@@ -206,17 +207,27 @@ def first_divergence(findings: Comparison) -> float | None:
     return next(iter(findings.first_divergence.values()), None)
 
 
-def findings_html(findings: Comparison, names: Sequence[str], unknowns: Sequence[str] = ()) -> str:
+def findings_html(
+    findings: Comparison,
+    names: Sequence[str],
+    unknowns: Sequence[str] = (),
+    *,
+    in_space: bool = False,
+) -> str:
     """What tells two runs apart, the most important first.
 
     Args:
         findings: The comparison of the run on the screen, A, and the pale one, B.
         names: What the fingers are called.
         unknowns: Dotted keys of what both runs estimate; empty if that is not the same.
+        in_space: Whether the runs are of a hand in space.
     """
     if findings.identical:
         return "<p><b>Identical.</b> The same scenario, and not one number differs.</p>"
-    parameters = (_parameter_row(difference, names, unknowns) for difference in findings.scenario)
+    parameters = (
+        _parameter_row(difference, _parameter_words(difference, names, unknowns, in_space))
+        for difference in findings.scenario
+    )
     blocks = (
         _verdict_html(findings, names),
         _table_html("What was set", ("A", "B"), parameters),
@@ -284,10 +295,7 @@ def _cells(*contents: str) -> Iterator[str]:
     return (f"<td>{content}</td>" for content in contents)
 
 
-def _parameter_row(
-    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
-) -> str:
-    words = _parameter_words(difference, names, unknowns)
+def _parameter_row(difference: ParameterDifference, words: str) -> str:
     values = (
         _shortened(value_words(value), _LONGEST_VALUE) for value in (difference.a, difference.b)
     )
@@ -295,15 +303,17 @@ def _parameter_row(
 
 
 def _parameter_words(
-    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str]
+    difference: ParameterDifference, names: Sequence[str], unknowns: Sequence[str], in_space: bool
 ) -> str:
     """What a parameter is called, with its unit; a belief as what it is about."""
     head, *rest = difference.key.split(".")
     if head != "estimates" or not unknowns:
-        return key_words(difference.key, names) + unit_words(difference.unit)
+        words = key_words(difference.key, names, in_space=in_space)
+        return words + unit_words(difference.unit)
     unknown = unknowns[int(rest[0])]
-    unit = template_keys()[template_key(unknown)].unit
-    return belief_words(rest[1], key_words(unknown, names)) + unit_words(unit)
+    template = find_template(unknown)
+    words = belief_words(rest[1], key_words(unknown, names))
+    return words + unit_words(template.unit if template else "")
 
 
 def _metric_rows(findings: Comparison, names: Sequence[str]) -> Iterator[str]:
