@@ -127,9 +127,9 @@ def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
     speed = 1e3 * np.linalg.norm(trace.slip_velocity.reshape(len(trace), -1, 2), axis=2)
     both = [
         line
-        for k, axis in enumerate(("sₓ", "s_y"))
+        for k, axis in enumerate("xy")
         for line in _per_finger(
-            f"slip-{'xy'[k]}", [f"{name} {axis}" for name in names], slip[:, :, k], dashed=k > 0
+            f"slip-{axis}", [f"{name} {axis}" for name in names], slip[:, :, k], dashed=k > 0
         )
     ]
     return (
@@ -137,8 +137,8 @@ def _slips_in_space(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "slip",
             "Slip along both tangents",
             "mm",
-            "How far each fingertip has slid on its face: sₓ, towards the object's z axis, solid, "
-            "and s_y across it dashed. Flat means that it sticks.",
+            "How far each fingertip has slid on its face: x, towards the object's z axis, solid, "
+            "and y across it dashed. Flat means that it sticks.",
             tuple(both),
             least=LEAST_LENGTH,
         ),

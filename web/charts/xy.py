@@ -92,15 +92,15 @@ def _slip_paths(trace: Trace, names: Sequence[str]) -> XyChart:
     return XyChart(
         Chart(
             "xy-path",
-            "Path of each slip on its face, sₓ upwards",
+            "Path of each slip on its face, x upwards",
             "mm",
-            "The way of each fingertip over its face, from the spot touched first: sₓ, towards the "
-            "object's z axis, upwards, and s_y across.",
+            "The way of each fingertip over its face, from the spot touched first: x, towards the "
+            "object's z axis, upwards, and y across.",
             tuple(_fingers(names, slip[:, :, 0])),
             least=LEAST_LENGTH,
         ),
         tuple(slip[:, :, 1].T),
-        "s_y [mm]",
+        "slip y [mm]",
         is_true_to_scale=True,
         least_across=LEAST_LENGTH,
     )

@@ -12,6 +12,7 @@ from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.laws import LawRunFinished
 from slipgrasp.web.model.laws import with_law
 from slipgrasp.web.model.laws_view import LawRun
+from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.workers.simulating_worker import SimulatingWorker
 
 
@@ -38,5 +39,5 @@ class LawsWorker(SimulatingWorker):
         try:
             result = self.service.preview(with_law(draft, kind, None).scenario(), is_void)
         except ScenarioError as error:
-            return LawRun(kind, None, error.errors[0].message)
+            return LawRun(kind, None, in_page_words(error.errors[0].message, draft.base))
         return None if result.outcome is Outcome.STOPPED else LawRun(kind, result)
