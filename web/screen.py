@@ -24,6 +24,7 @@ from slipgrasp.web.panels.session_state_panel import SessionStatePanel
 from slipgrasp.web.panels.study_panel import StudyPanel
 from slipgrasp.web.panels.tour_panel import TourPanel
 from slipgrasp.web.scene.camera import FrontCamera
+from slipgrasp.web.scene.dragging import ObjectDrag
 from slipgrasp.web.scene.scene import Scene
 
 _BRIGHT_BRAND: Rgb = PHASES[ContactPhase.STICK]
@@ -50,7 +51,7 @@ class Screen:
         key: str,
     ) -> None:
         gui, self._gui = client.gui, client.gui
-        self._scene, self._camera = Scene(client), camera
+        self._scene, self._camera = Scene(client, ObjectDrag(send)), camera
         layout = guess_layout(client.camera.image_width, client.camera.image_height)
         sizes = panel_sizes(layout.width, layout.height)
         self._scenario = ScenarioPanel(gui, view.draft, send)

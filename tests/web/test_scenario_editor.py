@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -46,6 +47,18 @@ def newest(store: RecordingStore) -> ObjectParameters:
     return store.open(store.list(limit=1)[0].id).scenario.object
 
 
+def drag_object(page: Page, right: float) -> None:
+    """Drags what is held to the right [px]; beside it the mouse would turn the picture."""
+    box = page.locator("canvas[data-engine]").bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.6 * box["height"]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for share in (0.2, 0.4, 0.6, 0.8, 1.0):
+        page.mouse.move(x + share * right, y)
+    page.mouse.up()
+
+
 def leave_field(page: Page) -> None:
     """Takes the focus out of a field: while one types, keys are for the field."""
     page.evaluate("document.activeElement.blur()")
@@ -80,6 +93,20 @@ def test_a_knob_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
     page.get_by_role("button", name="Take this change back").click()
     shows(page, MASS, "1")
     wait_until(lambda: abs(slip_at_end(page) - slip_before) < 1e-9, "the first run is not back")
+
+
+def test_the_object_is_dragged_to_push_it(page: Page) -> None:
+    pause_at(page, 0.08)
+    drag_object(page, 60.0)
+    pushed = note(page, "push (").filter(has_not_text="Pale")
+    pushed.wait_for()
+    words = pushed.inner_text()
+    found = re.search(r"push \((\S+), (\S+)\) N", words)
+    assert found and "\n0.08 s push" in words
+    to_the_right, up = map(float, found.groups())
+    assert to_the_right > 1.0 and abs(up) < 0.1 * to_the_right
+    page.keyboard.press("Control+z")
+    pushed.wait_for(state="detached")
 
 
 def test_a_push_a_wet_spot_and_a_pour_happen_at_the_play_head_and_are_undone(

@@ -48,10 +48,19 @@ class Disturbance:
         return replace(self, values={**self.values, key: value})
 
 
-def push_at(time: float, *, in_space: bool = False) -> Disturbance:
-    """A push as long and strong as is usual, from some time on [s]."""
-    pulse = SpatialPulse(time=time) if in_space else Pulse(time=time)
-    return Disturbance("pulses", _plain_values(pulse))
+def push_at(
+    time: float, *, in_space: bool = False, force: tuple[float, ...] | None = None
+) -> Disturbance:
+    """A push as long as is usual, from some time on [s].
+
+    Args:
+        time: When it begins [s].
+        in_space: Whether on an object in space.
+        force: How strong it is, a number per direction [N]; as is usual if None.
+    """
+    pulse = _plain_values(SpatialPulse(time=time) if in_space else Pulse(time=time))
+    own = {f"force.{i}": value for i, value in enumerate(force or ())}
+    return Disturbance("pulses", pulse | own)
 
 
 def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Disturbance:

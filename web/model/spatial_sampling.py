@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -100,6 +101,13 @@ AnySample = Sample | SpatialSample
 def make_sampler(trace: Trace) -> Sampler | SpatialSampler:
     """What reads instants off a run."""
     return SpatialSampler(trace) if trace.shape.in_space else Sampler(trace)
+
+
+def pushed(sample: AnySample, force: Sequence[float]) -> AnySample:
+    """An instant at which nothing but a force pushes the object, a number per direction [N]."""
+    wrench = np.zeros_like(sample.external_wrench)
+    wrench[: len(force)] = force
+    return replace(sample, external_wrench=wrench)
 
 
 def _stations(slip: Values, path: Values) -> np.ndarray:

@@ -30,7 +30,12 @@ from slipgrasp.web.model.playback import (
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.run_list import RunList
 from slipgrasp.web.model.sampling import Sampler
-from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSampler, make_sampler
+from slipgrasp.web.model.spatial_sampling import (
+    AnySample,
+    SpatialSampler,
+    make_sampler,
+    pushed,
+)
 from slipgrasp.web.model.study import StudyView
 from slipgrasp.web.model.tour import TOUR, Stop
 
@@ -134,6 +139,18 @@ class Shown:
         return self.replay.name if self.replay else self.result.name
 
 
+class Drag(NamedTuple):
+    """The object is being dragged.
+
+    Attributes:
+        force: With which force, a number per direction [N].
+        was_playing: Whether the run played before.
+    """
+
+    force: tuple[float, ...]
+    was_playing: bool
+
+
 class ToldPremises(NamedTuple):
     """What the paper's theorems suppose of a run.
 
@@ -188,6 +205,7 @@ class ViewState:
         study: The study that is planned, and the one that is followed.
         premises: Those of the theorems for a run, once somebody has asked.
         tour: Place of the stop of the tour that was visited last, None outside it.
+        drag: How the user drags the object, None while they do not.
     """
 
     draft: Draft
@@ -212,6 +230,7 @@ class ViewState:
     study: StudyView = field(default_factory=StudyView)
     premises: ToldPremises | None = None
     tour: int | None = None
+    drag: Drag | None = None
 
     @property
     def stop(self) -> Stop | None:
@@ -235,8 +254,9 @@ class ViewState:
 
     @cached_property
     def sample(self) -> AnySample | None:
-        """The instant of the run that is shown, at the play head."""
-        return self._sample_of(self.shown)
+        """The instant of the run that is shown, at the play head; pushed as the user drags."""
+        sample = self._sample_of(self.shown)
+        return sample if self.drag is None or sample is None else pushed(sample, self.drag.force)
 
     @cached_property
     def ghost_sample(self) -> AnySample | None:

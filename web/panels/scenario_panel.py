@@ -195,8 +195,8 @@ def listed_html(draft: Draft, ghost: Ghost | None) -> str:
     """What changes, happens and is pale, in a place of one size: the knobs below never move."""
     listed = changes_html(draft) + ghost_html(ghost)
     empty = (
-        "<div class='sg-editor-note sg-empty'>Lists what changes during the run, and the run "
-        "that is drawn pale.</div>"
+        "<div class='sg-editor-note sg-empty'>Drag the object in the picture to push it. What "
+        "changes during the run is listed here.</div>"
     )
     return (
         "<div class='sg-listed' role='region' tabindex='0' aria-label='Changes and pale run'>"

@@ -25,6 +25,8 @@ from slipgrasp.web.model.intents.scenario import (
     ChooseLaw,
     ChoosePreset,
     ChooseReach,
+    DragObject,
+    LetGo,
     LoadScenario,
     Redo,
     RemoveChange,
@@ -40,7 +42,7 @@ from slipgrasp.web.model.laws import set_words, with_law, without_law_change
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.sampling import locate
 from slipgrasp.web.model.tour import TOUR
-from slipgrasp.web.model.view import RunStatus, Shown, ViewState, with_status
+from slipgrasp.web.model.view import Drag, RunStatus, Shown, ViewState, with_status
 from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5
@@ -60,6 +62,8 @@ class ScenarioReducer(Reducer):
         RemoveChanges,
         RemoveDisturbance,
         AddDisturbance,
+        DragObject,
+        LetGo,
         ChoosePreset,
         LoadScenario,
         ResetScenario,
@@ -103,6 +107,10 @@ class ScenarioReducer(Reducer):
                 return _visited(view, place)
             case AddDisturbance():
                 return _with_draft(view, _disturbed(view, intent))
+            case DragObject(force):
+                return _dragged(view, force)
+            case LetGo(force):
+                return _let_go(view, force)
             case _:
                 return _with_draft(view, _simplified(view.draft, intent))
 
@@ -138,6 +146,31 @@ def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
             for key in _MASSES_IN_SPACE if draft.base.in_space else _MASSES:
                 draft = _multiplied(draft, moment, key, _POURED)
             return draft
+
+
+def _dragged(view: ViewState, force: tuple[float, ...]) -> ViewState:
+    """The view while the object is dragged, at rest; as it is if there is nothing to push."""
+    shown, playback = view.shown, view.playback
+    if shown is None or playback is None:
+        return view
+    in_space = shown.result.scenario.in_space
+    if view.draft.base.in_space is not in_space or len(force) != (3 if in_space else 2):
+        return view
+    was_playing = playback.playing if view.drag is None else view.drag.was_playing
+    return replace(view, playback=replace(playback, playing=False), drag=Drag(force, was_playing))
+
+
+def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
+    """The view with the push that the object was dragged for; what played goes on."""
+    dragged = _dragged(view, force)
+    drag, playback = dragged.drag, dragged.playback
+    if dragged is view or drag is None or playback is None:
+        return replace(view, drag=None)
+    view = replace(view, drag=None, playback=replace(playback, playing=drag.was_playing))
+    if not any(force):
+        return view
+    push = push_at(change_time(playback.time), in_space=len(force) == 3, force=force)
+    return _with_draft(view, view.draft.with_disturbance(push))
 
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:

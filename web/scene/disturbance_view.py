@@ -17,7 +17,7 @@ from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lettering
 from slipgrasp.web.scene.layout import SceneLayout
-from slipgrasp.web.scene.marks import FullScale, sizes_in_lens, sizes_on_hand
+from slipgrasp.web.scene.marks import FullScale, push_words, sizes_in_lens, sizes_on_hand
 from slipgrasp.web.scene.shapes import arc, extrude, lift, polyline, position
 
 Points = NDArray[np.float64]
@@ -114,6 +114,10 @@ class PushView:
         self._follow_object = Follower(detail, self._move)
         self._follow_wrench = Follower(detail, self._draw)
 
+    def newtons_per_metre(self, full: FullScale) -> float:
+        """How strong a force is whose arrow is one metre long [N/m]."""
+        return full.force / self._sizes.force_length
+
     def update(self, sample: Sample, full: FullScale) -> None:
         """Shows what acts on the object at an instant.
 
@@ -142,10 +146,9 @@ class PushView:
         self._arrow.points = lift(np.stack([[tail, np.zeros(2)]]), _PUSH_DEPTH)
         self._arc.visible = moment != 0.0
         self._arc.points = polyline(_twist(0.7 * self._radius, moment), _PUSH_DEPTH)
-        told = [f"{np.hypot(*force):.3g} N"] if force.any() else []
-        told += [f"{moment:.3g} N m"] if moment else []
+        words = push_words(float(np.hypot(*force)), moment)
         # Red on white is legible on the object and on any page.
-        image = SceneImage(lettering("push " + ", ".join(told), PUSH, _WHITE), _LINE)
+        image = SceneImage(lettering(words, PUSH, _WHITE), _LINE)
         # Beyond the tail, as far as it takes to leave it free; the head may be longer than that.
         length = float(np.hypot(*tail))
         away = tail / max(length, 1e-9)

@@ -194,6 +194,13 @@ def beliefs_of(result: RunResult) -> tuple[int | None, ...]:
     return tuple(unknowns.index(key) if key in unknowns else None for key in keys)
 
 
+def push_words(force: float, moment: float) -> str:
+    """What pushes the object [N, N m], such as ``push 5 N, 0.1 N m``."""
+    told = [f"{force:.3g} N"] if force else []
+    told += [f"{moment:.3g} N m"] if moment else []
+    return "push " + ", ".join(told)
+
+
 def full_scale(result: RunResult) -> FullScale:
     """What arrows of full length stand for.
 

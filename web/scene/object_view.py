@@ -62,7 +62,7 @@ class ObjectView:
     ) -> None:
         corners = outline(body)
         self.body = PoseFrame(scene, f"{name}/body", detail)
-        scene.add_mesh_simple(
+        self.block = scene.add_mesh_simple(
             f"{name}/body/block",
             *extrude(corners, -HALF_DEPTH, HALF_DEPTH),
             color=surfaces.object,

@@ -17,13 +17,14 @@ from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.disturbance_view import PushView, WetSpots
+from slipgrasp.web.scene.dragging import Draggable
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.hand_view import HandView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.lens_view import LENS_DEPTH, LensView, spot_ring
 from slipgrasp.web.scene.marks import RunFacts, run_facts, sizes_on_hand
 from slipgrasp.web.scene.object_view import ObjectView
-from slipgrasp.web.scene.shapes import position
+from slipgrasp.web.scene.shapes import AXES, position
 from slipgrasp.web.scene.surfaces import surfaces_for
 
 Stage = viser.ClientHandle | viser.ViserServer
@@ -97,6 +98,14 @@ class PlanarPicture:
                 self._wet_spots.update(sample.time)
             if self._appearance.lenses:
                 self._update_lenses(self._views, sample, self._run, ghost)
+
+    @property
+    def draggable(self) -> Draggable | None:
+        """What can be dragged; None before the first run."""
+        if self._views is None or self._run is None:
+            return None
+        scale = self._views.push.newtons_per_metre(self._run.full)
+        return Draggable(self._views.body.block, scale, AXES)
 
     def remove(self) -> None:
         """Removes every node."""

@@ -8,6 +8,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSample
+from slipgrasp.web.scene.dragging import ObjectDrag
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.planar_picture import PlanarPicture
 from slipgrasp.web.scene.space.layout import SpatialLayout
@@ -21,9 +22,11 @@ class Scene:
 
     Args:
         stage: Where the nodes go: one viewer, whose picture is its own, or a whole server.
+        drag: Hears how the object is dragged; None where nobody can.
     """
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: Stage, drag: ObjectDrag | None = None) -> None:
+        self._drag = drag
         self._plane, self._space = PlanarPicture(stage), SpatialPicture(stage)
         self._appearance = Appearance()
         self._in_space = False
@@ -52,7 +55,10 @@ class Scene:
         self._in_space = in_space
         picture = self._space if in_space else self._plane
         pale = ghost if ghost is not None and ghost.scenario.in_space is in_space else None
-        return picture.show(result, pale, self._appearance)
+        layout = picture.show(result, pale, self._appearance)
+        if self._drag is not None and picture.draggable is not None:
+            self._drag.follow(picture.draggable)
+        return layout
 
     def update(
         self, sample: AnySample, ghost: AnySample | None = None, *, moving: bool = False

@@ -28,6 +28,10 @@ def lift(points: Points, depth: float = 0.0) -> NDArray[np.float32]:
     return np.stack([points[..., 0], flat, points[..., 1]], axis=-1).astype(np.float32)
 
 
+AXES = (0, 2)
+"""Which of viser's axes are the model's x and y: its y points up, and viser's third one does."""
+
+
 def position(point: Points, depth: float = 0.0) -> tuple[float, float, float]:
     """One model point (x, y) as the position of a node, ``depth`` nearer to the eye [m]."""
     return (float(point[0]), -depth, float(point[1]))

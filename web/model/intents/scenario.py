@@ -60,6 +60,20 @@ class AddDisturbance(Intent):
 
 
 @dataclass(frozen=True, slots=True)
+class DragObject(LatestIntent):
+    """The user drags the object with a force [N], which acts once they let go."""
+
+    force: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LetGo(Intent):
+    """The user lets go of the object: the force [N] becomes a push at the play head."""
+
+    force: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class RemoveDisturbance(Intent):
     """The user takes back a push or a wet spot, by its place among them."""
 

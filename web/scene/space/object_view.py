@@ -56,7 +56,7 @@ class SpatialObjectView:
         corners = np.array(base_corners(body))
         edges = prism_edges(corners, body.height)
         self.body = SpatialPoseFrame(scene, f"{name}/body", detail)
-        scene.add_mesh_simple(
+        self.block = scene.add_mesh_simple(
             f"{name}/body/block",
             *prism(corners, body.height),
             color=surfaces.object,

@@ -14,6 +14,7 @@ from slipgrasp.core.scenario.spatial_geometry import SpatialContact, base_corner
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.spatial_sampling import SpatialSample
 from slipgrasp.web.scene.detail import Detail
+from slipgrasp.web.scene.dragging import Draggable
 from slipgrasp.web.scene.marks import FullScale, beliefs_of, full_scale, sizes_on_hand
 from slipgrasp.web.scene.space.contact_marks import ContactState, in_face
 from slipgrasp.web.scene.space.contact_view import SpatialContactView
@@ -97,6 +98,14 @@ class SpatialPicture:
             if self._ghost is not None and ghost is not None:
                 self._ghost.update(ghost)
             self._views.update(sample, self._states_of(sample), self._full, self._appearance)
+
+    @property
+    def draggable(self) -> Draggable | None:
+        """What can be dragged; None before the first run."""
+        if self._views is None:
+            return None
+        scale = self._views.push.newtons_per_metre(self._full)
+        return Draggable(self._views.body.block, scale, (0, 1, 2))
 
     def remove(self) -> None:
         """Removes every node."""

@@ -7,14 +7,18 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.web.model.colours import PUSH, glow
-from slipgrasp.web.scene.marks import FullScale, MarkSizes
+from slipgrasp.web.scene.marks import FullScale, MarkSizes, push_words
 from slipgrasp.web.scene.space.solids import triple
 
 _PER_NEWTON_METRE = 10.0
+_ROOM = 0.05
+"""How far beyond an arrow its words stand [m]."""
 
 
 class SpatialPushView:
-    """Two arrows while the object is pushed; of a moment one along its axis, by the right hand.
+    """Two arrows and how strong they are while the object is pushed.
+
+    That of a moment is along its axis, by the right hand.
 
     Args:
         scene: Where the nodes go.
@@ -34,7 +38,12 @@ class SpatialPushView:
             head_radius=2.6 * shaft,
             head_length=5.0 * shaft,
         )
+        self._words = scene.add_label(f"{name}/words", "", anchor="center-center")
         self._shown: tuple[bytes, bool] | None = None
+
+    def newtons_per_metre(self, full: FullScale) -> float:
+        """How strong a force is whose arrow is one metre long [N/m]."""
+        return full.force / self._length
 
     def update(
         self, centre: NDArray[np.float64], wrench: NDArray[np.float64], full: FullScale
@@ -44,10 +53,13 @@ class SpatialPushView:
         if self._shown != (wrench.tobytes(), acts):
             self._shown = (wrench.tobytes(), acts)
             self._root.visible = acts
-            force = self._length / full.force * wrench[:3]
-            moment = _PER_NEWTON_METRE * self._length / full.force * wrench[3:]
+            metres = 1.0 / self.newtons_per_metre(full)
+            force, moment = metres * wrench[:3], _PER_NEWTON_METRE * metres * wrench[3:]
             zero = np.zeros(3)
             ends = np.array([[-force, zero], [zero, moment if moment.any() else zero]])
             self._arrows.points = ends.astype(np.float32)
+            self._words.text = push_words(*np.linalg.norm(wrench.reshape(2, 3), axis=1).tolist())
+            end = -force if force.any() else moment
+            self._words.position = triple(end * (1.0 + _ROOM / max(np.linalg.norm(end), 1e-9)))
         if acts:
             self._root.position = triple(centre)

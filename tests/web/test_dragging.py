@@ -1,0 +1,100 @@
+"""Dragging the object with the mouse: a force is shown, and becomes a push."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Pulse
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.server.viewer.server import ViewerServer
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.intents.intent import Intent
+from slipgrasp.web.model.intents.scenario import DragObject, LetGo, Undo
+from slipgrasp.web.model.view import Shown, ViewState
+from slipgrasp.web.scene.dragging import ObjectDrag
+from slipgrasp.web.scene.scene import Scene
+from tests.web.reducing import after, view_of
+
+
+@pytest.fixture
+def view(case_2: RunResult) -> ViewState:
+    return view_of(case_2)
+
+
+def test_while_the_object_is_dragged_the_picture_rests_and_shows_the_force(view) -> None:
+    playing = replace(view, playback=replace(view.playback, playing=True))
+    dragged = after(playing, DragObject((1.0, 2.0)), DragObject((3.0, -4.0)))
+    assert not dragged.playback.playing
+    np.testing.assert_array_equal(dragged.sample.external_wrench, [3.0, -4.0, 0.0])
+    assert dragged.draft == view.draft
+
+
+def test_letting_go_is_a_push_at_the_play_head_which_plays_on_and_can_be_undone(view) -> None:
+    playing = replace(view, playback=replace(view.playback, playing=True))
+    pushed = after(playing, DragObject((1.0, 2.0)), LetGo((3.0, -4.0)))
+    assert pushed.draft.scenario().pulses == (Pulse(time=0.5, force=(3.0, -4.0)),)
+    assert pushed.playback.playing and not np.any(pushed.sample.external_wrench)
+    assert after(pushed, Undo()).draft == view.draft
+    assert not after(view, DragObject((1.0, 2.0)), LetGo((3.0, -4.0))).playback.playing
+
+
+def test_no_force_is_no_push_and_a_force_of_another_space_is_none_either(view) -> None:
+    for force in ((0.0, 0.0), (1.0, 2.0, 3.0)):
+        let_go = after(view, DragObject((1.0, 2.0)), LetGo(force))
+        assert let_go.draft == view.draft and let_go.drag is None
+
+
+def test_a_drag_in_space_has_three_parts(view) -> None:
+    held = simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.6}))
+    in_space = replace(view, draft=Draft.from_preset("spatial-prism"), shown=Shown(1, held, 0.0))
+    pushed = after(in_space, DragObject((1.0, 0.0, 2.0)), LetGo((1.0, 0.0, 2.0)))
+    assert pushed.draft.scenario().pulses[0].force == (1.0, 0.0, 2.0)
+    np.testing.assert_array_equal(
+        after(in_space, DragObject((1.0, 0.0, 2.0))).sample.external_wrench[:3], [1.0, 0.0, 2.0]
+    )
+
+
+def drag(drawn: ObjectDrag, phase: str, way: tuple[float, float, float]) -> None:
+    """Drags from some place of the object."""
+    start = np.array([0.3, -0.05, 0.2])
+    event = SimpleNamespace(phase=phase, start_position=start, end_position=start + way)
+    asyncio.run(drawn._hear(event))
+
+
+def test_the_arrow_of_the_force_is_a_quarter_of_the_way_of_the_mouse(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    sent: list[Intent] = []
+    drawn = ObjectDrag(sent.append)
+    scene = Scene(viewer_server, drawn)
+    scene.show(view.shown.result)
+    drag(drawn, "start", (0.001, 0.0, 0.0))
+    drag(drawn, "update", (0.1, 0.02, -0.05))
+    drag(drawn, "end", (0.1, 0.02, -0.05))
+    assert [type(intent) for intent in sent] == [DragObject, DragObject, LetGo]
+    assert sent[1].force == sent[2].force
+    scene.update(after(view, sent[1]).sample)
+    arrow = viewer_server.scene.get_handle_by_name("/hand/object/push/force")
+    assert arrow is not None
+    tail, head = arrow.points[0]
+    # Two digits of the force, so within a twentieth.
+    np.testing.assert_allclose((head - tail)[[0, 2]], [0.025, -0.0125], rtol=0.05)
+
+
+def test_what_is_no_number_is_no_force_and_none_is_stronger_than_a_push_may_be(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    sent: list[Intent] = []
+    drawn = ObjectDrag(sent.append)
+    Scene(viewer_server, drawn).show(view.shown.result)
+    drag(drawn, "end", (math.nan, 0.0, 0.0))
+    drag(drawn, "end", (1e9, 0.0, 0.0))
+    assert [intent.force for intent in sent] == [(0.0, 0.0), (1e4, 0.0)]

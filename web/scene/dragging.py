@@ -1,0 +1,65 @@
+"""Dragging the object with the mouse: the farther, the stronger the push."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import viser
+
+from slipgrasp.web.model.intents.intent import Send
+from slipgrasp.web.model.intents.scenario import DragObject, LetGo
+
+_STRONGEST = 1e4
+"""What a push may be at most [N]."""
+_DIGITS = 2
+_GENTLE = 0.25
+"""An arrow as long as the way of the mouse would mean far more than a finger pushes with."""
+
+
+class Draggable(NamedTuple):
+    """What of a picture can be dragged.
+
+    Attributes:
+        node: The object.
+        newtons_per_metre: How strong a push is whose arrow is one metre long [N/m].
+        axes: Which of viser's axes are those of the model, in its order.
+    """
+
+    node: viser.MeshHandle
+    newtons_per_metre: float
+    axes: tuple[int, ...]
+
+
+class ObjectDrag:
+    """Tells with which force the user drags the object.
+
+    Args:
+        send: Takes the intents.
+    """
+
+    def __init__(self, send: Send) -> None:
+        self._send = send
+        self._dragged: Draggable | None = None
+
+    def follow(self, dragged: Draggable) -> None:
+        """Listens to the object as it is drawn now."""
+        if self._dragged is None or self._dragged.node is not dragged.node:
+            dragged.node.on_drag("left")(self._hear)
+        self._dragged = dragged
+
+    # What viser calls without `async` may come in another order than the mouse moved.
+    async def _hear(self, event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
+        if self._dragged is None:
+            return
+        way = np.subtract(event.end_position, event.start_position)[list(self._dragged.axes)]
+        force = _force_of(_GENTLE * self._dragged.newtons_per_metre * way)
+        self._send(LetGo(force) if event.phase == "end" else DragObject(force))
+
+
+def _force_of(newtons: np.ndarray) -> tuple[float, ...]:
+    """A force in few digits that a push may have; none if a viewer sends what is no number."""
+    if not np.isfinite(newtons).all():
+        return (0.0,) * len(newtons)
+    within = newtons.clip(-_STRONGEST, _STRONGEST)
+    return tuple(float(f"{each:.{_DIGITS}g}") for each in within)
