@@ -129,6 +129,14 @@ def test_a_title_is_text_and_never_mathematics_or_markup(short: RunResult) -> No
     assert root.find(f".//{SVG}script") is None
 
 
+def test_every_sign_of_a_hand_in_space_is_in_the_fonts_of_the_drawing() -> None:
+    """Of a sign that they lack matplotlib warns, which is an error here."""
+    held = simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.1}))
+    charts = charts_of_view(view_of(held), ChartsView())
+    svg = charts_svg(charts, ChartsHeading("title", "", 0.05, ()))
+    assert ElementTree.fromstring(svg).tag == f"{SVG}svg"
+
+
 def test_the_charts_arrive_as_one_drawing(office: Office) -> None:
     assert office.take(ExportCharts()).busy_with == "Drawing the charts"
     office.finish()

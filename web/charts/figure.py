@@ -111,7 +111,10 @@ def _write(
 
 def _printed(text: str) -> str:
     """The text with the subscripts that the fonts of the figures do not have set as formulas."""
-    return text.replace("$", r"\$").replace("Fₓ", "$F_x$").replace("Fₙ", "$F_n$")
+    symbols = {"$": r"\$", "Fₓ": "$F_x$", "Fₙ": "$F_n$", "Fₜ": "$F_t$"}
+    for written, typeset in symbols.items():
+        text = text.replace(written, typeset)
+    return text
 
 
 def _draw_chart(
