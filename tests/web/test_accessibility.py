@@ -8,6 +8,9 @@ from typing import Literal
 import pytest
 from playwright.sync_api import Browser, Page
 
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.types import Outcome
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import LARGE, PATIENCE, hide_warning
@@ -35,6 +38,10 @@ def violations(page: Page) -> list[str]:
 def test_axe_finds_nothing_wrong_with_any_panel(
     browser: Browser, dashboard: RunningServer, scheme: Literal["light", "dark"]
 ) -> None:
+    pushed = {"pulses.0.time": 0.08, "pulses.0.force.0": 35.0, "pulses.0.force.1": -19.0}
+    failed = simulate(with_values(load_scenario("paper-case-2"), pushed))
+    assert failed.outcome is Outcome.DIVERGED
+    dashboard.app.state.run_service.store.save(failed)  # Its outcome is told in another colour.
     page = browser.new_page(viewport=LARGE, color_scheme=scheme)
     page.set_default_timeout(PATIENCE)
     page.goto(f"{dashboard.url}/?fixedDpr=0.3")

@@ -56,8 +56,5 @@ def word(colour: Rgb) -> str:
 
 
 def tone(name: str) -> str:
-    """The CSS colour of words that are ``good``, a ``warning`` or ``bad`` news.
-
-    A share of the text's own colour keeps them legible on a bright and on a dark page.
-    """
-    return f"color-mix(in srgb, {css(_TONES[name])} 60%, currentColor)"
+    """The CSS colour of words that are ``good``, a ``warning`` or ``bad`` news."""
+    return word(_TONES[name])
