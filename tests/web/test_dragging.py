@@ -97,4 +97,16 @@ def test_what_is_no_number_is_no_force_and_none_is_stronger_than_a_push_may_be(
     Scene(viewer_server, drawn).show(view.shown.result)
     drag(drawn, "end", (math.nan, 0.0, 0.0))
     drag(drawn, "end", (1e9, 0.0, 0.0))
-    assert [intent.force for intent in sent] == [(0.0, 0.0), (1e4, 0.0)]
+    drag(drawn, "end", (0.0, 0.0, 0.0))
+    assert [intent.force for intent in sent] == [(0.0, 0.0), (1e4, 0.0), (0.0, 0.0)]
+
+
+def test_a_force_has_two_digits_of_its_largest_part(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    sent: list[Intent] = []
+    drawn = ObjectDrag(sent.append)
+    Scene(viewer_server, drawn).show(view.shown.result)
+    drag(drawn, "end", (0.1, 0.0, 0.00081))
+    ((right, up),) = (intent.force for intent in sent)
+    assert right == float(f"{right:.2g}") and round(up, 1) == up

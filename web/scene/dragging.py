@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 import viser
 
+from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.scenario import DragObject, LetGo
 
-_STRONGEST = 1e4
-"""What a push may be at most [N]."""
 _DIGITS = 2
+"""Of the largest part of a force; the others are told as finely."""
 _GENTLE = 0.25
 """An arrow as long as the way of the mouse would mean far more than a finger pushes with."""
 
@@ -59,7 +60,10 @@ class ObjectDrag:
 
 def _force_of(newtons: np.ndarray) -> tuple[float, ...]:
     """A force in few digits that a push may have; none if a viewer sends what is no number."""
-    if not np.isfinite(newtons).all():
+    largest = float(np.abs(newtons).max())
+    if not 0.0 < largest < math.inf:
         return (0.0,) * len(newtons)
-    within = newtons.clip(-_STRONGEST, _STRONGEST)
-    return tuple(float(f"{each:.{_DIGITS}g}") for each in within)
+    bounds = template_keys()["pulses.0.force.0"]
+    within = np.clip(newtons, bounds.minimum, bounds.maximum)
+    decimals = _DIGITS - 1 - math.floor(math.log10(np.abs(within).max()))
+    return tuple(round(each, decimals) for each in within.tolist())
