@@ -100,7 +100,7 @@ def _set(rng: random.Random, preset: str) -> SetParameter:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preset", ["paper-case-2", "spatial-prism", "spatial-pyramid"])
+@pytest.mark.parametrize("preset", ["paper-case-2", "spatial-prism"])
 def test_a_session_lives_on_whatever_is_asked_of_it(
     dashboard: RunningServer, preset: str, case_1: RunResult, sluggish: RunResult
 ) -> None:
