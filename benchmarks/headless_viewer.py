@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import time
 import urllib.request
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from html import unescape
 from types import TracebackType
 from typing import Any, Self
@@ -62,23 +60,12 @@ class HeadlessViewer:
         """Moves the control of that label."""
         self._send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
 
-    def key(self) -> str:
-        """The key of the session, once it has told that."""
-        while not self._key:
-            list(self._receive())
-        return self._key
-
-    def read_for(self, seconds: float) -> None:
-        """Reads what comes in so much time."""
-        until = time.monotonic() + seconds
-        with suppress(TimeoutError):
-            while (left := until - time.monotonic()) > 0.0:
-                list(self._receive(left))
-
     def post(self, **intent: object) -> None:
         """Asks for what the page's own script would ask for, once the session has told its key."""
+        while not self._key:
+            list(self._receive())
         request = urllib.request.Request(
-            f"{self._page}/dashboard/sessions/{self.key()}/intents",
+            f"{self._page}/dashboard/sessions/{self._key}/intents",
             json.dumps([intent]).encode(),
             {"Content-Type": "application/json"},
         )
@@ -93,8 +80,8 @@ class HeadlessViewer:
         while times > 0:
             times -= sum(condition(message) for message in self._receive())
 
-    def _receive(self, patience: float = _PATIENCE) -> Iterator[dict[str, Any]]:
-        content = self._socket.recv(timeout=patience)
+    def _receive(self) -> Iterator[dict[str, Any]]:
+        content = self._socket.recv(timeout=_PATIENCE)
         assert isinstance(content, bytes)
         self.bytes_received += len(content)
         size = int.from_bytes(content[8:_HEADER_BYTES], "little")

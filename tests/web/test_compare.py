@@ -164,6 +164,17 @@ def test_nothing_from_outside_becomes_markup(case_1: RunResult, sluggish: RunRes
         assert "&lt;img" in html
 
 
+def test_what_is_known_of_the_pair_before_may_be_about_other_unknowns(
+    case_1: RunResult, case_2: RunResult
+) -> None:
+    other = replace(case_1, scenario=with_values(case_1.scenario, {"estimates.4.initial": 0.7}))
+    assert len(case_2.scenario.estimates) == 4
+    view = show(first_view(), Shown(3, case_2, 0.0), RunStage.PREVIEW, afresh=True)
+    ghost = Ghost(Shown(4, case_2, 0.0), "the run before")
+    view = replace(view, ghost=ghost, comparing=Comparing((1, 2), compare(case_1, other)))
+    assert "estimate 5 initial" in compare_html(view)
+
+
 def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     viewer_server: ViewerServer,
     store: RecordingStore,

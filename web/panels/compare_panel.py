@@ -180,8 +180,10 @@ def _body_html(view: ViewState, shown: Shown) -> str:
     names = shown.result.scenario.finger_names
     if len(names) != len(findings.metrics.get("slip_path", (names,))[0]):
         return "<p>Comparing …</p>"
+    # What is known of another pair may be about other unknowns than this one has.
+    unknowns = _common_unknowns(view) if is_current else ()
     in_space = shown.result.scenario.in_space
-    body = findings_html(findings, names, _common_unknowns(view), in_space=in_space)
+    body = findings_html(findings, names, unknowns, in_space=in_space)
     return body if is_current else f"<div class='sg-outdated'>{body}</div>"
 
 
