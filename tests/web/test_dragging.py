@@ -62,11 +62,26 @@ def test_a_drag_in_space_has_three_parts(view) -> None:
     )
 
 
-def drag(drawn: ObjectDrag, phase: str, way: tuple[float, float, float]) -> None:
-    """Drags from some place of the object."""
-    start = np.array([0.3, -0.05, 0.2])
-    event = SimpleNamespace(phase=phase, start_position=start, end_position=start + way)
+HELD_AT = np.array([0.3, -0.05, 0.2])
+
+
+def drag(
+    drawn: ObjectDrag,
+    phase: str,
+    way: tuple[float, float, float],
+    drift: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> None:
+    """Drags from some place of the object, which has moved meanwhile."""
+    event = SimpleNamespace(phase=phase, start_position=HELD_AT + drift, end_position=HELD_AT + way)
     asyncio.run(drawn._hear(event))
+
+
+def forces(drawn: ObjectDrag, sent: list[Intent], *ways: tuple[float, float, float]) -> list:
+    """With what it is pushed after each of some drags."""
+    for way in ways:
+        drag(drawn, "start", (0.0, 0.0, 0.0))
+        drag(drawn, "end", way)
+    return [intent.force for intent in sent if isinstance(intent, LetGo)]
 
 
 def test_the_arrow_of_the_force_is_a_quarter_of_the_way_of_the_mouse(
@@ -89,16 +104,26 @@ def test_the_arrow_of_the_force_is_a_quarter_of_the_way_of_the_mouse(
     np.testing.assert_allclose((head - tail)[[0, 2]], [0.025, -0.0125], rtol=0.05)
 
 
+def test_an_object_that_moves_under_the_mouse_adds_no_force(
+    viewer_server: ViewerServer, view: ViewState
+) -> None:
+    sent: list[Intent] = []
+    drawn = ObjectDrag(sent.append)
+    Scene(viewer_server, drawn).show(view.shown.result)
+    way = (0.1, 0.02, -0.05)
+    for phase, drift in (("start", 0.0), ("update", 0.0), ("end", 0.3)):
+        drag(drawn, phase, way, (drift, 0.0, -drift))
+    assert sent[1].force == sent[2].force
+
+
 def test_what_is_no_number_is_no_force_and_none_is_stronger_than_a_push_may_be(
     viewer_server: ViewerServer, view: ViewState
 ) -> None:
     sent: list[Intent] = []
     drawn = ObjectDrag(sent.append)
     Scene(viewer_server, drawn).show(view.shown.result)
-    drag(drawn, "end", (math.nan, 0.0, 0.0))
-    drag(drawn, "end", (1e9, 0.0, 0.0))
-    drag(drawn, "end", (0.0, 0.0, 0.0))
-    assert [intent.force for intent in sent] == [(0.0, 0.0), (1e4, 0.0), (0.0, 0.0)]
+    ways = (math.nan, 0.0, 0.0), (1e9, 0.0, 0.0), (0.0, 0.0, 0.0)
+    assert forces(drawn, sent, *ways) == [(0.0, 0.0), (1e4, 0.0), (0.0, 0.0)]
 
 
 def test_a_force_has_two_digits_of_its_largest_part(
@@ -107,6 +132,5 @@ def test_a_force_has_two_digits_of_its_largest_part(
     sent: list[Intent] = []
     drawn = ObjectDrag(sent.append)
     Scene(viewer_server, drawn).show(view.shown.result)
-    drag(drawn, "end", (0.1, 0.0, 0.00081))
-    ((right, up),) = (intent.force for intent in sent)
+    ((right, up),) = forces(drawn, sent, (0.1, 0.0, 0.00081))
     assert right == float(f"{right:.2g}") and round(up, 1) == up

@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, s
 from slipgrasp.recordings.store.store import RecordingStore
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
-from tests.web.driving import number_field, pause, pause_at, set_number, slip_at_end
+from tests.web.driving import number_field, pause, pause_at, picture, set_number, slip_at_end
 
 pytestmark = [
     pytest.mark.browser,
@@ -97,6 +97,7 @@ def test_a_knob_acts_from_the_play_head_on_leaves_a_ghost_and_is_undone(
 
 def test_the_object_is_dragged_to_push_it(page: Page) -> None:
     pause_at(page, 0.08)
+    picture(page)  # Of 0.08 s: the mouse holds the object where it is drawn.
     drag_object(page, 60.0)
     pushed = note(page, "push (").filter(has_not_text="Pale")
     pushed.wait_for()

@@ -42,6 +42,7 @@ class ObjectDrag:
     def __init__(self, send: Send) -> None:
         self._send = send
         self._dragged: Draggable | None = None
+        self._held_at = np.zeros(3)
 
     def follow(self, dragged: Draggable) -> None:
         """Listens to the object as it is drawn now."""
@@ -53,7 +54,10 @@ class ObjectDrag:
     async def _hear(self, event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
         if self._dragged is None:
             return
-        way = np.subtract(event.end_position, event.start_position)[list(self._dragged.axes)]
+        if event.phase == "start":
+            # Later events tell where the held point is then: the object may still play on.
+            self._held_at = np.array(event.start_position)
+        way = np.subtract(event.end_position, self._held_at)[list(self._dragged.axes)]
         force = _force_of(_GENTLE * self._dragged.newtons_per_metre * way)
         self._send(LetGo(force) if event.phase == "end" else DragObject(force))
 
