@@ -19,18 +19,25 @@ from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from slipgrasp.core.words.endings import hint_for
 from slipgrasp.core.words.hints import (
+    Hint,
     Situation,
     any_of,
     change_law,
-    lower,
-    raise_,
     scenario_at,
     squeeze_harder,
     start_nearer_to_the_truth,
     stop_slip_earlier,
 )
 from slipgrasp.core.words.misbelief import describe_misbelief
+from slipgrasp.core.words.options import (
+    Option,
+    believe_in_less,
+    lower,
+    lower_all_friction,
+    raise_,
+)
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
 from slipgrasp.core.words.placement import describe_offset, is_far_off
 
@@ -63,13 +70,18 @@ class Verdict:
         tone: Whether that is good news.
         headline: It in a few words.
         sentences: What happened.
-        suggestion: What to try next, with parameters by their dotted keys.
+        hint: What to try next.
     """
 
     tone: Tone
     headline: str
     sentences: tuple[str, ...]
-    suggestion: str
+    hint: Hint
+
+    @property
+    def suggestion(self) -> str:
+        """The hint as a sentence, with parameters by their dotted keys."""
+        return sentence(str(self.hint))
 
 
 def describe_run(result: RunResult) -> Verdict:
@@ -83,8 +95,7 @@ def describe_run(result: RunResult) -> Verdict:
         *belief,
         *_describe_squeeze(result),
     )
-    hint = reason.hint if reason is not None else _suggest(result, found)
-    return Verdict(_tone(result), headline_of(result), (*cause, *facts), sentence(hint))
+    return Verdict(_tone(result), headline_of(result), (*cause, *facts), _suggest(result, found))
 
 
 def headline_of(run: RunResult | RunSummary) -> str:
@@ -293,10 +304,13 @@ def _describe_squeeze(result: RunResult) -> Iterator[str]:
     )
 
 
-def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> str:
-    """What to try after a run that went to its end, from what happened."""
+def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
+    """What to try after a run, from what happened."""
     present, metrics = scenario_at(result.scenario, result.end_time), result.metrics
-    at_end = Situation(start=result.scenario, scenario=present, last=result.trace[-1:])
+    last = result.trace[-1:]
+    if result.reason is not None:
+        return hint_for(result.reason, result.scenario, present, last)
+    at_end = Situation(start=result.scenario, scenario=present, last=last)
     if metrics.slipping_at_end:
         return any_of(
             stop_slip_earlier(at_end),
@@ -306,7 +320,7 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> str:
         )
     longer = list(raise_(present, "simulation.duration"))
     if longer and not metrics.held:
-        return f"{longer[0]}, to see whether it stays at rest"
+        return any_of(longer, purpose="to see whether it stays at rest")
     if metrics.held and is_far_off(present.object, metrics.final_tracking_error):
         return _suggest_to_come_nearer(at_end)
     if not any(path > 0.0 for path in metrics.slip_path):
@@ -314,37 +328,39 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> str:
     return _suggest_less_slip(at_end, found)
 
 
-def _suggest_to_come_nearer(situation: Situation) -> str:
+def _suggest_to_come_nearer(situation: Situation) -> Hint:
     """A held object hangs where feedback and a wrong belief balance, or is still on its way."""
-    options = any_of(
+    return any_of(
         start_nearer_to_the_truth(situation),
         raise_(situation.scenario, "controller.position_gain"),
         change_law(situation),
+        purpose="to bring it nearer to where it was wanted",
     )
-    return f"{options}, to bring it nearer to where it was wanted"
 
 
-def _suggest_to_let_it_slip(situation: Situation) -> str:
-    options = any_of(
-        ["lower fingers.*.friction"], lower(situation.scenario, situation.law.holds_with)
+def _suggest_to_let_it_slip(situation: Situation) -> Hint:
+    return any_of(
+        lower_all_friction(situation.scenario),
+        lower(situation.scenario, situation.law.holds_with),
+        purpose="until a fingertip slips",
     )
-    return f"{options}, until a fingertip slips"
 
 
-def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> str:
+def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
     """Less slip on the way to a grasp that holds."""
-    believe = _believe_in_less_friction(situation.start, found)
-    options = [believe, stop_slip_earlier(situation)]
+    believe = list(_believe_in_less_friction(situation.start, found))
+    earlier = stop_slip_earlier(situation)
+    options = [believe, earlier]
     if not believe:
-        options = [start_nearer_to_the_truth(situation), squeeze_harder(situation), options[1]]
-    return f"{any_of(*options)}, for less slip"
+        options = [start_nearer_to_the_truth(situation), squeeze_harder(situation), earlier]
+    return any_of(*options, purpose="for less slip")
 
 
-def _believe_in_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> list[str]:
+def _believe_in_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> Iterator[Option]:
     """Lower beliefs, where the first ones led to most of the slip and their bounds allow it."""
     at_once = [one for one in found if one.time == 0.0 and one.share >= _MOST]
     lowest = [start.estimates[one.estimate].minimum for one in at_once]
-    if any(low is not None and low >= one.true for low, one in zip(lowest, at_once, strict=True)):
-        return []
-    below = [f"estimates.{one.estimate}.initial below {one.true:.3g}" for one in at_once]
-    return [f"set {joined(below)}"] * bool(below)
+    if not any(
+        low is not None and low >= one.true for low, one in zip(lowest, at_once, strict=True)
+    ):
+        yield from believe_in_less(start, {one.estimate: one.true for one in at_once})

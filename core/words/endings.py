@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,18 +27,18 @@ from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, Reason
 from slipgrasp.core.words.hints import (
+    Hint,
     Situation,
     any_of,
     bound_estimates,
     change_law,
-    lower,
-    raise_,
     sample_control,
     squeeze_harder,
     start_nearer_to_the_truth,
     stop_slip_earlier,
 )
 from slipgrasp.core.words.misbelief import describe_misbelief
+from slipgrasp.core.words.options import Option, lower, lower_all_friction, only_words, raise_
 from slipgrasp.core.words.placement import is_far_off
 
 _SINGULAR_ESTIMATE = 1e6
@@ -83,7 +83,7 @@ class _Ending:
     outcome: Outcome
     code: str
     explain: Callable[[_End], _Finding]
-    hint: Callable[[_End], str]
+    hint: Callable[[_End], Hint]
     of_one_contact: bool = False
     by_the_torque: bool = False
 
@@ -115,9 +115,25 @@ def describe_end(
         time=t,
         value=found.value,
         limit=found.limit,
-        hint=ending.hint(end),
+        hint=str(ending.hint(end)),
     )
     return ending.outcome, reason
+
+
+def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) -> Hint:
+    """The hint of a reason with its options; its words alone if no ending here gives those.
+
+    Args:
+        reason: Why a run ended early.
+        start: Parameters as the run began.
+        present: Parameters at its end.
+        last: Trace of the last row; empty if a run ended before its first one.
+    """
+    contact = -1 if reason.contact is None else reason.contact
+    end = _End(start=start, scenario=present, last=last, contact=contact)
+    of_code = (each for each in _ENDINGS.values() if each.code == reason.code and len(last))
+    same = (hint for hint in (each.hint(end) for each in of_code) if str(hint) == reason.hint)
+    return next(same, Hint((Option(reason.hint),)))
 
 
 def _has_singular_model(end: _End) -> bool:
@@ -233,25 +249,25 @@ def _explain_max_steps(end: _End) -> _Finding:
     return _Finding(f"the limit of {most} steps was reached", float(most), float(most))
 
 
-def _hold_better(end: _End) -> str:
+def _hold_better(end: _End, instead: str = "") -> Hint:
     return any_of(
         squeeze_harder(end),
         stop_slip_earlier(end),
         start_nearer_to_the_truth(end),
         change_law(end),
+        instead=instead,
     )
 
 
-def _stop_before_the_edge(end: _End) -> str:
-    earlier = any_of(
+def _stop_before_the_edge(end: _End) -> Hint:
+    return any_of(
         stop_slip_earlier(end),
         squeeze_harder(end),
         start_nearer_to_the_truth(end),
         change_law(end),
-        otherwise="",
+        purpose="to stop the slip earlier",
+        instead=f"use a longer face ({_length_of_face(end)})",
     )
-    longer = f"use a longer face ({_length_of_face(end)})"
-    return f"to stop the slip earlier, {earlier}; or {longer}" if earlier else longer
 
 
 def _length_of_face(end: _End) -> str:
@@ -276,32 +292,28 @@ _LENGTH_OF_FACE = {
 }
 
 
-def _stay_within_reach(end: _End) -> str:
+def _stay_within_reach(end: _End) -> Hint:
     """Another base or motion; a better grip where the object is far from where it should be."""
     reach = f"move the base of the {end.finger_name} finger (fingers.{end.contact}.base)"
     if is_far_off(end.scenario.object, end.last.tracking_error[0].tolist()):
-        return f"{_hold_better(end)}; or {reach}"
-    return f"{reach}, or choose a motion within its reach (trajectory)"
+        return _hold_better(end, instead=reach)
+    return any_of(only_words(reach, "choose a motion within its reach (trajectory)"))
 
 
-def _avoid_chatter(end: _End) -> str:
+def _avoid_chatter(end: _End) -> Hint:
     return any_of(squeeze_harder(end), sample_control(end), change_law(end))
 
 
-def _allow_a_solution(end: _End) -> str:
-    return any_of(sample_control(end), _lower_friction(end), ["change the pose"])
+def _allow_a_solution(end: _End) -> Hint:
+    friction = lower_all_friction(end.scenario)
+    return any_of(sample_control(end), friction, only_words("change the pose"))
 
 
-def _leave_painleve(end: _End) -> str:
-    return any_of(_lower_friction(end), ["change the pose"])
+def _leave_painleve(end: _End) -> Hint:
+    return any_of(lower_all_friction(end.scenario), only_words("change the pose"))
 
 
-def _lower_friction(end: _End) -> list[str]:
-    is_there = any(finger.friction > 0.0 for finger in end.scenario.fingers)
-    return ["lower fingers.*.friction"] * is_there
-
-
-def _keep_the_model_regular(end: _End) -> str:
+def _keep_the_model_regular(end: _End) -> Hint:
     """Bounds where there are none; else slower learning, and better beliefs."""
     bounds = list(bound_estimates(end))
     slower = [hint for key in end.law.learns_with for hint in lower(end.scenario, key)]
@@ -309,21 +321,21 @@ def _keep_the_model_regular(end: _End) -> str:
     return any_of(bounds, slower, nearer, change_law(end), otherwise="change the pose")
 
 
-def _calm_the_loop(end: _End) -> str:
+def _calm_the_loop(end: _End, *others: Iterable[Option]) -> Hint:
     gains = ("controller.position_gain", "controller.velocity_gain")
-    return any_of(*(lower(end.scenario, key) for key in gains), sample_control(end))
+    smaller = (lower(end.scenario, key) for key in gains)
+    return any_of(*smaller, sample_control(end), *others)
 
 
-def _calm_the_loop_or_bound(end: _End) -> str:
-    return any_of([_calm_the_loop(end)], bound_estimates(end))
+def _calm_the_loop_or_bound(end: _End) -> Hint:
+    return _calm_the_loop(end, bound_estimates(end))
 
 
-def _pass_the_instant(end: _End) -> str:
-    nudged = "change simulation.relative_tolerance a little"
-    return any_of([nudged], sample_control(end))
+def _pass_the_instant(end: _End) -> Hint:
+    return any_of(only_words("change simulation.relative_tolerance a little"), sample_control(end))
 
 
-def _take_fewer_steps(end: _End) -> str:
+def _take_fewer_steps(end: _End) -> Hint:
     return any_of(
         raise_(end.scenario, "simulation.max_steps"), lower(end.scenario, "simulation.duration")
     )

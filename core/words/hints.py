@@ -15,14 +15,52 @@ import numpy as np
 from slipgrasp.core.scenario import ControlLaw, ControllerParameters, Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.own_laws import law_of
-from slipgrasp.core.scenario.unknowns import unit_of_unknown
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.misbelief import turns, worst_beliefs
+from slipgrasp.core.words.options import (
+    Option,
+    believe_the_truth,
+    only_words,
+    raise_,
+    sample_at_1_khz,
+    set_to,
+    use_law,
+)
 from slipgrasp.core.words.phrases import joined
 
 _NEARLY_ALL = 1.0 - 1e-6
-_SAMPLED = "set controller.control_period to 0.001 s"
 _OUTSIDE = "no setting of this law is left to try: make the object lighter or its faces rougher"
+
+
+@dataclass(frozen=True, slots=True)
+class Hint:
+    """What to try next.
+
+    Attributes:
+        options: Any of them.
+        purpose: What they are for, such as ``for less slip``; empty if that is plain.
+        instead: What could be done outside the controller; empty if there is nothing else.
+    """
+
+    options: tuple[Option, ...]
+    purpose: str = ""
+    instead: str = ""
+
+    def __str__(self) -> str:
+        """The hint as a sentence without its capital letter and full stop."""
+        options = joined([option.words for option in self.options], "or")
+        told = ", ".join(filter(None, [options, self.purpose]))
+        return "; or ".join(filter(None, [told, self.instead]))
+
+    @property
+    def trials(self) -> tuple[Option, ...]:
+        """The options that can be followed as they stand."""
+        return tuple(option for option in self.options if option.values)
+
+    @property
+    def is_all_trials(self) -> bool:
+        """Whether the trials are all that it says."""
+        return len(self.trials) == len(self.options) and not self.instead
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,45 +101,24 @@ def scenario_at(scenario: Scenario, time: float) -> Scenario:
     return with_values(replace(scenario, changes=()), values)
 
 
-def any_of(*options: Iterable[str], otherwise: str = _OUTSIDE) -> str:
-    """Options as a hint, each once, joined by "or".
+def any_of(
+    *options: Iterable[Option], otherwise: str = _OUTSIDE, purpose: str = "", instead: str = ""
+) -> Hint:
+    """A hint to try any of some options, each once.
 
     Args:
         options: Each of them none, one or several.
         otherwise: The hint where there is none.
+        purpose: What they are for.
+        instead: What could be done besides.
     """
-    found = list(dict.fromkeys(option for several in options for option in several))
-    return joined(found, "or") or otherwise
+    found = {option.words: option for several in options for option in several}
+    if found:
+        return Hint(tuple(found.values()), purpose, instead)
+    return Hint((), instead=instead) if instead else Hint((Option(otherwise),), purpose)
 
 
-def raise_(scenario: Scenario, key: str) -> Iterator[str]:
-    """To raise a parameter above its value, unless it is as large as may be."""
-    parameter = parameter_definitions(scenario).get(key)
-    if parameter is None or not isinstance(parameter.value, (int, float)):
-        yield f"raise {key}"
-    elif parameter.maximum is None or parameter.value < parameter.maximum:
-        yield f"raise {key} above {parameter.value:g}{_unit(parameter.unit)}"
-
-
-def lower(scenario: Scenario, key: str) -> Iterator[str]:
-    """To lower a parameter below its value, unless it is as small as may be."""
-    parameter = parameter_definitions(scenario).get(key)
-    if parameter is None or not isinstance(parameter.value, (int, float)):
-        yield f"lower {key}"
-    elif parameter.minimum is None or parameter.value > parameter.minimum:
-        yield f"lower {key} below {parameter.value:g}{_unit(parameter.unit)}"
-
-
-def _number(value: object) -> float:
-    assert isinstance(value, (int, float)), "only numbers can be estimated"
-    return float(value)
-
-
-def _unit(unit: str) -> str:
-    return "" if unit in ("", "1") else f" {unit}"
-
-
-def squeeze_harder(situation: Situation) -> Iterator[str]:
+def squeeze_harder(situation: Situation) -> Iterator[Option]:
     """What lets the law press the fingertips harder against the object."""
     scenario, controller = situation.scenario, situation.controller
     if situation.is_torque_limited:
@@ -113,48 +130,42 @@ def squeeze_harder(situation: Situation) -> Iterator[str]:
     if is_bounded:
         yield from raise_(scenario, key)
     elif situation.law.uses_friction and controller.grasp_force == "none":
-        yield "set controller.grasp_force to minimum"
+        yield set_to("controller.grasp_force", "minimum")
     elif most is None or situation.law.uses_friction or controller.grip_force < most:
         yield from raise_(scenario, situation.law.holds_with)
     else:
         yield from raise_(scenario, key)
 
 
-def stop_slip_earlier(situation: Situation) -> Iterator[str]:
+def stop_slip_earlier(situation: Situation) -> Iterator[Option]:
     """What lets the law end a slip sooner."""
     for key in situation.law.stops_slip_with:
         yield from raise_(situation.scenario, key)
 
 
-def start_nearer_to_the_truth(situation: Situation) -> Iterator[str]:
+def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:
     """The beliefs at the start that were farthest from what was true then."""
     start = situation.start
     definitions = parameter_definitions(start)
     believed = [estimate.initial for estimate in start.estimates]
     true = [_number(definitions[estimate.parameter].value) for estimate in start.estimates]
     found = worst_beliefs(situation.scenario, believed, true, turns=turns(situation.last))
-    nearer = [
-        f"estimates.{k}.initial nearer to {true[k]:.3g}"
-        f"{unit_of_unknown(start, start.estimates[k].parameter)}"
-        for k in sorted(found)
-    ]
-    if nearer:
-        yield f"set {joined(nearer)} (the truth)"
+    yield from believe_the_truth(start, {k: true[k] for k in sorted(found)})
 
 
-def change_law(situation: Situation) -> Iterator[str]:
+def change_law(situation: Situation) -> Iterator[Option]:
     """The law that holds what the others drop, where it is another."""
     if situation.controller.kind != "composite":
-        yield "use the composite law"
+        yield use_law("composite")
 
 
-def sample_control(situation: Situation) -> Iterator[str]:
+def sample_control(situation: Situation) -> Iterator[Option]:
     """Sampled control, where control is continuous."""
     if situation.controller.control_period == 0.0:
-        yield _SAMPLED
+        yield sample_at_1_khz()
 
 
-def bound_estimates(situation: Situation) -> Iterator[str]:
+def bound_estimates(situation: Situation) -> Iterator[Option]:
     """Bounds that a learning law lacks, first for the estimate that went lowest."""
     estimates, values = situation.scenario.estimates, situation.last.estimates[0]
     missing = {
@@ -168,4 +179,9 @@ def bound_estimates(situation: Situation) -> Iterator[str]:
     open_ends = [k for k, bounds in missing.items() if bounds]
     if situation.law.learns and open_ends:
         lowest = min(open_ends, key=lambda k: values[k])
-        yield f"give the estimates bounds ({joined(missing[lowest])} first)"
+        yield from only_words(f"give the estimates bounds ({joined(missing[lowest])} first)")
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, (int, float)), "only numbers can be estimated"
+    return float(value)

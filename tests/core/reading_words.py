@@ -17,6 +17,7 @@ import numpy as np
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import Verdict
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 
@@ -71,6 +72,19 @@ def check_words(result: RunResult, verdict: Verdict) -> None:
     paths = result.metrics.slip_path
     assert ("No fingertip slipped" in " ".join(sentences)) == (max(paths) == 0.0)
     check_hint(result, verdict.suggestion)
+    check_trials(result, verdict)
+
+
+def check_trials(result: RunResult, verdict: Verdict) -> None:
+    """Every trial sets something anew that the scenario may have, and says its value."""
+    present = at(result, result.end_time)
+    assert result.reason is None or str(verdict.hint) == result.reason.hint
+    for trial in verdict.hint.trials:
+        keyed = {key: value for key, value in trial.values.items() if key != LAW}
+        assert with_values(present, keyed) != present or LAW in trial.values
+        told = re.findall(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", trial.label)
+        for value in keyed.values():
+            assert str(value) in trial.label or any(near(text, float(value), 6) for text in told)
 
 
 def check_headline(result: RunResult, headline: str) -> None:
@@ -556,7 +570,7 @@ OPTIONS: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = (
 )
 """Options of a hint, each with what makes it worth trying."""
 PHRASES = (
-    "to stop the slip earlier,",
+    "to stop the slip earlier",
     "choose a motion within its reach (trajectory)",
     "change the pose",
     "no setting of this law is left to try: make the object lighter or its faces rougher",

@@ -13,7 +13,6 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.own_laws import law_names
-from slipgrasp.core.words.trials import trials_in
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
@@ -108,11 +107,11 @@ def test_what_the_card_suggests_is_a_button_that_does_it_and_is_taken_back(
     case_2: RunResult,
 ) -> None:
     view = view_of(case_2)
-    trials = trials_in(describe_run(case_2).suggestion, case_2.scenario)
+    trials = describe_run(case_2).hint.trials
     card = outcome_html(view.status, view.shown)
     assert card.count("&quot;try-out&quot;") == len(trials) == 3
     for trial in trials:
-        after = ScenarioReducer().reduce(TryOut(in_page_words(trial.words, case_2.scenario)), view)
+        after = ScenarioReducer().reduce(TryOut(in_page_words(trial.label, case_2.scenario)), view)
         for key, value in trial.values.items():
             assert after.draft.value_at(0.0, key) == value
         assert ScenarioReducer().reduce(Undo(), after).draft == view.draft

@@ -10,11 +10,10 @@ import numpy as np
 import viser
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.run.verdict import Verdict, describe_run
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import joined, milliseconds
-from slipgrasp.core.words.trials import purpose_of, trials_in
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
 from slipgrasp.web.model.colours import css, sign, tone, word
 from slipgrasp.web.model.intents.heavier import AskHowHeavy
@@ -111,7 +110,7 @@ def _card_html(result: RunResult, how_heavy: str, premises: str) -> str:
     return (
         f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
         f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
-        f"{_suggestion_html(verdict.suggestion, result.scenario)}"
+        f"{_hint_html(verdict, result.scenario)}"
         f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
         f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
@@ -134,20 +133,20 @@ def _first_slip_html(result: RunResult) -> str:
     return f"<p>First to slip: {escape(joined(names))}, at {go}</p>"
 
 
-def _suggestion_html(suggestion: str, scenario: Scenario) -> str:
+def _hint_html(verdict: Verdict, scenario: Scenario) -> str:
     """What to try: a button for each option that can be set as it stands, words for the rest."""
-    if not suggestion:
+    hint = verdict.hint
+    if not verdict.suggestion:
         return ""
-    trials = [in_page_words(trial.words, scenario) for trial in trials_in(suggestion, scenario)]
+    labels = [in_page_words(trial.label, scenario) for trial in hint.trials]
     buttons = "".join(
         "<button type='button' class='sg-try' title='Sets this on the whole run; undo takes it "
-        f"back' {click_attribute(TryOut(words))}>{escape(words)}</button>"
-        for words in trials
+        f"back' {click_attribute(TryOut(label))}>{escape(label)}</button>"
+        for label in labels
     )
-    purpose = purpose_of(suggestion)
-    words = f"<b>Try:</b> {escape(in_page_words(suggestion, scenario))}"
-    if buttons and purpose is not None:
-        words = f"<b>{' '.join(['Try', *purpose.split()])}:</b>"
+    words = f"<b>Try:</b> {escape(in_page_words(verdict.suggestion, scenario))}"
+    if hint.is_all_trials:
+        words = f"<b>{' '.join(['Try', *hint.purpose.split()])}:</b>"
     group = f"<div class='sg-tries' role='group' aria-label='What to try'>{buttons}</div>"
     return _paragraph(words) + group * bool(buttons)
 

@@ -14,7 +14,6 @@ from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
 from slipgrasp.core.scenario.own_laws import law_names
-from slipgrasp.core.words.trials import trials_in
 from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.editing import LawNote, Reach, Turn
@@ -208,8 +207,8 @@ def _tried(view: ViewState, words: str) -> ViewState:
     if view.shown is None:
         return view
     scenario = view.shown.result.scenario
-    trials = trials_in(describe_run(view.shown.result).suggestion, scenario)
-    offered = {in_page_words(trial.words, scenario): trial.values for trial in trials}
+    trials = describe_run(view.shown.result).hint.trials
+    offered = {in_page_words(trial.label, scenario): trial.values for trial in trials}
     values = offered.get(words, {})
     if LAW in values:
         return _with_law(view, values[LAW], on_all=True)

@@ -1,0 +1,164 @@
+"""Things to try next: each in words, and as values to set where following it is one step.
+
+A direction goes by a factor of two, or as far as the parameter may. An option that leaves open
+what to set, such as a longer face, has no values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.parameters import Parameter
+from slipgrasp.core.scenario.unknowns import unit_of_unknown
+from slipgrasp.core.words.phrases import joined
+
+_FACTOR = 2.0
+_LESS = 0.8
+"""Part of the true friction to believe in, where believing in more was the mistake."""
+_DIGITS = 6
+_BELIEF_DIGITS = 3
+_SAMPLED = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One thing to try.
+
+    Attributes:
+        words: It as a part of a sentence, with parameters by their dotted keys.
+        values: What it sets, by dotted key; a law brings the settings it is meant for. Empty if
+            that is left open.
+        label: What it sets, in a few words; empty if that is left open.
+    """
+
+    words: str
+    values: Mapping[str, float | str] = field(default_factory=dict)
+    label: str = ""
+
+
+def raise_(scenario: Scenario, key: str) -> Iterator[Option]:
+    """To raise a parameter above its value, unless it is as large as may be."""
+    parameter = parameter_definitions(scenario).get(key)
+    if parameter is None or not isinstance(parameter.value, (int, float)):
+        yield Option(f"raise {key}")
+    elif parameter.maximum is None or parameter.value < parameter.maximum:
+        usual = parameter.typical[1] if parameter.typical else 1.0
+        wanted = _FACTOR * parameter.value if parameter.value > 0.0 else usual
+        yield _move("raise", "above", parameter, wanted)
+
+
+def lower(scenario: Scenario, key: str) -> Iterator[Option]:
+    """To lower a parameter below its value, unless it is as small as may be."""
+    parameter = parameter_definitions(scenario).get(key)
+    if parameter is None or not isinstance(parameter.value, (int, float)):
+        yield Option(f"lower {key}")
+    elif parameter.minimum is None or parameter.value > parameter.minimum:
+        yield _move("lower", "below", parameter, parameter.value / _FACTOR)
+
+
+def set_to(key: str, value: float | str, unit: str = "") -> Option:
+    """To set a parameter to a value."""
+    told = f"{value}{_behind(unit)}"
+    return Option(f"set {key} to {told}", {key: value}, f"{key}: {told}")
+
+
+def sample_at_1_khz() -> Option:
+    """To control at instants 1 ms apart."""
+    return set_to("controller.control_period", _SAMPLED, "s")
+
+
+def use_law(name: str) -> Option:
+    """To use another law."""
+    return Option(f"use the {name} law", {LAW: name}, f"{name} law")
+
+
+def believe_the_truth(scenario: Scenario, truths: Mapping[int, float]) -> Iterator[Option]:
+    """To begin with the true values of some unknowns, or as near as their bounds allow.
+
+    Args:
+        scenario: As its run began.
+        truths: By index of the estimate, SI.
+    """
+    wanted = {k: _rounded(true, _BELIEF_DIGITS) for k, true in truths.items()}
+    values = _beliefs(scenario, wanted)
+    open_ = [k for k in wanted if values[_initial(k)] != scenario.estimates[k].initial]
+    units = {k: unit_of_unknown(scenario, scenario.estimates[k].parameter) for k in open_}
+    if open_:
+        nearer = [f"{_initial(k)} nearer to {wanted[k]:g}{units[k]}" for k in open_]
+        are_true = all(values[_initial(k)] == wanted[k] for k in open_)
+        label = f"{_told(values)}{' (the truth)' * are_true}"
+        yield Option(f"set {joined(nearer)} (the truth)", values, label)
+
+
+def believe_in_less(scenario: Scenario, truths: Mapping[int, float]) -> Iterator[Option]:
+    """To begin with less than the true values of some unknowns.
+
+    Args:
+        scenario: As its run began.
+        truths: By index of the estimate, SI.
+    """
+    if truths:
+        below = [f"{_initial(k)} below {true:.3g}" for k, true in truths.items()]
+        wanted = {k: _LESS * _rounded(true, _BELIEF_DIGITS) for k, true in truths.items()}
+        values = _beliefs(scenario, wanted)
+        yield Option(f"set {joined(below)}", values, _told(values))
+
+
+def lower_all_friction(scenario: Scenario) -> Iterator[Option]:
+    """To make every face smoother, unless none has friction."""
+    if any(finger.friction > 0.0 for finger in scenario.fingers):
+        key = "fingers.*.friction"
+        values = {
+            f"fingers.{i}.friction": _rounded(finger.friction / _FACTOR)
+            for i, finger in enumerate(scenario.fingers)
+        }
+        told = joined([f"{value:g}" for value in dict.fromkeys(values.values())])
+        yield Option(f"lower {key}", values, f"{key}: {told}")
+
+
+def only_words(*words: str) -> Iterable[Option]:
+    """Options that leave open what to set."""
+    return map(Option, words)
+
+
+def _move(verb: str, side: str, parameter: Parameter, wanted: float) -> Option:
+    key, value, unit = parameter.key, parameter.value, _behind(parameter.unit)
+    wanted = _rounded(_within(wanted, parameter.minimum, parameter.maximum))
+    wanted = int(wanted) if parameter.kind == "integer" else wanted
+    label = f"{key}: {value:g} → {wanted:g}{unit}"
+    return Option(f"{verb} {key} {side} {value:g}{unit}", {key: wanted}, label)
+
+
+def _initial(index: int) -> str:
+    return f"estimates.{index}.initial"
+
+
+def _beliefs(scenario: Scenario, wanted: Mapping[int, float]) -> dict[str, float]:
+    """First estimates as near to what is wanted as their bounds allow, by dotted key."""
+    return {
+        _initial(k): _rounded(
+            _within(value, scenario.estimates[k].minimum, scenario.estimates[k].maximum)
+        )
+        for k, value in wanted.items()
+    }
+
+
+def _within(value: float, minimum: float | None, maximum: float | None) -> float:
+    value = value if minimum is None else max(value, minimum)
+    return value if maximum is None else min(value, maximum)
+
+
+def _told(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{key}: {value:g}" for key, value in values.items())
+
+
+def _rounded(value: float, digits: int = _DIGITS) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+def _behind(unit: str) -> str:
+    return "" if unit in ("", "1") else f" {unit}"
