@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
 
@@ -108,7 +108,7 @@ class Reason:
         time: Simulation time [s].
         value: The quantity that went wrong, SI.
         limit: The value it should not have passed, SI.
-        hint: What to try.
+        hint: What to try; advice of the version that wrote it, no part of what happened.
     """
 
     code: str
@@ -117,7 +117,7 @@ class Reason:
     time: float
     value: float | None
     limit: float | None
-    hint: str
+    hint: str = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -224,6 +224,17 @@ def test_other_machine_code_must_end_alike_too(short_run, what):
     assert mismatches(elsewhere(ALTERATIONS[what](short_run))) == [what]
 
 
+def test_a_version_that_advises_otherwise_verifies_the_run():
+    loose = {"controller.kind": "pd-gravity", "controller.grip_force": 1.0}
+    lost = simulate(with_values(load_scenario("paper-case-2"), loose))
+    assert lost.reason is not None
+    advised = replace(lost, reason=replace(lost.reason, hint="press harder"))
+    blamed = replace(lost, reason=replace(lost.reason, value=1.0))
+
+    assert verify(advised).same
+    assert mismatches(blamed) == ["reason"]
+
+
 def test_samples_too_few_or_too_many_are_found(short_run):
     fewer = with_rows(short_run, lambda rows: rows[:-5])
     more = with_rows(short_run, lambda rows: np.concatenate([rows, rows[-1:]]))
