@@ -197,6 +197,9 @@ class Contents:
             raise self._damaged("how the run ended is malformed") from error
         if not ending.metrics.are_of(self.shape.num_contacts):
             raise self._damaged("its metrics do not belong to its samples")
+        contact = None if ending.reason is None else ending.reason.contact
+        if contact is not None and contact not in range(self.shape.num_contacts):
+            raise self._damaged("its reason concerns a contact that does not exist")
         return ending
 
     def _later_metrics(self, outcome: Outcome) -> dict[str, Any]:

@@ -246,3 +246,11 @@ def test_what_a_killed_process_left_of_another_file_is_no_obstacle(tmp_path):
 
     assert [file.name for file in tmp_path.iterdir()] == ["notes.json"]
     assert (tmp_path / "notes.json").read_bytes() == b"whole"
+
+
+@pytest.mark.parametrize("contact", [-1, 2])
+def test_a_reason_that_concerns_a_contact_that_does_not_exist_is_refused(small, contact, tmp_path):
+    path = tmp_path / "run.mcap"
+    write_recording(replace(small, reason=replace(small.reason, contact=contact)), path)
+    with pytest.raises(DamagedRecordingError, match="a contact that does not exist"):
+        read_recording(path)
