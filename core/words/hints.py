@@ -58,9 +58,9 @@ class Hint:
         return tuple(option for option in self.options if option.values)
 
     @property
-    def is_all_trials(self) -> bool:
-        """Whether the trials are all that it says."""
-        return len(self.trials) == len(self.options) and not self.instead
+    def rest(self) -> Hint:
+        """What it says besides the trials and their purpose."""
+        return Hint(tuple(option for option in self.options if not option.values), "", self.instead)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,6 +12,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService
@@ -117,3 +118,12 @@ def test_what_the_card_suggests_is_a_button_that_does_it_and_is_taken_back(
         assert ScenarioReducer().reduce(Undo(), after).draft == view.draft
     assert trials[-1].values == {LAW: "composite"}
     assert ScenarioReducer().reduce(TryOut("raise everything"), view) is view
+
+
+def test_what_is_left_besides_the_buttons_is_told_in_words() -> None:
+    loose = {"controller.kind": "pd-gravity", "controller.grip_force": 1.0}
+    view = view_of(simulate(with_values(load_scenario("paper-case-2"), loose)))
+    card = outcome_html(view.status, view.shown)
+    assert "<b>Try to stop the slip earlier:</b>" in card
+    assert card.count("&quot;try-out&quot;") == 3
+    assert "Or use a longer face (object face half length)." in card

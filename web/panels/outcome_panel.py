@@ -136,19 +136,22 @@ def _first_slip_html(result: RunResult) -> str:
 def _hint_html(verdict: Verdict, scenario: Scenario) -> str:
     """What to try: a button for each option that can be set as it stands, words for the rest."""
     hint = verdict.hint
-    if not verdict.suggestion:
-        return ""
+    if not hint.trials:
+        told = escape(in_page_words(verdict.suggestion, scenario))
+        return _paragraph(f"<b>Try:</b> {told}") if told else ""
     labels = [in_page_words(trial.label, scenario) for trial in hint.trials]
     buttons = "".join(
         "<button type='button' class='sg-try' title='Sets this on the whole run; undo takes it "
         f"back' {click_attribute(TryOut(label))}>{escape(label)}</button>"
         for label in labels
     )
-    words = f"<b>Try:</b> {escape(in_page_words(verdict.suggestion, scenario))}"
-    if hint.is_all_trials:
-        words = f"<b>{' '.join(['Try', *hint.purpose.split()])}:</b>"
-    group = f"<div class='sg-tries' role='group' aria-label='What to try'>{buttons}</div>"
-    return _paragraph(words) + group * bool(buttons)
+    purpose = f" {hint.purpose}" if hint.purpose else ""
+    rest = in_page_words(str(hint.rest), scenario)
+    return (
+        _paragraph(f"<b>Try{purpose}:</b>")
+        + f"<div class='sg-tries' role='group' aria-label='What to try'>{buttons}</div>"
+        + (_paragraph(escape(f"Or {rest}.")) if rest else "")
+    )
 
 
 def _how_heavy_html(result: RunResult, how_heavy: str) -> str:
