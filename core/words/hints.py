@@ -20,7 +20,6 @@ from slipgrasp.core.words.misbelief import turns, worst_beliefs
 from slipgrasp.core.words.options import (
     Option,
     believe_the_truth,
-    only_words,
     raise_,
     sample_at_1_khz,
     set_to,
@@ -179,7 +178,7 @@ def bound_estimates(situation: Situation) -> Iterator[Option]:
     open_ends = [k for k, bounds in missing.items() if bounds]
     if situation.law.learns and open_ends:
         lowest = min(open_ends, key=lambda k: values[k])
-        yield from only_words(f"give the estimates bounds ({joined(missing[lowest])} first)")
+        yield Option(f"give the estimates bounds ({joined(missing[lowest])} first)")
 
 
 def _number(value: object) -> float:

@@ -14,6 +14,7 @@ from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.scenario.unknowns import unit_of_unknown
+from slipgrasp.core.words.parameter_words import value_words
 from slipgrasp.core.words.phrases import joined
 
 _FACTOR = 2.0
@@ -62,7 +63,7 @@ def lower(scenario: Scenario, key: str) -> Iterator[Option]:
 
 def set_to(key: str, value: float | str, unit: str = "") -> Option:
     """To set a parameter to a value."""
-    told = f"{value}{_behind(unit)}"
+    told = value_words(value, unit)
     return Option(f"set {key} to {told}", {key: value}, f"{key}: {told}")
 
 
@@ -126,11 +127,11 @@ def only_words(*words: str) -> Iterable[Option]:
 
 
 def _move(verb: str, side: str, parameter: Parameter, wanted: float) -> Option:
-    key, value, unit = parameter.key, parameter.value, _behind(parameter.unit)
+    key, value = parameter.key, parameter.value
     wanted = _rounded(_within(wanted, parameter.minimum, parameter.maximum))
     wanted = int(wanted) if parameter.kind == "integer" else wanted
-    label = f"{key}: {value:g} → {wanted:g}{unit}"
-    return Option(f"{verb} {key} {side} {value:g}{unit}", {key: wanted}, label)
+    label = f"{key}: {value:g} → {value_words(wanted, parameter.unit)}"
+    return Option(f"{verb} {key} {side} {value_words(value, parameter.unit)}", {key: wanted}, label)
 
 
 def _initial(index: int) -> str:
@@ -158,7 +159,3 @@ def _told(values: Mapping[str, float]) -> str:
 
 def _rounded(value: float, digits: int = _DIGITS) -> float:
     return float(f"{value:.{digits}g}")
-
-
-def _behind(unit: str) -> str:
-    return "" if unit in ("", "1") else f" {unit}"

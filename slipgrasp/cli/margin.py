@@ -183,9 +183,10 @@ def _tell_nothing_found(error: MarginError, arguments: argparse.Namespace) -> Ex
 
 def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     from slipgrasp.core.run.verdict import headline_of
+    from slipgrasp.core.words.parameter_words import unit_after
 
     held, lost = (path or "not saved" for path in recordings)
-    unit = "" if margin.unit in ("", "1") else f" {margin.unit}"
+    unit = unit_after(margin.unit)
     rows = [
         ("key", margin.key),
         ("held at", f"{margin.held_at:.10g}{unit}"),
