@@ -76,7 +76,22 @@ def drag(
     asyncio.run(drawn._hear(event))
 
 
-def forces(drawn: ObjectDrag, sent: list[Intent], *ways: tuple[float, float, float]) -> list:
+@pytest.fixture
+def sent() -> list[Intent]:
+    return []
+
+
+@pytest.fixture
+def drawn(viewer_server: ViewerServer, view: ViewState, sent: list[Intent]) -> ObjectDrag:
+    """Follows the object of a scene."""
+    drawn = ObjectDrag(sent.append)
+    Scene(viewer_server, drawn).show(view.shown.result)
+    return drawn
+
+
+def forces(
+    drawn: ObjectDrag, sent: list[Intent], *ways: tuple[float, float, float]
+) -> list[tuple[float, ...]]:
     """With what it is pushed after each of some drags."""
     for way in ways:
         drag(drawn, "start", (0.0, 0.0, 0.0))
@@ -105,11 +120,8 @@ def test_the_arrow_of_the_force_is_a_quarter_of_the_way_of_the_mouse(
 
 
 def test_an_object_that_moves_under_the_mouse_adds_no_force(
-    viewer_server: ViewerServer, view: ViewState
+    drawn: ObjectDrag, sent: list[Intent]
 ) -> None:
-    sent: list[Intent] = []
-    drawn = ObjectDrag(sent.append)
-    Scene(viewer_server, drawn).show(view.shown.result)
     way = (0.1, 0.02, -0.05)
     for phase, drift in (("start", 0.0), ("update", 0.0), ("end", 0.3)):
         drag(drawn, phase, way, (drift, 0.0, -drift))
@@ -117,20 +129,12 @@ def test_an_object_that_moves_under_the_mouse_adds_no_force(
 
 
 def test_what_is_no_number_is_no_force_and_none_is_stronger_than_a_push_may_be(
-    viewer_server: ViewerServer, view: ViewState
+    drawn: ObjectDrag, sent: list[Intent]
 ) -> None:
-    sent: list[Intent] = []
-    drawn = ObjectDrag(sent.append)
-    Scene(viewer_server, drawn).show(view.shown.result)
     ways = (math.nan, 0.0, 0.0), (1e9, 0.0, 0.0), (0.0, 0.0, 0.0)
     assert forces(drawn, sent, *ways) == [(0.0, 0.0), (1e4, 0.0), (0.0, 0.0)]
 
 
-def test_a_force_has_two_digits_of_its_largest_part(
-    viewer_server: ViewerServer, view: ViewState
-) -> None:
-    sent: list[Intent] = []
-    drawn = ObjectDrag(sent.append)
-    Scene(viewer_server, drawn).show(view.shown.result)
+def test_a_force_has_two_digits_of_its_largest_part(drawn: ObjectDrag, sent: list[Intent]) -> None:
     ((right, up),) = forces(drawn, sent, (0.1, 0.0, 0.00081))
     assert right == float(f"{right:.2g}") and round(up, 1) == up
