@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pydantic
@@ -171,3 +172,14 @@ def shortened(text: str) -> str:
 def single_error(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
     """A scenario error with one entry."""
     return ScenarioError([FieldError(field=field, value=echo(value), limit=limit, message=message)])
+
+
+def refuse_other_types(given: object) -> None:
+    """Raises if something is given where a scenario belongs, such as the name of a preset."""
+    if isinstance(given, Scenario):
+        return
+    way = f"load_scenario({given!r:.80})" if isinstance(given, str | Path) else "load_scenario"
+    if isinstance(given, Mapping):
+        way = "scenario_from_mapping"
+    message = f"a Scenario belongs here, no {type(given).__name__}; {way} makes one"
+    raise single_error("", None, "a Scenario", message)

@@ -20,7 +20,12 @@ from slipgrasp.core.scenario import (
     LawSetting,
     Scenario,
 )
-from slipgrasp.core.scenario.field_errors import nearest, shortened, single_error
+from slipgrasp.core.scenario.field_errors import (
+    nearest,
+    refuse_other_types,
+    shortened,
+    single_error,
+)
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.own_laws import (
     LAW,
@@ -80,6 +85,7 @@ def choose_law(scenario: Scenario, kind: str) -> LawChoice:
     Raises:
         ScenarioError: If there is no such law, or something in the scenario rules it out.
     """
+    refuse_other_types(scenario)
     if kind not in law_names():
         known = ", ".join(law_names())
         near = nearest(kind, law_names())

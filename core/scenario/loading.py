@@ -16,7 +16,13 @@ import pydantic
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.assignment import assign, replaced
-from slipgrasp.core.scenario.field_errors import field_errors, full_scenario, nearest, single_error
+from slipgrasp.core.scenario.field_errors import (
+    field_errors,
+    full_scenario,
+    nearest,
+    refuse_other_types,
+    single_error,
+)
 from slipgrasp.core.scenario.motion_file import fill_in_table, refuse_table_name
 from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.parameters import Parameter, describe
@@ -168,6 +174,7 @@ def with_values(
     Raises:
         ScenarioError: For an unknown key (with the nearest name) or a value out of bounds.
     """
+    refuse_other_types(scenario)
     quick = _with_plain_values(scenario, values, with_law)
     if quick is not None:
         return quick

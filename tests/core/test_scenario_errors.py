@@ -2,11 +2,14 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 
 CASE = load_scenario("paper-case-1")
@@ -282,6 +285,24 @@ def test_timed_changes_are_checked_like_any_value(change, field):
 def test_what_is_not_a_scenario_at_all_is_refused(wrong):
     with pytest.raises(ScenarioError):
         scenario_from_mapping(wrong)
+
+
+@pytest.mark.parametrize(
+    ("given", "way"),
+    [
+        ("paper-case-1", "load_scenario('paper-case-1')"),
+        ({}, "scenario_from_mapping"),
+        (None, "load_scenario"),
+    ],
+)
+@pytest.mark.parametrize(
+    "take",
+    [simulate, lambda given: with_values(given, {}), lambda given: with_law(given, "composite")],
+)
+def test_what_belongs_where_a_scenario_does_is_told_by_who_takes_it(take, given, way):
+    with pytest.raises(ScenarioError, match=re.escape(way)) as caught:
+        take(given)
+    assert "a Scenario belongs here" in str(caught.value)
 
 
 def test_nesting_without_end_is_refused():

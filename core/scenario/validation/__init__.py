@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import refuse_other_types
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.validation.control import (
     check_control,
@@ -85,6 +86,7 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     Raises:
         ScenarioError: With one entry per wrong field.
     """
+    refuse_other_types(scenario)
     errors = [*check_law(scenario)] if with_law else []
     unknown = {error.field for error in errors}
     others = list(_contradictions(scenario))
