@@ -39,13 +39,47 @@ print(resident() - before)
 """
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="measured with /proc, mended for glibc")
-def test_what_threads_have_read_and_freed_is_the_systems_again():
+SCATTERED = """
+import time
+from pathlib import Path
+from slipgrasp.server.memory import give_back_freed_memory
+
+def resident():
+    return 4096 * int(Path("/proc/self/statm").read_text().split()[1])
+
+give_back_freed_memory(look_seconds=0.2)
+before = resident()
+blocks = [bytes(20_000) for _ in range(5_000)]
+kept = blocks[::50]
+del blocks
+print(resident() - before)
+deadline = time.monotonic() + 60.0
+while resident() - before > 30e6 and time.monotonic() < deadline:
+    time.sleep(0.2)
+print(resident() - before)
+"""
+
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="measured with /proc, mended for glibc"
+)
+
+
+def printed_numbers(program, *arguments):
+    """What a program prints as numbers in a process of its own."""
     # Dask, in a test before this one, leaves settings of the C library for processes to come.
     unset = {name: value for name, value in os.environ.items() if not name.startswith("MALLOC_")}
-    given_back, otherwise = (
-        int(subprocess.check_output([sys.executable, "-c", READING, how], text=True, env=unset))
-        for how in ("given back", "otherwise")
-    )
+    command = [sys.executable, "-c", program, *arguments]
+    return [int(word) for word in subprocess.check_output(command, text=True, env=unset).split()]
+
+
+def test_what_threads_have_read_and_freed_is_the_systems_again():
+    [given_back] = printed_numbers(READING, "given back")
+    [otherwise] = printed_numbers(READING, "otherwise")
     assert given_back < 40e6
     assert otherwise > 2 * given_back, "the C library gives it back by itself: it is needless"
+
+
+def test_what_lies_free_between_used_blocks_is_the_systems_again_once_all_rests():
+    freed, at_rest = printed_numbers(SCATTERED)
+    assert freed > 60e6, "the C library gives it back by itself: it is needless"
+    assert at_rest < 30e6
