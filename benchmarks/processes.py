@@ -13,7 +13,8 @@ from typing import Generic, NamedTuple, Self, TypeVar
 
 _PERIOD = 0.25
 _PROC = Path("/proc")
-_PROPORTIONAL = re.compile(r"^Pss:\s*(\d+) kB", re.MULTILINE)
+_PROPORTIONAL = "Pss"
+_OWN = "Anonymous"
 
 
 S = TypeVar("S")
@@ -106,9 +107,21 @@ def family_of(process: int) -> list[int]:
 
 def memory_of(process: int) -> int:
     """Memory of a process, its part of shared pages in it; 0 once it has ended [B]."""
+    return _rolled_up(process, _PROPORTIONAL)
+
+
+def own_memory_of(process: int) -> int:
+    """Memory that a process has written itself; 0 once it has ended [B].
+
+    Files that it maps are not in it, of which it has the more the fewer others do.
+    """
+    return _rolled_up(process, _OWN)
+
+
+def _rolled_up(process: int, kind: str) -> int:
     with suppress(OSError):
         text = (_PROC / str(process) / "smaps_rollup").read_text(encoding="ascii")
-        if (found := _PROPORTIONAL.search(text)) is not None:
+        if (found := re.search(rf"^{kind}:\s*(\d+) kB", text, re.MULTILINE)) is not None:
             return 1024 * int(found[1])
     return 0
 

@@ -169,7 +169,12 @@ def tabulate(found: Soak) -> Table:
         ("log", f"{len(found.log) / 1e3:.1f} kB", ""),
         ("answers without 2xx, 3xx or 4xx", f"{_server_errors(statuses)}", "0"),
         ("memory of the service at rest", _range(memory, 1e6, "MB"), ""),
-        ("its slope", _slope(rests), "below 1 MB/h"),
+        (
+            "what it has written itself of that",
+            _range([r.own_memory for r in rests], 1e6, "MB"),
+            "",
+        ),
+        ("slope of that", _slope(rests), "below 1 MB/h"),
         ("memory of its workers at rest", _range([r.worker_memory for r in rests], 1e6, "MB"), ""),
         ("largest memory of the service", f"{_peak(found.samples):.0f} MB", "1000 MB"),
         (
@@ -195,9 +200,9 @@ def _range(values: Sequence[float], unit: float, name: str) -> str:
 
 
 def _slope(rests: Sequence[Sample]) -> str:
-    """Of the memory at rest over time, with the error of the fit."""
+    """Of the service's own memory at rest over time, with the error of the fit."""
     times = np.array([rest.time for rest in rests]) / HOUR
-    memory = np.array([rest.service_memory for rest in rests]) / 1e6
+    memory = np.array([rest.own_memory for rest in rests]) / 1e6
     if len(rests) < 4:
         return "too short"
     (slope, _), covariance = np.polyfit(times, memory, 1, cov=True)

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.processes import Watch, family_of, memory_of
+from benchmarks.processes import Watch, family_of, memory_of, own_memory_of
 
 
 class Sample(NamedTuple):
@@ -18,6 +18,7 @@ class Sample(NamedTuple):
         time: Since the beginning [s].
         answers: How many there were so far.
         service_memory: Of the service, its part of shared pages in it [B].
+        own_memory: What the service has written itself of that [B].
         worker_memory: Of all that it has started, likewise [B].
         service_descriptors: Files and sockets that the service has open.
         worker_descriptors: Those of all that it has started.
@@ -26,6 +27,7 @@ class Sample(NamedTuple):
     time: float
     answers: int
     service_memory: int
+    own_memory: int
     worker_memory: int
     service_descriptors: int
     worker_descriptors: int
@@ -53,6 +55,7 @@ class Observer(Watch[Sample]):
             time.monotonic() - self._began,
             self._count(),
             memory_of(service),
+            own_memory_of(service),
             sum(map(memory_of, workers)),
             descriptors_of(service),
             sum(map(descriptors_of, workers)),

@@ -41,14 +41,15 @@ def test_an_answer_as_specified_is_none():
 
 
 def test_the_slope_is_that_of_the_memory_at_rest():
-    rests = [Sample(3600.0 * k, 0, 300_000_000 + 7_000_000 * k, 0, 17, 0) for k in range(8)]
+    growing = [300_000_000 + 7_000_000 * k for k in range(8)]
+    rests = [Sample(3600.0 * k, 0, 400_000_000, own, 0, 17, 0) for k, own in enumerate(growing)]
     table = tabulate(Soak(Tally(), rests, rests, ""))
     rows = {row[0]: row[1] for row in table.rows}
-    assert rows["its slope"] == "+7.0 ± 0.0 MB/h"
+    assert rows["slope of that"] == "+7.0 ± 0.0 MB/h"
 
 
 def test_the_diagram_has_a_curve_for_each_and_the_rate_of_the_answers():
-    samples = [Sample(5.0 * k, 10 * k, 3_000_000, 2_000_000, 17, 10) for k in range(20)]
+    samples = [Sample(5.0 * k, 10 * k, 3_000_000, 1_000_000, 2_000_000, 17, 10) for k in range(20)]
     memory, descriptors, rate = draw_soak(samples).axes
     assert [np.unique(line.get_ydata()) for line in memory.lines] == [[3.0], [2.0]]
     assert [np.unique(line.get_ydata()) for line in descriptors.lines] == [[17], [10]]
