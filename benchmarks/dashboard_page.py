@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from typing import NamedTuple
+from urllib.parse import urlencode
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, expect, sync_playwright
 
+from slipgrasp.web.charts.chosen import CHOSEN_TAB
+from slipgrasp.web.model.charts_view import ChartsView
 from tests.ensure_programs import FLAGS, find_chromium
 
 _QUIET = 450  # [ms]; a run is saved once its knob has rested for half a second.
 _BETWEEN = 700
 _PATIENCE = 60_000
+_SIGNALS = ("x", "normal_force_0", "joint_velocity_0_0", "kinetic_energy")
+_LAYOUT = ChartsView(chosen=_SIGNALS).layout()
 _MASS = "xpath=//label[normalize-space(.)='mass [kg]']/../../.."
 
 # The page's websocket lives in a worker. Its messages are noted there, by the clock, so that
@@ -67,6 +72,8 @@ class Edit(NamedTuple):
 def measure_edits(url: str, edits: int) -> list[Edit]:
     """Presses an arrow key on the slider of the mass, at rest, again and again.
 
+    Four charts are open, with both cursors in them.
+
     Args:
         url: Address of the dashboard.
         edits: How often.
@@ -76,13 +83,22 @@ def measure_edits(url: str, edits: int) -> list[Edit]:
         page = browser.new_page(viewport={"width": 1440, "height": 900})
         page.set_default_timeout(_PATIENCE)
         page.add_init_script(_LISTEN)
-        page.goto(f"{url}?fixedDpr=0.5")
+        page.goto(f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
         page.get_by_text("Saved as").wait_for()
         page.get_by_role("button", name="Pause").click()
         page.get_by_role("button", name="Play").wait_for()
+        _open_charts(page)
         found = [_edit(page, i) for i in range(edits)]
         browser.close()
     return found
+
+
+def _open_charts(page: Page) -> None:
+    page.get_by_role("tab", name=CHOSEN_TAB, exact=True).click()
+    areas = page.locator(".u-over:visible")
+    expect(areas).to_have_count(len(_SIGNALS), timeout=_PATIENCE)
+    areas.first.click(modifiers=["Shift"])
+    expect(page.locator(".sg-second:visible")).to_have_count(len(_SIGNALS), timeout=_PATIENCE)
 
 
 def _edit(page: Page, index: int) -> Edit:
