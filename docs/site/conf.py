@@ -27,6 +27,7 @@ myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
 html_theme = "furo"
 html_title = "slipgrasp"
+html_favicon = str(ROOT / "web" / "page" / "icon.svg")
 html_show_copyright = False
 html_show_sphinx = False
 html_copy_source = False
