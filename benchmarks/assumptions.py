@@ -23,6 +23,7 @@ TEXTS = {
     "controller.slip_position_gain": "gain of the slips $K_{p2}$ [1/s²]",
     "controller.grasp_force": "grasp force $y$",
     "controller.grip_safety": "distance from the cones",
+    "controller.minimum_normal_force": "least normal force [N]",
     "controller.control_period": "control period [s]",
     "controller.recognition_time": "recognition time [s]",
     "controller.estimate_norm_bound": "$\\varphi_0$",

@@ -109,7 +109,7 @@ def test_variation_is_rapid_in_the_first_second_and_slow_after_it(case, signal):
 
 
 def test_in_case_1_the_lyapunov_function_never_rises():
-    """Theorem 3 with exact actuation; each row may round in the last digits."""
+    """Theorem 3, here though no torque acts exactly while both fingers slip; rows may round."""
     lyapunov = run(1, LONG).trace.lyapunov_value
     assert np.diff(lyapunov).max() <= 1e-12 * lyapunov[0]
 
