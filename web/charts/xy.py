@@ -121,14 +121,14 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
     return XyChart(
         Chart(
             "xy-disc",
-            f"Friction in its {'pyramid' if scenario.has_pyramid else 'cone'}, Fₓ / μFₙ upwards",
+            f"Friction over μFₙ in its {'pyramid' if scenario.has_pyramid else 'cone'}, x upwards",
             "1",
             "The friction on the object as a share of what the contact can give now, in the axes "
             f"of its slip. In stick it is inside the {where}. {_BEFORE}",
             tuple(_fingers(scenario.finger_names, share[:, :, 0])),
         ),
         tuple(share[:, :, 1].T),
-        "F_y / μFₙ",
+        "friction along y over μFₙ",
         (np.concatenate([edge, edge[:1]]),),
         is_true_to_scale=True,
     )
