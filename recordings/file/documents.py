@@ -108,11 +108,15 @@ def read_scenario(document: bytes) -> Scenario:
 
 
 @cache
-def parameters_document() -> bytes:
-    """What the scenario's parameters mean: sentence, unit and allowed values, as JSON."""
+def parameters_document(in_space: bool) -> bytes:
+    """What a scenario's parameters mean: sentence, unit and allowed values, as JSON.
+
+    Args:
+        in_space: Whether it is a scenario in space.
+    """
     table = {
         key: {"text": parameter.text, "unit": parameter.unit, "allowed": parameter.limit}
-        for key, parameter in template_keys().items()
+        for key, parameter in template_keys(in_space).items()
     }
     return json.dumps(table, ensure_ascii=False, indent=1).encode()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.status import ExitStatus
@@ -29,10 +29,18 @@ class HelpWithParameters(argparse.Action):
         from slipgrasp.core.scenario.field_errors import template_keys
 
         print(parser.format_help())
+        in_plane = template_keys()
         print("parameters for --set, list items by index from 0:\n")
-        for key, parameter in template_keys().items():
-            print(f"  {key}  ({parameter.limit})\n      {parameter.text}")
+        _print_parameters(in_plane)
+        print("\nparameters of a hand in space that are not as above:\n")
+        in_space = template_keys(in_space=True).items()
+        _print_parameters({key: new for key, new in in_space if in_plane.get(key) != new})
         parser.exit()
+
+
+def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
+    for key, parameter in parameters.items():
+        print(f"  {key}  ({parameter.limit})\n      {parameter.text}")
 
 
 def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

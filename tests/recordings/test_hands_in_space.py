@@ -1,9 +1,11 @@
 """A run of a hand in space as a file: read back, verified, drawn."""
 
 import io
+import json
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from PIL import Image
 
 from slipgrasp.core.run.simulator import simulate
@@ -46,6 +48,14 @@ def test_it_is_read_back_as_it_was_and_verified_bit_for_bit(run, path):
     assert read.trace.absent == frozenset()
     found = verify(read)
     assert found.same and found.bit_for_bit
+
+
+def test_it_says_what_its_own_parameters_mean(path):
+    with path.open("rb") as stream:
+        attached = {each.name: each.data for each in make_reader(stream).iter_attachments()}
+    described = json.loads(attached["parameters.json"])
+    assert described["object.height"]["unit"] == "m"
+    assert "object.inertia" not in described
 
 
 def test_its_numerics_have_a_name_of_their_own(run):

@@ -243,6 +243,8 @@ def test_the_help_of_run_lists_the_parameters_with_unit_and_bounds(slipgrasp):
     assert "controller.grasp_force  (one of minimum, none)" in done.stdout
     assert "pulses.0.duration  (0.0001 … 600 s)" in done.stdout
     assert "trajectory.start.2  (-3.2 … 3.2 rad)" in done.stdout
+    assert "object.height  (0.001 … 10 m)" in done.stdout
+    assert done.stdout.count("\n  object.mass  ") == 1
 
 
 @pytest.mark.parametrize(
