@@ -22,6 +22,7 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.file import documents
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store import storage_limits
 from slipgrasp.recordings.store.run_files import RunFiles
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.storage_limits import StorageLimits
@@ -350,6 +351,23 @@ def test_what_is_to_come_counts_against_the_quota(tmp_path):
     store.reserve(999)
     with pytest.raises(StorageFullError, match="1 kB"):
         store.reserve(1000)
+
+
+def test_many_files_are_not_counted_every_time_but_before_anything_is_refused(
+    tmp_path, monkeypatch
+):
+    for i in range(3):
+        (tmp_path / f"{i}.mcap").write_bytes(bytes(100))
+    monkeypatch.setattr(storage_limits, "_CHEAP", -1.0)
+    monkeypatch.setattr(storage_limits, "_PAUSE", 1e9)
+    limits = StorageLimits(quota=1000)
+    limits.check(tmp_path, 600)
+    (tmp_path / "more.mcap").write_bytes(bytes(300))
+    limits.check(tmp_path, 600)  # Counted a moment ago: three files.
+    with pytest.raises(StorageFullError):
+        limits.check(tmp_path, 800)  # Beyond it even by that: counted anew, and refused.
+    (tmp_path / "more.mcap").unlink()
+    limits.check(tmp_path, 600)
 
 
 def test_no_run_is_begun_where_the_disk_would_fill_up(short_run, tmp_path):
