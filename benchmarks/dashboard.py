@@ -18,6 +18,7 @@ from benchmarks.dashboard_viewers import come_and_go, watch
 from benchmarks.processes import memory_of, processor_time_of
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
+from slipgrasp.server.memory import LOOK_SECONDS
 
 PRESET, IN_SPACE = "paper-case-2", "spatial-prism"
 EDITS = 50
@@ -25,7 +26,7 @@ VIEWERS = 20
 CONNECTS = 500
 _WARM_UP = 60
 _SETTLE, _WATCH = 10.0, 15.0
-_AFTER_LAST = 5.0
+_AFTER_LAST = 3.0 * LOOK_SECONDS
 
 
 class Served(NamedTuple):

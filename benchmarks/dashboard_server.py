@@ -16,6 +16,7 @@ import uvicorn
 
 import slipgrasp.web.session
 from slipgrasp.server.app import server_config
+from slipgrasp.server.memory import give_back_freed_memory
 from slipgrasp.server.settings import Settings
 from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.view import ViewState
@@ -42,6 +43,7 @@ class StampedScreen(Screen):
 
 def main() -> None:
     """Serves until the standard input ends."""
+    give_back_freed_memory()
     slipgrasp.web.session.Screen = StampedScreen
     slipgrasp.web.session.FIRST_PRESET = sys.argv[2]
     settings = Settings(data_directory=Path(sys.argv[1]))

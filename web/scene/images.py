@@ -89,6 +89,14 @@ def round_patch(colour: Rgb) -> Pixels:
     return np.concatenate([ink, alpha], axis=-1).round().astype(np.uint8)
 
 
+@functools.cache
+def _font(size: int) -> ImageFont.FreeTypeFont:
+    """Letters of a size; to load them takes longer than to draw a line."""
+    font = ImageFont.load_default(size=size)
+    assert isinstance(font, ImageFont.FreeTypeFont), "Pillow comes without FreeType"
+    return font
+
+
 @functools.lru_cache(maxsize=64)
 def lettering(
     text: str, ink: Rgb, page: Rgb, *, size: int = LETTERS, width: int | None = None
@@ -102,7 +110,7 @@ def lettering(
         size: Size of the letters [px].
         width: Width of the picture with the words in its middle, None for that of the words [px].
     """
-    font = ImageFont.load_default(size=size)
+    font = _font(size)
     around = max(size // 10, 1)
     if width is None:
         width = int(font.getlength(text)) + 2 * around + 4
