@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+from functools import cache
 from typing import Any
 
 import rich
 import viser
+from viser import _gui_api, _gui_handles, _icons
 
 from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.access import guarded_websocket_listeners
@@ -26,6 +28,7 @@ class ViewerServer(viser.ViserServer):
         rich.get_console().quiet = True
         # viser would take its port from there, whatever it is told.
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
+        _keep_every_icon()
         with guarded_websocket_listeners():
             super().__init__(host="127.0.0.1", port=0, label=label, verbose=False)
         self.get_event_loop().set_exception_handler(_log_in_one_line)
@@ -34,6 +37,21 @@ class ViewerServer(viser.ViserServer):
         """Refuses what any viewer may ask for: a tunnel from the internet to this machine."""
         _logger.warning("refused a viewer's request for a public share tunnel")
         return None
+
+
+def _keep_every_icon() -> None:
+    """Lets viser read each icon once.
+
+    It keeps 32. A page has more, so each of them would be looked up in its archive of thousands
+    whenever a page is opened, which took a third of the time until the first picture.
+    """
+    for module in (_gui_api, _gui_handles):
+        vars(module)["svg_from_icon"] = _svg_of
+
+
+@cache
+def _svg_of(icon: viser.IconName) -> str:
+    return _icons.svg_from_icon(icon)
 
 
 def has_unsent(client: viser.ClientHandle) -> bool:
