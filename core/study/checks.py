@@ -8,7 +8,7 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.core.study.definition import expand_key
+from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
 
 
@@ -24,6 +24,18 @@ def check_document(
     """
     yield from _check_axes(document, base, definitions)
     yield from _check_sampling(document)
+
+
+def find_overruled(study: Study) -> Iterator[str]:
+    """Yields what a timed change of the base sets in every run although the study varies it."""
+    for key in study.keys:
+        members = expand_key(study.base, key)
+        times = [change.time for change in study.base.changes if change.parameter in members]
+        if times:
+            yield (
+                f"{key} varies only until {min(times):g} s: from then on a timed change of the "
+                "scenario sets it, to the same in every run"
+            )
 
 
 def _check_axes(

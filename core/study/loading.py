@@ -44,6 +44,7 @@ from slipgrasp.core.study.document import (
 MAX_FILE_BYTES = 20_000_000
 MAX_RUNS_RECORDED_BY_DEFAULT = 1000
 MAX_FINDINGS = 10
+_MOST_WRONG = 100
 
 
 def load_study(path: str | Path) -> Study:
@@ -151,20 +152,23 @@ def check_members(study: Study, progress: Callable[[float], None] | None = None)
         progress: Called now and then with the share that is checked, 0 to 1.
 
     Raises:
-        ScenarioError: Naming the first wrong runs by index.
+        ScenarioError: Naming the first run of each kind that is wrong by its index.
     """
-    errors: list[FieldError] = []
+    errors: dict[str, FieldError] = {}
+    num_wrong = 0
     for index in range(study.num_runs):
         try:
             study.scenario_of(index)
         except ScenarioError as error:
-            errors += [_of_member(index, finding) for finding in error.errors]
-            if len(errors) >= MAX_FINDINGS:
+            for finding in error.errors:
+                errors.setdefault(finding.message, _of_member(index, finding))
+            num_wrong += 1
+            if len(errors) >= MAX_FINDINGS or num_wrong >= _MOST_WRONG:
                 break
         if progress is not None and index % 256 == 0:
             progress(index / study.num_runs)
     if errors:
-        raise ScenarioError(errors[:MAX_FINDINGS])
+        raise ScenarioError([*errors.values()][:MAX_FINDINGS])
 
 
 def _of_member(index: int, finding: FieldError) -> FieldError:

@@ -74,7 +74,7 @@ class MapQuery(BaseModel):
 
 
 class StudyEstimatePublic(BaseModel):
-    """What a study is going to take, found out from one run of its base."""
+    """What a study is going to take, found out from some of its runs."""
 
     model_config = ConfigDict(from_attributes=True)
 

@@ -106,6 +106,7 @@ def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executo
         _print_estimate(study, executor, cost, as_json=arguments.json)
         return ExitStatus.COMPLETED
     from slipgrasp.cli.study_folder import find_folder
+    from slipgrasp.core.study.checks import find_overruled
 
     folder = find_folder(
         arguments.output,
@@ -115,6 +116,8 @@ def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executo
         force=arguments.force,
     )
     complain(_words(study, executor, cost))
+    for warning in find_overruled(study):
+        complain(f"mind: {warning}")
     _check(study)
     return _run(study, executor, folder, as_json=arguments.json)
 
@@ -126,7 +129,7 @@ def _estimate(study: Study, executor: Executor, *, is_remote: bool) -> StudyCost
         # Only its scheduler knows how many workers there are.
         with Progress(f"connecting to {executor.name}"):
             executor.prepare()
-    with Progress("timing the base scenario"):
+    with Progress("timing some of its runs"):
         return estimate_cost(study, max(executor.num_workers, 1))
 
 

@@ -13,7 +13,10 @@ import pytest
 from scipy.stats import qmc
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
+from slipgrasp.core.study.checks import find_overruled
 from slipgrasp.core.study.cost import estimate_cost
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import (
@@ -324,6 +327,52 @@ def test_what_is_wrong_is_named_with_the_way_out(mapping: dict, field: str, word
 def test_what_is_no_study_at_all_is_refused(document: object) -> None:
     with pytest.raises(ScenarioError):
         study_from_mapping(document, load_scenario)
+
+
+def test_what_is_wrong_with_many_runs_is_said_once() -> None:
+    found = errors_of(
+        vary={
+            "object.mass": {"min": 0.5, "max": 2.0, "count": 5},
+            "controller.kind": {"values": ["theorem-4", "composite", "grip-reflex"]},
+        }
+    )
+    assert [*found] == ["runs.1.controller.kind", "runs.2.controller.kind"]
+    assert all("sampled control" in message for message in found.values())
+
+
+def test_what_a_timed_change_sets_in_every_run_is_told() -> None:
+    mapping = load_scenario("paper-case-2").to_mapping()
+    mapping["changes"] = [{"time": 0.5, "parameter": "fingers.1.friction", "value": 0.3}]
+    changed = scenario_from_mapping(mapping)
+    vary = {
+        "object.mass": {"min": 0.5, "max": 2.0, "count": 3},
+        "fingers.*.friction": {"min": 0.2, "max": 0.4, "count": 3},
+    }
+    study = study_from_mapping({"base": "", "vary": vary}, lambda _: changed)
+    (told,) = find_overruled(study)
+    assert told.startswith("fingers.*.friction varies only until 0.5 s")
+    assert [*find_overruled(make_study(vary=vary))] == []
+
+
+def test_the_cost_is_that_of_the_laws_that_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    timed: list[str] = []
+
+    def note(scenario: Scenario) -> Simulation:
+        timed.append(scenario.controller.kind)
+        return Simulation(scenario)
+
+    monkeypatch.setattr("slipgrasp.core.study.cost.Simulation", note)
+    estimate_cost(
+        make_study(
+            set={"simulation.duration": 0.05, "controller.control_period": 0.001},
+            vary={
+                "object.mass": {"min": 0.5, "max": 2.0, "count": 50},
+                "controller.kind": {"values": ["theorem-4", "composite"]},
+            },
+        ),
+        1,
+    )
+    assert {"theorem-4", "composite"} <= set(timed)
 
 
 def test_the_cost_grows_with_runs_and_recordings_and_shrinks_with_workers(

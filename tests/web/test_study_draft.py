@@ -62,7 +62,9 @@ def test_timed_changes_of_the_draft_are_part_of_what_varies() -> None:
     from slipgrasp.core.scenario.loading import scenario_from_mapping
 
     base = scenario_from_mapping(scenario)
-    assert study_of(STUDY_DRAFT, base, "paper-case-1").base.changes == base.changes
+    study = study_of(STUDY_DRAFT, base, "paper-case-1")
+    assert study.base.changes == base.changes
+    assert study.title.endswith(", with timed changes")
 
 
 def test_a_comparison_crosses_a_setting_with_every_pair() -> None:

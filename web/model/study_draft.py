@@ -29,7 +29,10 @@ COMPARISONS: Mapping[str, tuple[str, tuple[float | str | bool, ...]]] = {
     "control continuous and every 1 ms": ("controller.control_period", (0.0, 0.001)),
     "theorem 3 and theorem 4": ("controller.kind", ("theorem-3", "theorem-4")),
     "grip just enough and 1.5 × as safe": ("controller.grip_safety", (1.0, 1.5)),
-    "every control law": ("controller.kind", template_keys()["controller.kind"].choices),
+    "every control law, all else as it is": (
+        "controller.kind",
+        template_keys()["controller.kind"].choices,
+    ),
     **{
         f"without and with {key_words(key.partition('.')[2], ())}": (key, (False, True))
         for key, parameter in template_keys().items()
@@ -228,7 +231,7 @@ def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
         vary[key] = {"values": list(values)}
     words = " and ".join(names.words(axis.key) for axis in draft.axes)
     document = {
-        "title": f"{origin[:80]}: {words}",
+        "title": f"{origin[:80]}: {words}{_besides(scenario, is_preset=is_preset)}",
         "base": origin if is_preset else "",
         "vary": vary,
         "recordings": "none",
@@ -239,6 +242,11 @@ def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
         raise ScenarioError(
             [_in_words(finding, names, draft) for finding in error.errors]
         ) from error
+
+
+def _besides(scenario: Scenario, *, is_preset: bool) -> str:
+    """What makes its runs others than those of what the base was made from."""
+    return ", with timed changes" if scenario.changes and not is_preset else ""
 
 
 def _range(axis: AxisDraft) -> dict[str, Any]:

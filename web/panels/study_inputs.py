@@ -51,7 +51,8 @@ class DraftInputs:
         self.comparison = gui.add_dropdown(
             "compare",
             _NO_COMPARISON,
-            hint="Tries two settings of the controller on the same values: one map for each.",
+            hint="Tries settings of the controller on the same values, all else as it is: one map "
+            "for each.",
         )
         self.comparison.on_update(self._compare)
 
