@@ -23,6 +23,8 @@ Values = NDArray[np.float64]
 
 LEAST_LENGTH = 0.01
 """Smaller slips, speeds and errors look like nothing [mm], [mm/s], [mrad]."""
+_SMALL = 0.1
+"""Smaller estimates are told in thousandths of their unit."""
 _QUANTITIES = {"1": "Friction", "kg": "Mass", "kg m²": "Inertia"}
 
 
@@ -212,16 +214,18 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
     def chart(unit: str) -> Chart:
         members = [i for i, other in enumerate(units) if other == unit]
         labels = [key_words(unknowns[i], names) for i in members]
+        estimates, truth = trace.estimates[:, members], trace.true_parameters[:, members]
+        # The labels of an axis have three digits behind the point.
+        is_small = max(np.abs(estimates).max(), np.abs(truth).max()) < _SMALL and unit != "1"
+        scale, prefix = (1e3, "10⁻³ ") if is_small else (1.0, "")
         return Chart(
             f"estimates-{_QUANTITIES.get(unit, unit).lower()}",
             f"{_QUANTITIES.get(unit, 'Parameter')} estimates against the truth",
-            unit_words(unit).strip(" []") or "1",
+            f"{prefix}{unit_words(unit).strip(' []')}".rstrip() or "1",
             "What the controller believes, solid, and the true value, dashed.",
             (
-                *_per_finger("estimate", labels, trace.estimates[:, members]),
-                *_per_finger(
-                    "truth", ["true"] * len(members), trace.true_parameters[:, members], dashed=True
-                ),
+                *_per_finger("estimate", labels, scale * estimates),
+                *_per_finger("truth", ["true"] * len(members), scale * truth, dashed=True),
             ),
         )
 

@@ -20,6 +20,7 @@ from slipgrasp.web.charts.xy import XyChart, chosen_xy_charts, xy_charts
 from slipgrasp.web.model.charts_view import PLAIN, ChartsView
 from slipgrasp.web.model.playback import TimeWindow
 
+_LEAST_SPREAD = 1e-3
 _COINCIDE = 0.004
 """Lines hide each other where they are nowhere farther apart, as a part of the largest value."""
 
@@ -96,6 +97,22 @@ class DrawnChart:
         rows = [np.abs(line.values[self.own.rows]) for line in self.own.chart.lines]
         sizes = [float(values.max(initial=0.0)) for values in rows]
         return max([self.chart.least, *(size for size in sizes if np.isfinite(size))])
+
+    @cached_property
+    def flat_range(self) -> tuple[float, float] | None:
+        """What a chart shows whose lines differ by less than its labels tell; None if they do more.
+
+        Left to itself the page would divide what is but rounding, or fail at it.
+        """
+        drawings = (self.own, self.ghost) if self.ghost else (self.own,)
+        values = [line.values[d.rows] for d in drawings for line in d.chart.lines]
+        known = np.concatenate([*values, np.empty(0)])
+        known = known[np.isfinite(known)]
+        if self.chart.least > 0.0 or len(known) == 0:
+            return None
+        low, high = float(known.min()), float(known.max())
+        room = _LEAST_SPREAD * max(abs(low), abs(high))
+        return (low - room, high + room) if 0.0 < high - low < room else None
 
     @cached_property
     def upon(self) -> tuple[tuple[int, ...], ...]:

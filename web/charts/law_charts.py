@@ -77,7 +77,7 @@ _CHARTS: tuple[tuple[Chart, Callable[[Trace], Values]], ...] = (
 
 
 def colour_of(index: int) -> Rgb:
-    """The colour of a law, by its place among them."""
+    """The colour of a law, by its place among them; those beyond the sixth are dashed."""
     return FINGERS[index % len(FINGERS)]
 
 
@@ -102,7 +102,7 @@ def _drawn(
         if run.result is None or run.result.end_time <= window.start:
             continue
         trace = run.result.trace
-        line = Line(run.kind, run.kind, colour_of(i), read(trace))
+        line = Line(run.kind, run.kind, colour_of(i), read(trace), dashed=i >= len(FINGERS))
         only = Chart(chart.key, chart.title, chart.unit, chart.about, (line,))
         times, _, values = Drawing.of(trace, only, window).columns()
         lines.append(line)
@@ -125,7 +125,8 @@ def laws_html(runs: Sequence[LawRun], present: str, *, dark: bool) -> str:
 
 
 def _button(index: int, run: LawRun, present: str, dark: bool) -> str:
-    swatch = f"<span style='color:{css(legible(colour_of(index), dark=dark))}'>━</span>"
+    stroke = "━" if index < len(FINGERS) else "╍"
+    swatch = f"<span style='color:{css(legible(colour_of(index), dark=dark))}'>{stroke}</span>"
     words = f"{swatch} <b>{escape(run.kind)}</b> {escape(_went(run.result) or run.problem)}"
     if run.result is None:
         return f"<div class='sg-law sg-law-refused'>{words}</div>"

@@ -107,7 +107,8 @@ def _style_of(drawn: DrawnChart, dark: bool) -> object:
     lines = [(line.key, line.label, line.colour, line.dashed) for line in drawn.own.chart.lines]
     pale = [line.colour for line in ghost]
     window, chart = drawn.own.window, drawn.chart
-    return (window, chart.unit, chart.least, drawn.own.chart.bands, lines, drawn.upon, pale, dark)
+    scale = (chart.unit, chart.least, drawn.flat_range)
+    return (window, *scale, drawn.own.chart.bands, lines, drawn.upon, pale, dark)
 
 
 def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
@@ -117,7 +118,7 @@ def _scales(drawn: DrawnChart) -> dict[str, uplot.Scale]:
     run that ended early, or together with a ghost, time would have another scale than the strip.
     """
     chart, window = drawn.chart, drawn.own.window
-    y = uplot.Scale(auto=True)
+    y = uplot.Scale(auto=True) if drawn.flat_range is None else uplot.Scale(range=drawn.flat_range)
     if chart.least > 0.0:
         # At least from -least to +least, and some room beyond what lies outside.
         room = {"pad": _PAD, "mode": 1}
