@@ -42,18 +42,18 @@ class LawParameter:
 
     Attributes:
         value: What it is unless the scenario says otherwise.
-        unit: SI unit, "1" for pure numbers.
         minimum: Least allowed value.
         maximum: Largest allowed value.
         text: One sentence for the user.
+        unit: SI unit, "1" for pure numbers.
         typical: Range in which a slider moves; the bounds if None.
     """
 
     value: float
-    unit: str
     minimum: float
     maximum: float
     text: str
+    unit: str = "1"
     typical: tuple[float, float] | None = None
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipgrasp.core.scenario import ControlLaw, ControllerParameters, Scenario
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
-from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_of, law_parameters
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.misbelief import turns, worst_beliefs
 from slipgrasp.core.words.options import (
@@ -140,6 +140,9 @@ def stop_slip_earlier(situation: Situation) -> Iterator[Option]:
     """What lets the law end a slip sooner."""
     for key in situation.law.stops_slip_with:
         yield from raise_(situation.scenario, key)
+    own = [f"{LAW_PARAMETERS}.{name}" for name in law_parameters(situation.controller.kind)]
+    if own:
+        yield Option(f"change what the law itself declares ({joined(own)})")
 
 
 def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:

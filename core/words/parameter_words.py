@@ -95,4 +95,6 @@ def _is_unit(unit: str) -> bool:
 
 
 def _singular(word: str) -> str:
-    return word.removesuffix("es") if word.endswith(("sses", "ches")) else word.removesuffix("s")
+    if word.endswith(("sses", "ches")):
+        return word.removesuffix("es")
+    return word if word == "bias" else word.removesuffix("s")

@@ -107,5 +107,5 @@ def _write(arguments: argparse.Namespace) -> ExitStatus:
     except OSError as error:
         raise CommandError(f"'{law}' cannot be written: {error.strerror}") from error
     print(f"{law}: the law; slipgrasp run composite-case-2 --law {law}:{names['name']}")
-    print(f"{test}: its test; python -m pytest {test}")
+    print(f"{test}: its test; pip install pytest, then python -m pytest {test}")
     return ExitStatus.COMPLETED

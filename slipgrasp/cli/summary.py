@@ -57,7 +57,11 @@ def _contacts(result: RunResult) -> Iterator[str]:
         margin = metrics.minimum_friction_margin[i]
         # A contact that begins to slip is at the edge but for the rounding.
         least = None if margin is None else round(margin, 6) + 0.0
-        reserve = "never in stick" if least is None else f"at least {least:.3g} N inside the cone"
+        reserve = (
+            "never in stick"
+            if least is None
+            else f"in stick at least {least:.3g} N inside the cone"
+        )
         yield _line(
             f"contact {i} {finger.face}",
             f"slipped {_millimetres(metrics.slip_path[i])}, {changes} phase "

@@ -228,8 +228,8 @@ def test_a_margin_within_the_rounding_is_told_as_none() -> None:
     result = simulate(load_scenario("composite-case-2"))
     metrics = replace(result.metrics, minimum_friction_margin=(-8.9e-16, 0.2446))
     told = summarize(replace(result, metrics=metrics), None)
-    assert "at least 0 N inside the cone" in told
-    assert "at least 0.245 N inside the cone" in told
+    assert "in stick at least 0 N inside the cone" in told
+    assert "in stick at least 0.245 N inside the cone" in told
 
 
 def test_a_title_stands_over_the_run_that_it_announces_and_over_those_of_one_s_own() -> None:
