@@ -21,6 +21,7 @@ from slipgrasp import (
     with_values,
 )
 from slipgrasp.core.run.simulator import run_to_end
+from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Change
 from slipgrasp.core.scenario.own_laws import forget, own_laws
 from tests.core.test_composite import at_ticks
@@ -239,6 +240,14 @@ def test_parameters_are_keys_with_bounds_and_change_in_mid_run():
     same = simulate(scenario).ticks.commands
     assert np.array_equal(later.ticks.commands[before], same[before])
     assert not np.array_equal(later.ticks.commands[~before][:3], same[~before][:3])
+
+
+def test_what_to_try_names_the_parameters_that_the_law_declares():
+    register_law(Counting)
+    lost = simulate(of_law("counting", SHORT, **{"object.mass": 8.0, "simulation.duration": 2.0}))
+    assert lost.outcome != "completed"
+    suggestion = str(describe_run(lost).suggestion)
+    assert "hange what the law itself declares (controller.parameters.damping)" in suggestion
 
 
 def test_a_law_that_comes_in_mid_run_finds_its_memory_empty_and_the_run_as_it_was():

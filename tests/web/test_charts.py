@@ -8,7 +8,10 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.web.charts.charts import Chart, charts_of, rate_of_change
+from slipgrasp.web.charts.charts import Chart, Line, charts_of, rate_of_change
+from slipgrasp.web.charts.columns import Drawing
+from slipgrasp.web.charts.drawn import DrawnChart
+from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.sampling import locate
 
 
@@ -61,6 +64,28 @@ def test_estimates_are_charted_by_unit_beside_the_truth(case_2: RunResult) -> No
     mass = charts[1]
     assert [line.label for line in mass.lines] == ["object mass", "true"]
     assert set(mass.lines[1].values) == {1.0}
+
+
+def test_small_estimates_are_told_in_thousandths(case_2: RunResult) -> None:
+    inertia = chart_of(case_2, "estimates-inertia")
+    assert inertia.unit == "10⁻³ kg m²"
+    assert set(inertia.lines[1].values) == {10.42}
+
+
+@pytest.mark.parametrize(
+    ("step", "expected"), [(1e-15, (1.998, 2.002)), (0.0, None), (0.1, None)], ids=str
+)
+def test_lines_that_differ_by_rounding_are_drawn_flat(
+    case_2: RunResult, step: float, expected: tuple[float, float] | None
+) -> None:
+    values = np.full(len(case_2.trace), 2.0)
+    values[1:] += step
+    line = Line("mass", "mass", (0, 0, 0), values)
+    chart = Chart("mass", "Mass", "kg", "", (line,))
+    window = TimeWindow(0.0, case_2.end_time)
+    drawn = DrawnChart(chart, frozenset(), Drawing.of(case_2.trace, chart, window))
+    wanted = None if expected is None else pytest.approx(expected)
+    assert drawn.flat_range == wanted
 
 
 def test_a_run_without_unknowns_has_no_charts_of_estimates() -> None:
