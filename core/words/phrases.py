@@ -25,7 +25,7 @@ def sentence(text: str) -> str:
 
 def milliseconds(time: float) -> str:
     """A time in milliseconds while that is short, else in seconds [s]."""
-    return f"{1e3 * time:.0f} ms" if time < 1.0 else f"{time:.2f} s"
+    return f"{1e3 * time:.0f} ms" if time < 1.0 else f"{time:.3f} s"
 
 
 def length_words(length: float) -> str:
