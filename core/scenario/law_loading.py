@@ -171,8 +171,13 @@ def register_law(code: type) -> OwnLaw:
         code: A class as docs/laws.md describes it.
 
     Raises:
-        LawError: If it does not declare itself properly.
+        LawError: If it is no class, or does not declare itself properly.
     """
+    if not isinstance(code, type):
+        raise LawError(
+            f"the class of a law belongs here, no {type(code).__name__}; what load_law gives is "
+            "registered already"
+        )
     law = declared_law(code, digest=_digest_of(code))
     remember(law)
     return law

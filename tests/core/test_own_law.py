@@ -242,6 +242,12 @@ def test_parameters_are_keys_with_bounds_and_change_in_mid_run():
     assert not np.array_equal(later.ticks.commands[~before][:3], same[~before][:3])
 
 
+def test_what_is_no_class_cannot_be_registered():
+    law = register_law(Counting)
+    with pytest.raises(LawError, match="no OwnLaw; what load_law gives is registered already"):
+        register_law(law)
+
+
 def test_what_to_try_names_the_parameters_that_the_law_declares():
     register_law(Counting)
     lost = simulate(of_law("counting", SHORT, **{"object.mass": 8.0, "simulation.duration": 2.0}))
