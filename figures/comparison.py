@@ -15,9 +15,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.phases import draw_lanes, phase_patches
-from slipgrasp.figures.sheet import rows_from_start
 from slipgrasp.figures.slip_times import Window, closer_look, whole_run
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
 from slipgrasp.figures.trends import Pair, Trend, pair_of, trends_of

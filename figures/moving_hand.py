@@ -17,12 +17,13 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.hand_motion import HandMotion, drawable
 from slipgrasp.figures.moving_lens import MovingLens
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches
-from slipgrasp.figures.sheet import ending_words, rows_from_start
+from slipgrasp.figures.sheet import ending_words
 from slipgrasp.figures.slip_times import Window
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import (

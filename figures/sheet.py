@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.panels import Curve, Panel, Plot, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches, shade
@@ -176,12 +176,6 @@ def _draw_plot(axes: Axes, result: RunResult, plot: Plot, view: _View, height: f
     axes.yaxis.set_major_locator(MaxNLocator(max(2, round(height / 7.0)), steps=[1, 2, 2.5, 5, 10]))
     if not _PLAIN[0] <= max(map(abs, limits)) < _PLAIN[1]:
         axes.yaxis.set_major_formatter("{x:.3g}")
-
-
-def rows_from_start(trace: Trace) -> slice:
-    """All rows but those before the selection at the start: nothing moved by their forces."""
-    times = trace.times
-    return slice(int(np.searchsorted(times, times[0], side="right")) - 1, None)
 
 
 def _limits(plot: Plot, rows: slice) -> tuple[float, float]:

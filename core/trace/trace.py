@@ -443,3 +443,9 @@ def _signals() -> Iterator[Signal]:
 
 SIGNALS = tuple(_signals())
 """Every signal of a trace, in the order of the columns of a row."""
+
+
+def rows_from_start(trace: Trace) -> slice:
+    """All rows but those before the selection at the start: nothing moved by their forces."""
+    times = trace.times
+    return slice(int(np.searchsorted(times, times[0], side="right")) - 1, None)

@@ -235,7 +235,7 @@ def test_it_is_said_where_not_every_sample_is_drawn(page: Page, case_2: RunResul
     scenario = with_values(load_scenario("paper-case-2"), {"simulation.output_rate": 1000.0})
     fine = simulate(scenario)
     page.panel.update(view_of(fine, whole_window(fine)))
-    assert f"of {len(fine.trace)} samples: every extreme and every event." in page.notes()
+    assert f"of {len(fine.trace) - 1} samples: every extreme and every event." in page.notes()
     page.panel.update(view_of(fine))
     assert "samples" not in page.notes()
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.trace import Trace, rows_from_start
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.web.charts.charts import Chart, Line
 from slipgrasp.web.model.playback import TimeWindow
@@ -64,10 +64,11 @@ class Drawing:
         # Rows of equal times are the sides of an event: the ghost's rows come after ours.
         joined = np.concatenate([times, ghost_times])
         order = np.argsort(joined, kind="stable")
-        ours = [values, read_rows(self.trace.times, own, ghost_times, "right")]
-        theirs = [read_rows(ghost.trace.times, other, times, "left"), ghost_values]
-        mine, pale = (_columns_of(np.concatenate(both)[order]) for both in (ours, theirs))
-        return (joined[order], *mine, *pale[1:])
+        mine, its = rows_from_start(self.trace), rows_from_start(ghost.trace)
+        ours = [values, read_rows(self.trace.times[mine], own[mine], ghost_times, "right")]
+        theirs = [read_rows(ghost.trace.times[its], other[its], times, "left"), ghost_values]
+        solid, pale = (_columns_of(np.concatenate(both)[order]) for both in (ours, theirs))
+        return (joined[order], *solid, *pale[1:])
 
     def _cut(self, values: Values) -> tuple[Values, Values]:
         """Times and values, from one end of the window to the other as far as the run goes."""
@@ -112,7 +113,8 @@ def rows_to_draw(
         lines: The lines of the chart.
         buckets: How many buckets there may be; up to four times as many rows are drawn as is.
     """
-    start = max(int(np.searchsorted(trace.times, window.start, side="left")) - 1, 0)
+    start = int(np.searchsorted(trace.times, window.start, side="left")) - 1
+    start = max(start, rows_from_start(trace).start)
     stop = min(int(np.searchsorted(trace.times, window.end, side="right")) + 1, len(trace))
     rows = np.arange(start, stop)
     if len(rows) <= 4 * buckets:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.trace import Trace
+from slipgrasp.core.trace.trace import Trace, rows_from_start
 from slipgrasp.core.words.phrases import joined
 from slipgrasp.web.charts.charts import Chart, charts_of
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, chosen_charts
@@ -188,7 +188,8 @@ def _is_whole(drawing: Drawing) -> bool:
 
 
 def _rows_of_window(drawing: Drawing) -> NDArray[np.intp]:
-    return np.flatnonzero(rows_inside(drawing.trace.times, drawing.window))
+    rows = np.flatnonzero(rows_inside(drawing.trace.times, drawing.window))
+    return rows[rows >= rows_from_start(drawing.trace).start]
 
 
 def _without(chart: Chart, hidden: frozenset[str]) -> Chart:
