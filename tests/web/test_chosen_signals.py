@@ -27,6 +27,15 @@ def chosen(view: ViewState, *names: str) -> ViewState:
     return view
 
 
+def test_a_part_of_a_name_finds_the_first_signal_that_is_not_chosen_yet(
+    case_2: RunResult,
+) -> None:
+    view = view_of(case_2)
+    for part in ("Torque", "torque", "", "no such signal"):
+        view = ChartsReducer().reduce(ToggleSignal(part), view)
+    assert view.charts.chosen == ("torque_0_0", "torque_0_1")
+
+
 def test_every_column_of_the_tables_can_be_charted_with_its_values_and_unit(
     case_2: RunResult,
 ) -> None:

@@ -69,9 +69,12 @@ def _changed(intent: Intent, charts: ChartsView, shown: Shown, playback: Playbac
             return charts.toggled(chart, line) if (chart, line) in known else charts
         case ToggleSignal(name) if name in charts.chosen:
             return charts.with_signal_toggled(name)
-        case ToggleSignal(name) if len(charts.chosen) < MOST_CHOSEN:
-            is_known = name in choosable(result.trace)
-            return charts.with_signal_toggled(name) if is_known else charts
+        case ToggleSignal(part) if part and len(charts.chosen) < MOST_CHOSEN:
+            free = [name for name in choosable(result.trace) if name not in charts.chosen]
+            found = min(
+                (name for name in free if part.lower() in name.lower()), key=len, default=None
+            )
+            return charts if found is None else charts.with_signal_toggled(found)
         case DrawAgainst(name) if not name or name in choosable(result.trace):
             return replace(charts, across=name)
         case PlaceMark(time) if math.isfinite(time):

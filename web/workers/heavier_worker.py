@@ -16,7 +16,7 @@ from slipgrasp.web.workers.simulating_worker import SimulatingWorker
 
 MASS = "object.mass"
 _STEP = 1.1
-_MOST = 10.0
+_MOST = 100.0
 """Times the present mass; heavier is not tried."""
 _HALVINGS = 6
 _PATIENCE = 20.0

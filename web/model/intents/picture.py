@@ -62,7 +62,7 @@ class ToggleLine(Intent):
 
 @dataclass(frozen=True, slots=True)
 class ToggleSignal(Intent):
-    """The user wants a signal in the charts, or out of them; the name is not validated yet."""
+    """The user wants a signal in the charts by its name or a part of it, or out of them."""
 
     name: Annotated[str, MaxLen(80)]
 
