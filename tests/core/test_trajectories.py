@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from slipgrasp.core.exceptions import ScenarioError
@@ -88,9 +88,19 @@ def trajectories(draw):
     }
 
 
+SHORT_REST = {
+    "kind": "set-points",
+    "set_points": [
+        {"time": start, "duration": 1.0, "pose": (0.0, 0.0, 0.0)}
+        for start in (1e-5, 1.00001, 2.00001)
+    ],
+}
+
+
 @pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(trajectories(), st.lists(st.floats(0.0, 1.2), min_size=1, max_size=8))
+@example(SHORT_REST, [5.960464477539063e-08])
 def test_any_motion_is_that_of_scipy_and_continuous_at_all_its_breaks(values, shares):
     scenario = moving(**values)
     reference = trajectory_of(scenario.trajectory)
@@ -103,9 +113,12 @@ def test_any_motion_is_that_of_scipy_and_continuous_at_all_its_breaks(values, sh
         if np.min(np.abs(ends - t)) > 1e-8:
             expected = np.array(reference.desired(t))
             scale = 1.0 + np.max(np.abs(expected), axis=1, keepdims=True)
-            np.testing.assert_allclose(
-                evaluate_motion(scenario, t) / scale, expected / scale, atol=1e-9
-            )
+            error = np.abs(evaluate_motion(scenario, t) - expected) / scale
+            # SciPy's polynomial of a short piece rounds its pose, and that twice over its length.
+            piece = min(max(int(np.searchsorted(ends, t)), 1), len(ends) - 1)
+            length = ends[piece] - ends[piece - 1]
+            rounding = np.finfo(float).eps / np.array([1.0, length, length**2])
+            assert (error <= 1e-9 + rounding[:, None]).all(), error
 
 
 @pytest.mark.parametrize("kind", MOTIONS)
