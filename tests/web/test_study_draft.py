@@ -42,6 +42,14 @@ def test_every_offer_makes_a_study_whose_runs_are_valid_over_its_own_range(name:
         assert study.scenario_of(0) != study.scenario_of(1)
 
 
+def test_what_the_law_does_not_use_is_not_offered() -> None:
+    of_paper, of_composite = (
+        {offer.key for offer in offers_of(load_scenario(name))}
+        for name in ("paper-case-2", "composite-case-2")
+    )
+    assert "controller.forgetting" in of_composite - of_paper
+
+
 def test_a_plan_makes_a_grid_of_every_pair_of_values() -> None:
     study = study_of(STUDY_DRAFT, quick_scenario(), "paper-case-1")
     assert study.num_runs == STUDY_DRAFT.num_runs == 9

@@ -12,6 +12,7 @@ from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.own_laws import kinds_in
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.loading import study_from_mapping
@@ -129,11 +130,15 @@ def offers_of(scenario: Scenario) -> tuple[Offer, ...]:
     """The parameters of a scenario that may vary, those of all fingers alike first.
 
     What is not allowed at either end of its range is not offered, such as noise with
-    continuous control.
+    continuous control, nor what the laws of the scenario do not use.
     """
-    names = names_of(scenario)
+    names, laws = names_of(scenario), set(kinds_in(scenario))
     definitions = names.definitions
-    keys = [key for key, parameter in definitions.items() if _may_vary(parameter)]
+    keys = [
+        key
+        for key, parameter in definitions.items()
+        if _may_vary(parameter) and (not parameter.used_by or laws & set(parameter.used_by))
+    ]
     of_all = dict.fromkeys(
         f"fingers.*.{key.split('.', 2)[2]}" for key in keys if key.startswith("fingers.")
     )
