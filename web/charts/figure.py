@@ -110,8 +110,8 @@ def _write(
 
 
 def _printed(text: str) -> str:
-    """The text with the subscripts that the fonts of the figures do not have set as formulas."""
-    symbols = {"$": r"\$", "Fₓ": "$F_x$", "Fₙ": "$F_n$", "Fₜ": "$F_t$"}
+    """The text with the letters that the fonts of the figures do not have set as formulas."""
+    symbols = {"$": r"\$", "Fₓ": "$F_x$", "Fₙ": "$F_n$", "Fₜ": "$F_t$", "10⁻³": "$10^{-3}$"}
     for written, typeset in symbols.items():
         text = text.replace(written, typeset)
     return text
@@ -139,7 +139,7 @@ def _draw_chart(
     if max(abs(low), abs(high)) < _PLAIN:
         axes.yaxis.set_major_formatter("{x:.3g}")
     axes.set_xlabel("$t$ [s]", labelpad=1.5)
-    axes.set_ylabel("" if drawn.chart.unit == "1" else f"[{drawn.chart.unit}]")
+    axes.set_ylabel("" if drawn.chart.unit == "1" else f"[{_printed(drawn.chart.unit)}]")
     axes.tick_params(top=True, right=True)
     if drawn.own.chart.lines:
         _draw_legend(figure, drawn.own.chart.lines, left, top + _TITLE, room)
