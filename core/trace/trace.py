@@ -447,5 +447,4 @@ SIGNALS = tuple(_signals())
 
 def rows_from_start(trace: Trace) -> slice:
     """All rows but those before the selection at the start: nothing moved by their forces."""
-    times = trace.times
-    return slice(int(np.searchsorted(times, times[0], side="right")) - 1, None)
+    return slice(int(np.searchsorted(trace.times, trace.times[0], side="right")) - 1, None)
