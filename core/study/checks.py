@@ -27,14 +27,14 @@ def check_document(
 
 
 def find_overruled(study: Study) -> Iterator[str]:
-    """Yields what a timed change of the base sets in every run although the study varies it."""
+    """Yields what the study varies although a timed change of its base sets it later."""
     for key in study.keys:
         members = expand_key(study.base, key)
         times = [change.time for change in study.base.changes if change.parameter in members]
         if times:
             yield (
                 f"{key} varies only until {min(times):g} s: from then on a timed change of the "
-                "scenario sets it, to the same in every run"
+                "scenario sets it"
             )
 
 
