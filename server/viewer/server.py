@@ -43,7 +43,7 @@ def _keep_every_icon() -> None:
     """Lets viser read each icon once.
 
     It keeps 32. A page has more, so each of them would be looked up in its archive of thousands
-    whenever a page is opened, which took a third of the time until the first picture.
+    whenever a page is opened, which took three quarters of what a page costs the processor.
     """
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _svg_of

@@ -21,6 +21,7 @@ from slipgrasp.web.model.charts_view import PLAIN, ChartsView
 from slipgrasp.web.model.playback import TimeWindow
 
 _LEAST_SPREAD = 1e-3
+"""Lines that differ by less, as a part of the largest value, have one label at every tick."""
 _COINCIDE = 0.004
 """Lines hide each other where they are nowhere farther apart, as a part of the largest value."""
 
