@@ -64,7 +64,7 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     # How much heavier it may get: by asking, and by a knob.
     tab_to(page, page.get_by_role("button", name="How much heavier may it get?"))
     page.keyboard.press("Enter")
-    expect(card).to_contain_text("Held up to 9.85 kg")
+    expect(card).to_contain_text("Held up to 18.57 kg, 18.57 times its mass")
     mass = knob(page, "mass [kg]")
     tab_to(page, mass)
     before = float(mass.get_attribute("aria-valuenow") or "nan")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -33,11 +34,17 @@ def run(draft: Draft) -> RunResult:
 
 def test_the_border_is_that_of_the_margin_command() -> None:
     words = find_border(Draft.from_preset("paper-case-1"), run)
-    found = re.match(r"Held up to ([\d.]+) kg, ([\d.]+) % heavier\. With ([\d.]+) kg: ", words)
-    assert found is not None, words
-    held_at, percent, lost_at = map(float, found.groups())
-    assert percent == pytest.approx(100.0 * (held_at - 1.0), abs=0.06)
+    numbers = re.findall(r"[\d.]*\d", words)
+    held_at, times, offset, lost_at = map(float, numbers[:4])
+    assert words.startswith(
+        f"Held up to {held_at} kg, {times} times its mass, there {offset:g} mm from where it was "
+        f"wanted. With {lost_at} kg: "
+    )
+    assert times == held_at
     assert held_at < lost_at < 1.01 * held_at
+    there = simulate(with_values(load_scenario("paper-case-1"), {"object.mass": held_at}))
+    x, y, _ = there.metrics.final_tracking_error
+    assert offset == pytest.approx(1e3 * math.hypot(x, y), abs=1.0)
     margin = find_margin(load_scenario("paper-case-1"), "object.mass", 1.0, 10.0)
     assert margin.held_at == pytest.approx(held_at, rel=0.01)
 

@@ -64,9 +64,7 @@ def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
     while lost is None:
         lost_at = _STEP * held_at
         if lost_at > _MOST * present:
-            offset = headline_of(held).partition(", ")[2] if held is not None else ""
-            there = f", there {offset}" if offset else ""
-            return f"Held up to {held_at:.3g} kg{there}; heavier was not tried."
+            return f"Held up to {held_at:.3g} kg{_offset_of(held)}; heavier was not tried."
         result = run(draft.edited(MASS, lost_at))
         if result is None:
             return f"Held up to {held_at:.3g} kg at least; what is heavier took too long."
@@ -80,13 +78,19 @@ def find_border(draft: Draft, run: Callable[[Draft], RunResult | None]) -> str:
         if result is None:
             break
         if result.metrics.held:
-            held_at = middle
+            held, held_at = result, middle
         else:
             lost_at, lost = middle, result
     return (
-        f"Held up to {held_at:.4g} kg, {100.0 * (held_at / present - 1.0):.1f} % heavier. "
+        f"Held up to {held_at:.4g} kg, {held_at / present:.4g} times its mass{_offset_of(held)}. "
         f"With {lost_at:.4g} kg: {_lowered(headline_of(lost))}."
     )
+
+
+def _offset_of(held: RunResult | None) -> str:
+    """How far a held object is from where it was wanted, if that is worth saying."""
+    offset = headline_of(held).partition(", ")[2] if held is not None else ""
+    return f", there {offset}" if offset else ""
 
 
 def _lowered(headline: str) -> str:
