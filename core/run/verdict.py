@@ -298,10 +298,17 @@ def _describe_squeeze(result: RunResult) -> Iterator[str]:
         return
     needed = tangential / np.where(friction > 0.0, friction, 1.0)
     i = int(np.argmin(normal - needed))
+    force, least = _told_apart(float(normal[i]), float(needed[i]))
     yield (
         f"At the end the {result.scenario.finger_names[i]} fingertip presses with "
-        f"{normal[i]:.1f} N; with less than {needed[i]:.1f} N it would slip."
+        f"{force} N; with less than {least} N it would slip."
     )
+
+
+def _told_apart(one: float, other: float) -> tuple[str, str]:
+    """Two forces with as many decimals as it takes to tell them apart, three at most."""
+    pairs = [(f"{one:.{digits}f}", f"{other:.{digits}f}") for digits in (1, 2, 3)]
+    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
 
 
 def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:

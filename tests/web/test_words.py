@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -40,6 +41,13 @@ def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult)
         "At the end the right fingertip presses with 23.7 N; with less than 19.8 N it would slip.",
     )
     assert "raise controller.position_gain above 100 1/s²" in verdict.suggestion
+
+
+def test_a_squeeze_at_its_least_is_told_apart_from_the_least() -> None:
+    tight = with_values(load_scenario("composite-case-2"), {"controller.grip_safety": 1.001})
+    *_, squeeze = describe_run(simulate(tight)).sentences
+    presses, least = re.findall(r"([\d.]+) N", squeeze)
+    assert float(presses) == pytest.approx(1.001 * float(least), rel=5e-4)
 
 
 def test_slip_by_a_wrong_belief_in_friction_is_explained(case_2: RunResult) -> None:
