@@ -54,9 +54,11 @@ def read_scenario(arguments: argparse.Namespace) -> Scenario:
     from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
 
     assignments = arguments.assignments
+    # Before the file is read: it may name that law.
+    law = None if arguments.law is None else know_law(arguments.law)
     scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
-    if arguments.law is not None:
-        scenario = _with_law(scenario, know_law(arguments.law))
+    if law is not None:
+        scenario = _with_law(scenario, law)
     if not assignments:
         return scenario
     return with_values(scenario, parse_assignments(assignments, settable_parameters(scenario)))

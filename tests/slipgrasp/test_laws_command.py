@@ -9,6 +9,7 @@ import pytest
 
 from slipgrasp.cli.main import main
 from slipgrasp.core.scenario.law_loading import LawError, admit, load_law, refer_to
+from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml, with_values
 from slipgrasp.core.scenario.own_laws import forget, own_law, own_laws
 
 pytestmark = pytest.mark.slow
@@ -62,6 +63,16 @@ def test_a_law_of_a_file_runs_is_recorded_and_verifies_without_it(capsys):
     Path("law.py").write_text(LAW.replace("40.0", "41.0"), encoding="utf-8")
     status, found = run(capsys, "verify", "run.mcap", "--law", "law.py:Carry")
     assert (status, found["mismatches"][0]["what"]) == (1, "law")
+
+
+def test_a_file_may_name_the_law_that_comes_with_it(capsys):
+    load_law("law.py:Carry")
+    own = with_values(load_scenario("composite-case-2"), {"controller.kind": "carry"})
+    Path("own.toml").write_text(scenario_to_toml(own), encoding="utf-8")
+    forget("carry")
+    common = ("--set", "simulation.duration=0.2")
+    status, found = run(capsys, "run", "own.toml", "--law", "law.py:Carry", *common)
+    assert (status, found["law"]["name"]) == (0, "carry")
 
 
 def test_a_broken_law_tells_its_line_and_nothing_is_lost(capsys):
