@@ -18,6 +18,7 @@ from slipgrasp.web.scene.camera import FIELD_OF_VIEW, Framing, frame_box, stands
 from slipgrasp.web.scene.images import lens_background, lettering
 from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
 from slipgrasp.web.scene.lens_places import (
+    NUMBER_LINES,
     NUMBERS_HEIGHT,
     NUMBERS_PLACE,
     TITLE_HEIGHT,
@@ -165,7 +166,7 @@ def test_lenses_and_their_words_stand_apart_above_what_is_held(count: int) -> No
     places = place_lenses(LOW, HIGH, count)
     assert (places.low <= LOW + 1e-12).all()
     half = np.array([1.0, TITLE_PLACE + 0.5 * TITLE_HEIGHT]) * places.radius
-    below = np.array([1.0, 2.0 * NUMBERS_HEIGHT - NUMBERS_PLACE]) * places.radius
+    below = np.array([1.0, NUMBER_LINES * NUMBERS_HEIGHT - NUMBERS_PLACE]) * places.radius
     boxes = [(centre - below, centre + half) for centre in places.centres]
     for low, high in boxes:
         assert low[1] >= HIGH[1]

@@ -117,7 +117,7 @@ def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
     scene.update(shown, other)
     body = node(viewer_server, "/ghost/body")
     assert (body.position[0], body.position[2]) == pytest.approx(other.object_pose[:2])
-    pale_slip = "/hand/lenses/0/numbers1"
+    pale_slip = "/hand/lenses/0/numbers2"
     assert node(viewer_server, pale_slip).image[..., 3].any()
     scene.show(case_2)
     scene.update(shown)

@@ -17,7 +17,7 @@ Points = NDArray[np.float64]
 
 _RIM_SEGMENTS = 72
 _LEAST_SHOWN = 0.001  # [mm]
-_DIGITS, _ROOM = 24, 380  # [px]
+_DIGITS, _ROOM = 24, 200  # [px]
 
 
 class LensFrame:
@@ -49,14 +49,14 @@ class LensFrame:
         self._titles = [
             self._add_words(
                 f"title/{word}",
-                f"{finger.capitalize()} fingertip {word}",
+                f"{finger.capitalize()} {word}",
                 places.TITLE_PLACE,
                 places.TITLE_HEIGHT,
             )
             for word in ("sticks", "SLIPS")
         ]
-        self._numbers, self._pale = (self._add_line(line) for line in range(2))
-        self._told = ["", ""]
+        self._lines = [self._add_line(line) for line in range(places.NUMBER_LINES)]
+        self._told = [""] * places.NUMBER_LINES
 
     def show_phase(self, phase: ContactPhase) -> None:
         """Tells what the fingertip does."""
@@ -73,10 +73,11 @@ class LensFrame:
     def tell_numbers(self, slip: float, force: float, pale_slip: float | None = None) -> None:
         """Tells slip [m] and force [N], and the slip of the pale run, if it has one."""
         told = [
-            f"slip {_millimetres(slip)}, force {force:.1f} N",
+            f"slip {_millimetres(slip)}",
+            f"force {force:.1f} N",
             "" if pale_slip is None else f"pale {_millimetres(pale_slip)}",
         ]
-        for k, line in enumerate((self._numbers, self._pale)):
+        for k, line in enumerate(self._lines):
             if told[k] != self._told[k]:
                 line.image = self._line(told[k])
         self._told = told

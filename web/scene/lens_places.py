@@ -9,12 +9,16 @@ from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
 
-TITLE_PLACE, SCALE_PLACE, NUMBERS_PLACE = 1.42, 1.18, -1.08
+TITLE_PLACE, SCALE_PLACE, NUMBERS_PLACE = 1.51, 1.2, -1.05
 """How far above its middle the words around a lens stand, in radii; numbers go on downwards."""
-TITLE_HEIGHT, SCALE_HEIGHT, NUMBERS_HEIGHT = 0.27, 0.2, 0.225
-"""How high they are, in radii."""
+TITLE_HEIGHT, SCALE_HEIGHT, NUMBERS_HEIGHT = 0.42, 0.28, 0.33
+"""How high they are, in radii: legible where the lens is as small as on a phone."""
+NUMBER_LINES = 3
+LEADER_PLACE = NUMBERS_PLACE - NUMBER_LINES * NUMBERS_HEIGHT
+"""Where the line from a contact ends, in radii: it does not cross the words."""
 
-_ABOVE, _BELOW = 1.7, 1.53
+_ABOVE = TITLE_PLACE + 0.5 * TITLE_HEIGHT + 0.1
+_BELOW = -LEADER_PLACE
 _MOST_IN_A_ROW = 3
 _WIDTH, _SHARE, _LEAST_ASPECT = 0.44, 0.18, 1.1
 _MARGIN = 0.3

@@ -20,6 +20,7 @@ from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, lens_background
 from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
 from slipgrasp.web.scene.lens_frame import LensFrame
+from slipgrasp.web.scene.lens_places import LEADER_PLACE
 from slipgrasp.web.scene.marks import FullScale, sizes_in_lens
 from slipgrasp.web.scene.shapes import circle, distance_to_circle, lift, polyline
 from slipgrasp.web.scene.surfaces import Surfaces
@@ -153,11 +154,11 @@ class LensView:
         )
 
     def _draw_leader(self, spot: Points) -> None:
-        """The line from the ring around the magnified spot to the lens."""
-        towards = (self._centre - spot) / math.hypot(*(self._centre - spot))
+        """The line from the ring around the magnified spot to the words below the lens."""
+        end = self._centre + np.array([0.0, LEADER_PLACE * self._radius])
+        towards = (end - spot) / math.hypot(*(end - spot))
         start = spot + self._radius / self._marks.magnification * towards
-        line = np.array([[start, self._centre - self._radius * towards]])
-        self._leader.points = lift(line, -0.1 - LENS_DEPTH)
+        self._leader.points = lift(np.array([[start, end]]), -0.1 - LENS_DEPTH)
 
     def _draw_stub(self, line: Points) -> None:
         self._stub.points = lift(line, self._sizes.depth - 0.02)

@@ -22,6 +22,7 @@ from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, round_patch
 from slipgrasp.web.scene.layout import nice_at_least
 from slipgrasp.web.scene.lens_frame import LensFrame
+from slipgrasp.web.scene.lens_places import LEADER_PLACE
 from slipgrasp.web.scene.marks import FullScale
 from slipgrasp.web.scene.shapes import extrude, lift, polyline, position
 from slipgrasp.web.scene.space.contact_marks import ContactState, way_segments
@@ -209,7 +210,7 @@ class Leader:
         surfaces: Surfaces,
         detail: Detail,
     ) -> None:
-        below = layout.lens_centres[index] - np.array([0.0, 1.05 * layout.lens_radius])
+        below = layout.lens_centres[index] + np.array([0.0, LEADER_PLACE * layout.lens_radius])
         self._end = layout.plane.place(below)
         self._line = scene.add_line_segments(
             name,
