@@ -12,6 +12,7 @@ from slipgrasp.web.scene.camera import FrontCamera, frame_box
 
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 WIDE, NARROW = Picture(1000, 800, 200), Picture(600, 800, 200)
+LOW_PICTURE = Picture(1000, 800, 400)
 FAR_AWAY = (9.0, -3.0, 4.0)
 
 
@@ -69,6 +70,21 @@ def test_reports_from_before_the_camera_was_put_there_do_not_count_as_moved(
     camera.report(FAR_AWAY)
     camera.measure(NARROW)
     assert viewer.position == place(NARROW)
+
+
+def test_a_late_report_of_where_the_camera_was_does_not_count_as_moved(
+    camera: FrontCamera, viewer: StandIn
+) -> None:
+    camera.report(place(WIDE))
+    camera.measure(NARROW)
+    camera.report(place(NARROW))
+    camera.report(place(WIDE))
+    camera.measure(LOW_PICTURE)
+    assert viewer.position == place(LOW_PICTURE)
+    camera.report(place(LOW_PICTURE))
+    camera.report(FAR_AWAY)
+    camera.measure(WIDE)
+    assert viewer.position == place(LOW_PICTURE)
 
 
 def test_another_run_of_the_same_size_does_not_move_the_camera(

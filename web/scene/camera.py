@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,11 @@ from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
 
 FIELD_OF_VIEW = math.radians(10.0)
+Place = tuple[float, float, float]
+
 _FREE_SHARE = 0.3
 _TOLERANCE = 0.03
+_REMEMBERED = 4  # places of the camera, of which a report may still be on its way
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +64,13 @@ def frame_box(
     return Framing(middle, whole / math.tan(0.5 * FIELD_OF_VIEW), plane)
 
 
-def stands_at(position: tuple[float, float, float], framing: Framing) -> bool:
+def stands_at(position: Place, framing: Framing) -> bool:
     """Whether a reported camera [m] stands where a framing put it."""
-    return math.dist(position, framing.position) <= _TOLERANCE * framing.distance
+    return _are_near(position, framing.position, framing)
+
+
+def _are_near(one: Place, other: Place, framing: Framing) -> bool:
+    return math.dist(one, other) <= _TOLERANCE * framing.distance
 
 
 class FrontCamera:
@@ -77,6 +85,7 @@ class FrontCamera:
         self._picture = Picture(camera.image_width, camera.image_height)
         self._framing: Framing | None = None
         self._arrived = False
+        self._left: deque[Place] = deque(maxlen=_REMEMBERED)
         self._box: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._plane = FRONT
         self._free = True
@@ -103,16 +112,19 @@ class FrontCamera:
             if self._free:
                 self.frame()
 
-    def report(self, position: tuple[float, float, float]) -> None:
+    def report(self, position: Place) -> None:
         """Takes note of where the viewer's camera stands [m].
 
-        Reports from before the camera was framed may still be on their way: only one that
-        has been where it was put, and then is not, was moved by hand.
+        Reports from before the camera was framed may still be on their way, even after one that
+        it has arrived: only one that has been where it was put, and then is neither there nor
+        where it came from, was moved by hand.
         """
-        if self._framing is None:
+        framing = self._framing
+        if framing is None:
             return
-        in_place = stands_at(position, self._framing)
-        if self._arrived and not in_place:
+        in_place = stands_at(position, framing)
+        is_late = any(_are_near(position, left, framing) for left in self._left)
+        if self._arrived and not in_place and not is_late:
             self._free = False
         self._arrived = self._arrived or in_place
 
@@ -121,6 +133,8 @@ class FrontCamera:
         if self._box is None:
             return
         self._free = True
+        x, y, z = self._camera.position
+        self._left.append((float(x), float(y), float(z)))
         self._framing = frame_box(*self._box, self._picture, self._plane)
         self._arrived = False
         self._camera.fov = FIELD_OF_VIEW
