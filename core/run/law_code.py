@@ -26,6 +26,7 @@ from slipgrasp.core.trace.ticks import Ticks
 
 FAILED = 1
 WORD = 8
+_MOST_WORDS = 200  # of what numba says of types
 _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
 _MODEL_NAMES = (
     *("friction", "object_mass", "object_inertia", "link_masses", "link_lengths"),
@@ -55,6 +56,7 @@ class LawCode:
         """
         self.interrupt: BaseException | None = None
         self._failure: str | None = None
+        self._refusal: str | None = None
         self._law, self._own, self._shape = law, own, shape
         self._block = np.zeros(max(1, sum(int(np.prod(each)) for each in law.memory.values())))
         self._memory = _memory_views(law, self._block)
@@ -63,12 +65,11 @@ class LawCode:
         command = law.code.__dict__["command"]
         self._compiled = _compiled_part(command)
         if self._compiled is not None and not INTERPRETED:
-            self._entry = _compiled_entry(law, self._compiled, shape)
-            own.address = self._entry.address
+            self._entry = self._compile()
         else:
             function = law.code().command if self._compiled is None else self._compiled.py_func
             self._entry = _PROTOTYPE(self._guarded(function))
-            own.address = _address(self._entry)
+        own.address = _address(self._entry)
 
     def explain(self) -> str:
         """What went wrong with the last answer, and in which line where its code says so."""
@@ -78,7 +79,15 @@ class LawCode:
         if self._failure is None and self._compiled is not None:
             # Compiled code tells no line: Python finds it, with what the law saw last.
             self._guarded(self._compiled.py_func)(0, 0, 0)
-        return self._failure or "its compiled code raised an exception"
+        return self._failure or self._refusal or "its compiled code raised an exception"
+
+    def _compile(self) -> Any:
+        """The entry of a compiled law; where numba refuses its code, one that always fails."""
+        try:
+            return _compiled_entry(self._law, self._compiled, self._shape)
+        except Exception as error:
+            self._refusal = f"it cannot be compiled: {_first_reason(error)}"
+            return _PROTOTYPE(lambda _seen, _memory, _answer: FAILED)
 
     def _guarded(self, command: Callable[..., Any]) -> Entry:
         """A Python function for the kernel, which hears of a failure as a number."""
@@ -87,7 +96,7 @@ class LawCode:
         def entry(_seen: int, _memory: int, _answer: int) -> int:
             try:
                 command(look(), memory, out)
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 self._failure = _describe_failure(error)
                 return FAILED
             except BaseException as error:
@@ -205,7 +214,9 @@ def _used(name: str, shape: Shape) -> int | None:
 
 
 def _address(entry: Any) -> int:
-    return ctypes.cast(entry, ctypes.c_void_p).value or 0
+    """Of machine code made by numba, or of a Python function that ctypes wraps."""
+    found = getattr(entry, "address", None)
+    return ctypes.cast(entry, ctypes.c_void_p).value or 0 if found is None else int(found)
 
 
 def _compiled_part(command: Any) -> Any:
@@ -214,7 +225,14 @@ def _compiled_part(command: Any) -> Any:
     return function if hasattr(function, "py_func") else None
 
 
-def _describe_failure(error: Exception) -> str:
+def _first_reason(error: Exception) -> str:
+    """What numba says first, and where in the law's own file; all of it takes a hundred lines."""
+    lines = [line for line in str(error).splitlines() if not line.startswith("Failed in")]
+    where = next((line for line in lines if line.startswith('File "')), "").rstrip(":")
+    return f"{(lines or [''])[0][:_MOST_WORDS]} {where}".strip()
+
+
+def _describe_failure(error: Exception | SystemExit) -> str:
     """An exception in a sentence with the innermost line of the law's own code."""
     frames = traceback.extract_tb(error.__traceback__)[1:]
     where = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""

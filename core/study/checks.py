@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.own_laws import is_of_unknown_law
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
@@ -44,6 +45,8 @@ def _check_axes(
     for key, axis in document.vary.items():
         field = f"vary.{key}"
         unknown = next((k for k in expand_key(base, key) if k not in definitions), None)
+        if unknown is not None and is_of_unknown_law(base, unknown):
+            continue  # A study that was made elsewhere: its law is not here to tell.
         if unknown is not None:
             yield from _unknown(base, field, unknown, axis)
         elif axis.values is not None:

@@ -37,6 +37,7 @@ _SHORT = (
     ("slip", "slip_velocity", "phase", "normal_force", "tangential_force"),
     ("joint_torque", "joint_position"),
     ("estimates",),
+    ("diagnostics",),
 )
 """The signals of the short table; those of one group alternate contact by contact."""
 

@@ -97,7 +97,7 @@ def scenario_at(scenario: Scenario, time: float) -> Scenario:
     """A scenario with the timed changes before some time, and without those to come [s]."""
     due = sorted((c for c in scenario.changes if c.time < time), key=lambda change: change.time)
     values = {c.parameter: list(c.value) if isinstance(c.value, tuple) else c.value for c in due}
-    return with_values(replace(scenario, changes=()), values)
+    return with_values(replace(scenario, changes=()), values, with_law=False)
 
 
 def any_of(

@@ -7,7 +7,7 @@ round differently, and slip amplifies that; there the stated tolerance applies.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from slipgrasp.core.run.claims import contradictions_of
@@ -108,7 +108,7 @@ def verify(
         unaltered=unaltered,
         mismatches=mismatches,
         recorded=result.provenance,
-        present=present,
+        present=replace(present, law=computed.provenance.law),
     )
 
 

@@ -118,6 +118,9 @@ def record(
             run()
         _drop_if_empty(part_of(path))
         return Recorded(unsaved(simulation.result(), failure), failure)
+    except BaseException:  # Such as a second Ctrl-C while a law never answers.
+        _drop_if_empty(part_of(path))
+        raise
     if not writer.is_regular:
         _make_regular(result, path, display_rate)
     return Recorded(result, None)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.study.cost import StudyCost
 from slipgrasp.core.study.definition import KeptRecordings, Study
@@ -279,7 +281,11 @@ def read_study(body: Any, max_runs: int) -> Study:
     Raises:
         ScenarioError: With one entry per wrong field, or if there are too many runs.
     """
-    study = study_from_mapping(body, _find_base)
+    kind = body.get("law") if isinstance(body, dict) else None
+    if kind is not None:
+        # As in a study file, but for names only: never code, nor a path.
+        body = {key: value for key, value in body.items() if key != "law"}
+    study = study_from_mapping(body, partial(_find_base, kind=kind))
     if study.num_runs > max_runs:
         message = (
             f"the study has {study.num_runs} runs, at most {max_runs} are allowed on this server; "
@@ -310,10 +316,11 @@ def _of_run(index: int, finding: FieldError) -> FieldError:
     return replace(finding, field=field, message=message)
 
 
-def _find_base(base: Any) -> Scenario:
+def _find_base(base: Any, kind: Any) -> Scenario:
     """A preset by name or a whole scenario; a path is no name here, unlike on the command line."""
     try:
-        return scenario_from_mapping(base) if isinstance(base, dict) else find_preset(base)
+        found = scenario_from_mapping(base) if isinstance(base, dict) else find_preset(base)
+        return found if kind is None else with_law(found, str(kind))
     except ScenarioError as error:
         raise ScenarioError([_in_base(finding) for finding in error.errors]) from error
 

@@ -102,7 +102,7 @@ def _with_law(scenario: Scenario, kind: str) -> Scenario:
     from slipgrasp.core.scenario.law_choice import choose_law, describe_settings
 
     choice = choose_law(scenario, kind)
-    complain(f"{kind}: {describe_settings(choice.settings) or 'with the settings as they are'}")
+    complain(f"{kind}: {describe_settings(choice.settings) or 'no other setting changes'}")
     return choice.scenario
 
 

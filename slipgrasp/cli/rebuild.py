@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, names_a_file, store_in
+from slipgrasp.cli.arguments import add_data_directory, know_law, names_a_file, store_in
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus, complain
 
@@ -45,6 +45,11 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="where to write the recording (default: among the runs in the data folder)",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
+    parser.add_argument(
+        "--law",
+        metavar="FILE.py:Name",
+        help="a law of one's own that the study names, from this file; installed ones are found",
+    )
     add_data_directory(parser)
     parser.set_defaults(execute=_execute)
 
@@ -61,6 +66,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         from slipgrasp.recordings.exceptions import RecordingExistsError
 
         raise RecordingExistsError(output)
+    if arguments.law is not None:
+        know_law(arguments.law)
     path = _study_path(arguments.study, arguments.data_directory)
     with Progress("reading the study"):
         study, row = _read_row(path, arguments.index)

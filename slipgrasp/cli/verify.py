@@ -11,6 +11,7 @@ from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus
 
 if TYPE_CHECKING:
+    from slipgrasp.core.scenario.own_laws import LawIdentity
     from slipgrasp.recordings.compare.verification import Verification
 
 MOST_NAMES = 6
@@ -85,6 +86,8 @@ def _verdict(found: Verification) -> str:
     if not found.mismatches:
         return "Altered: it holds what its scenario gives, but not what was written into it."
     first = found.mismatches[0]
+    if len(found.mismatches) == 1 and first.what == "law":
+        return "It differs: another version of its law ran, and gave the same samples."
     when = "" if first.time is None else f" at {first.time:.9g} s"
     said = f"{_value(first.recorded)} recorded, {_value(first.computed)} computed"
     others = [mismatch.what for mismatch in found.mismatches[1:]]
@@ -118,12 +121,21 @@ def _rule(found: Verification) -> str:
 
 
 def _law(found: Verification) -> list[str]:
-    law = found.recorded.law
+    law, ran = found.recorded.law, found.present.law
     if law is None:
         return []
-    did = "its recorded commands were taken" if found.replayed else "its code was run as well"
+    if found.replayed:
+        did = "its recorded commands were taken"
+    elif law == ran or ran is None:
+        did = "its code was run as well"
+    else:
+        did = f"what ran is {_identity(ran)}"
+    return [f"The law is {_identity(law)}; {did}."]
+
+
+def _identity(law: LawIdentity) -> str:
     version = f" {law.version}" if law.version else ""
-    return [f"The law is '{law.name}'{version} ({law.digest[:12] or 'no code'}); {did}."]
+    return f"'{law.name}'{version} ({law.digest[:12] or 'no code'})"
 
 
 def _stretch(found: Verification) -> str:

@@ -58,6 +58,15 @@ def test_a_law_that_is_offered_runs_under_its_name(client, _offered):
     assert answer.json()["outcome"] == "separated"
 
 
+def test_a_study_names_a_law_that_is_offered(client, _offered):
+    asked = {"base": "composite-case-2", "law": "offered", "recordings": "none"}
+    vary = {"object.mass": {"min": 0.8, "max": 1.2, "count": 2}}
+    answer = client.post("/studies", json={**asked, "vary": vary}, headers={"Prefer": "wait=30"})
+    assert answer.status_code in (200, 201, 202), answer.text
+    refused = client.post("/studies", json={**asked, "law": ["offered"], "vary": vary})
+    assert refused.status_code == 422
+
+
 @pytest.fixture
 def _rough():
     law = load_law(f"{Path(__file__).with_name('rough_law.py')}:Rough")

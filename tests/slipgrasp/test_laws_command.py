@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from slipgrasp import open_study
 from slipgrasp.cli.main import main
 from slipgrasp.core.scenario.law_loading import LawError, admit, load_law, refer_to
 from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml, with_values
@@ -63,6 +64,12 @@ def test_a_law_of_a_file_runs_is_recorded_and_verifies_without_it(capsys):
     Path("law.py").write_text(LAW.replace("40.0", "41.0"), encoding="utf-8")
     status, found = run(capsys, "verify", "run.mcap", "--law", "law.py:Carry")
     assert (status, found["mismatches"][0]["what"]) == (1, "law")
+    assert found["present"]["law"]["digest"] != found["recorded"]["law"]["digest"]
+    Path("law.py").write_text(f"{LAW}# A comment.\n", encoding="utf-8")
+    assert main(["verify", "run.mcap", "--law", "law.py:Carry"]) == 1
+    told = capsys.readouterr().out
+    assert "another version of its law ran, and gave the same samples" in told
+    assert "its code was run as well" not in told
 
 
 def test_a_file_may_name_the_law_that_comes_with_it(capsys):
@@ -84,6 +91,84 @@ def test_a_broken_law_tells_its_line_and_nothing_is_lost(capsys):
     assert f"law.py, line {line}: out.torque[:] = undefined" in found["reason"]["message"]
     assert found["end_time"] == pytest.approx(0.009)
     assert run(capsys, "verify", "run.mcap")[1]["same"]
+
+
+ROUGH = '''import numba
+import sys
+
+class Leaves:
+    """Ends its program."""
+
+    def command(self, seen, memory, out):
+        sys.exit(7)
+
+
+@numba.njit
+def command(seen, memory, out):
+    out.torque[0, 0] = seen.slipp[0]
+
+
+class Misspelt:
+    """Asks for what is not there, and is compiled."""
+
+    command = staticmethod(command)
+'''
+
+
+@pytest.mark.parametrize(
+    ("name", "told", "line"),
+    [
+        ("Leaves", "SystemExit: 7", "sys.exit(7)"),
+        ("Misspelt", "has no attribute 'slipp'", "out.torque[0, 0] = seen.slipp[0]"),
+    ],
+)
+def test_a_law_that_ends_the_program_or_cannot_be_compiled_is_a_failed_run(
+    name, told, line, capsys
+):
+    Path("rough.py").write_text(ROUGH, encoding="utf-8")
+    status, found = run(
+        capsys, "run", "composite-case-2", "--law", f"rough.py:{name}", "--output", "run.mcap"
+    )
+    assert (status, found["reason"]["code"]) == (4, "law_failed")
+    assert told in found["reason"]["message"] and line in found["reason"]["message"]
+    assert run(capsys, "verify", "run.mcap")[1]["same"]
+
+
+def test_what_numba_alone_refuses_is_told_in_a_line(capsys):
+    text = ROUGH.replace("seen.slipp[0]", "str(seen.tick, []) and 0.0")
+    Path("rough.py").write_text(text.replace("str(", "dict("), encoding="utf-8")
+    _, found = run(capsys, "run", "composite-case-2", "--law", "rough.py:Misspelt")
+    assert len(found["reason"]["message"]) < 500
+
+
+def test_what_a_law_tells_is_a_column_of_the_table(capsys):
+    text = LAW.replace('"""Carries the object."""', 'diagnostics = {"grip": ("N", "Asked for.")}')
+    Path("law.py").write_text(text.replace("force = 40.0", "out.grip[0] = 40.0; force = 40.0"))
+    run(capsys, "run", "composite-case-2", "--law", "law.py:Carry", "--output", "run.mcap")
+    assert main(["export", "run.mcap", "--output", "run.csv"]) == 0
+    head, first, *_ = Path("run.csv").read_text().splitlines()
+    assert dict(zip(head.split(","), first.split(","), strict=True))["law_grip"] == "40.0"
+
+
+def test_a_study_over_a_law_is_read_and_rebuilt_where_the_law_comes_from_a_file(capsys):
+    text = LAW.replace(
+        '"""Carries the object."""',
+        'parameters = {"grip": LawParameter(value=40.0, minimum=0.0, maximum=90.0, text="Force.")}',
+    ).replace("40.0 * seen", "seen.parameters.grip * seen")
+    Path("law.py").write_text(f"from slipgrasp import LawParameter\n{text}", encoding="utf-8")
+    study = (
+        'base = "composite-case-2"\nlaw = "law.py:Carry"\nrecordings = "none"\n'
+        '[set]\n"simulation.duration" = 0.05\n'
+        '[vary]\n"controller.parameters.grip" = {min = 30.0, max = 60.0, count = 2}\n'
+    )
+    Path("study.toml").write_text(study, encoding="utf-8")
+    run(capsys, "study", "study.toml", "--output", "out", "--executor", "inline")
+    forget("carry")
+    assert open_study("out/study.mcap").study.keys == ("controller.parameters.grip",)
+    rebuild = ["rebuild", "out/study.mcap", "1", "--output", "run.mcap"]
+    assert main(rebuild) == 2
+    assert "is no control law here" in capsys.readouterr().err
+    assert main([*rebuild, "--law", "law.py:Carry"]) == 0
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.own_laws import OwnLaw, forget
 from slipgrasp.core.words.display_name import name_run
@@ -21,8 +22,11 @@ from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import SetParameter, Undo
 from slipgrasp.web.model.laws import with_law, without_law_change
 from slipgrasp.web.model.playback import Playback, TimeWindow, WindowChoice
+from slipgrasp.web.model.study import StudyView
+from slipgrasp.web.model.study_draft import offers_of
 from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.panels.knobs_panel import KnobsPanel
+from slipgrasp.web.panels.study_panel import draft_html
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.web.conftest import PATIENCE, SMALL
 from tests.web.driving import knob, number_field, overwrite, pause, pause_at
@@ -133,6 +137,21 @@ def test_the_knobs_of_a_law_are_seen_while_it_is_the_law(
     assert not panel.knob("controller.grip_force").input.visible
     assert panel.knob(GRIP).value == 30.0
     panel.remove()
+
+
+def test_a_recording_of_a_law_that_is_not_here_is_shown(
+    first: Draft, viewer_server: ViewerServer
+) -> None:
+    result = simulate(with_law(first, "squeeze", None).edited(GRIP, 60.0).scenario())
+    forget("squeeze")
+    assert describe_run(result).headline
+    draft = Draft.starting_from("a recording", result.scenario)
+    panel = KnobsPanel(viewer_server.gui, lambda _: None)
+    panel.update(view_at(0.0, draft))
+    assert panel.knob(LAW).value == "squeeze"
+    panel.remove()
+    assert offers_of(result.scenario) == ()
+    assert "law of this scenario is not here" in draft_html(StudyView())
 
 
 def test_what_a_law_tells_has_a_chart_with_its_unit_and_sentence(first: Draft) -> None:

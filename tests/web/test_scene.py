@@ -198,6 +198,9 @@ def test_what_falls_far_is_still_in_the_picture() -> None:
     (low, high), (lower, same) = (box_around(corners, path, lag, 0.15) for lag in (near, far))
     assert lower[1] < -0.1 - 0.14 < low[1]
     np.testing.assert_array_equal(high, same)
+    hanging = np.array([[0.0, 0.0], [0.0, 0.48]])
+    lowest, _ = box_around(corners, path[:2], hanging, 0.15)
+    assert lowest[1] < -0.1 - 0.48
 
 
 def test_a_ray_ends_on_the_circle_that_it_leaves() -> None:

@@ -221,7 +221,9 @@ def add_knob(
     if parameter.key in row_parameters():
         return _RowsKnob(parameter, gui.add_text(label, "", hint=hint), send)
     if parameter.kind == "choice":
-        choice = gui.add_dropdown(label, parameter.choices, initial_value=str(value), hint=hint)
+        # A law that is not known here is no choice, but it is the one that the run has.
+        choices = dict.fromkeys((*parameter.choices, str(value)))
+        choice = gui.add_dropdown(label, tuple(choices), initial_value=str(value), hint=hint)
         return _PlainKnob(parameter, choice, send)
     if parameter.kind == "boolean":
         return _PlainKnob(parameter, gui.add_checkbox(label, bool(value), hint=hint), send)

@@ -281,7 +281,7 @@ class _KnownStudies:
 def draft_html(study: StudyView) -> str:
     """What the planned study costs, or why it cannot run."""
     if study.draft is None:
-        return ""
+        return box_html("Not run", ["Nothing can vary: the law of this scenario is not here."])
     runs = number_words(study.draft.num_runs, "run")
     if study.is_starting:
         text = f"<b>{runs}</b>: being checked …"

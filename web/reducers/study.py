@@ -140,11 +140,13 @@ class StudyReducer(Reducer):
         return max(min(waits), 0.0) if waits else None
 
     def _in_step(self, view: ViewState) -> ViewState:
-        """Another scenario offers other parameters."""
+        """Another scenario offers other parameters; one whose law is not here offers none."""
         if view.draft.base is self._base:
             return view
         self._base = view.draft.base
         offers = offers_of(view.draft.base)
+        if not offers:
+            return replace(view, study=replace(view.study, offers=(), draft=None))
         study_draft = fitted(view.study.draft, offers)
         return replace(view, study=replace(view.study, offers=offers, draft=study_draft))
 

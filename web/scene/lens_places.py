@@ -22,6 +22,7 @@ _BELOW = -LEADER_PLACE
 _MOST_IN_A_ROW = 3
 _WIDTH, _SHARE, _LEAST_ASPECT = 0.44, 0.18, 1.1
 _MARGIN = 0.3
+_MOST_LAG = 4.0  # radii of the object; what is farther off is out of the picture
 _DIGITS = 5
 
 
@@ -86,7 +87,10 @@ def box_around(corners: Points, path: Points, lag: Points, radius: float) -> tup
     seen = np.isfinite(path).all(axis=1) & np.isfinite(lag).all(axis=1)
     there, behind = path[seen], lag[seen]
     margin = _MARGIN * radius
-    below, above = (margin + radius * (far > margin) for far in _extremes(behind))
+    below, above = (
+        margin + radius * np.where(far > margin, np.ceil(far / radius).clip(max=_MOST_LAG), 0.0)
+        for far in _extremes(behind)
+    )
     low = corners.min(axis=0) + there.min(axis=0, initial=0.0) - below
     high = corners.max(axis=0) + there.max(axis=0, initial=0.0) + above
     return low.round(_DIGITS), high.round(_DIGITS)
