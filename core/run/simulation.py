@@ -260,13 +260,17 @@ class Simulation:
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""
         outcome = self.outcome or Outcome.STOPPED
-        estimates = self._engine.estimates
+        believed = (
+            [estimate.initial for estimate in self.scenario.estimates]
+            if self._first
+            else self._engine.estimates.tolist()
+        )
         return RunSummary(
             scenario=self.scenario,
             outcome=outcome,
             reason=self._reason,
             end_time=float(self._run.tally.time),
-            estimates=dict(zip(self.shape.unknowns, estimates.tolist(), strict=True)),
+            estimates=dict(zip(self.shape.unknowns, believed, strict=True)),
             metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
             warnings=describe_warnings(self._run),
         )

@@ -7,6 +7,7 @@ from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from slipgrasp.core.words.interruptions import describe_stop
 from tests.references.continuous import run_continuous
 from tests.references.sampled import run_sampled
 from tests.references.world import World
@@ -239,3 +240,12 @@ def test_three_fingers_run_to_a_typed_outcome(period):
     assert result.outcome is not Outcome.LIMIT
     assert result.trace.shape.num_contacts == 3
     assert np.all(np.isfinite(result.trace.to_rows()))
+
+
+@pytest.mark.parametrize("name", ["composite-case-2", "spatial-composite"])
+def test_a_run_that_is_stopped_before_it_begins_believes_what_it_believed_at_first(name):
+    scenario = load_scenario(name)
+    simulation = Simulation(scenario)
+    simulation.end(Outcome.STOPPED, describe_stop(0.0))
+    expected = {estimate.parameter: estimate.initial for estimate in scenario.estimates}
+    assert simulation.summary().estimates == expected
