@@ -105,7 +105,10 @@ def law_from_source(source: str, origin: str) -> OwnLaw:
         raise LawError(f"'{path}' cannot be run: {type(error).__name__}: {error}") from error
     code = vars(module).get(name)
     if not isinstance(code, type):
-        raise LawError(f"'{path}' has no class '{name}'")
+        classes = {n: each for n, each in vars(module).items() if isinstance(each, type)}
+        laws = [n for n, each in classes.items() if hasattr(each, "command")]
+        there = f"; laws in it: {', '.join(laws)}" if laws else ""
+        raise LawError(f"'{path}' has no class '{name}'{there}")
     return declared_law(code, digest=digest, origin=origin, source=source)
 
 

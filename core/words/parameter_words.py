@@ -97,4 +97,4 @@ def _is_unit(unit: str) -> bool:
 def _singular(word: str) -> str:
     if word.endswith(("sses", "ches")):
         return word.removesuffix("es")
-    return word if word == "bias" else word.removesuffix("s")
+    return word if word.endswith("bias") else word.removesuffix("s")

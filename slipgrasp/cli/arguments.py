@@ -73,6 +73,8 @@ def know_law(specification: str) -> str:
     from slipgrasp.core.scenario.law_loading import installed_law_names, load_law
     from slipgrasp.core.scenario.own_laws import law_names
 
+    if specification.endswith(".py"):
+        raise CommandError(f"--law {specification}: which class? Give it as {specification}:Name")
     is_elsewhere = ".py:" in specification or specification in installed_law_names()
     if specification in law_names() or not is_elsewhere:
         return specification

@@ -175,7 +175,8 @@ def test_a_study_over_a_law_is_read_and_rebuilt_where_the_law_comes_from_a_file(
     ("specification", "told"),
     [
         ("nowhere.py:Carry", "cannot be read"),
-        ("law.py:Nothing", "has no class 'Nothing'"),
+        ("law.py:Nothing", "has no class 'Nothing'; laws in it: Carry, Broken"),
+        ("law.py", "which class? Give it as law.py:Name"),
         ("no-such-law", "laws: theorem-3"),
     ],
 )
