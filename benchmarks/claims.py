@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.report import Table, format_share
-from benchmarks.robustness import random_objects, vary_objects
+from benchmarks.robustness import COUNT, random_objects, vary_objects
 from benchmarks.robustness_worlds import (
-    FIELD_FILE,
-    FIELD_LAWS,
     SETTINGS,
     WORLDS,
+    Held,
     hold,
+    load_field_laws,
 )
 from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.flow import update_mechanics
@@ -25,17 +25,15 @@ from slipgrasp.core.kernel.run import make_run
 from slipgrasp.core.kernel.workspace import WORKSPACE
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-COUNT = 300
-LATE_COUNT = 100  # of runs of 3 s
 PAGE = "claims.md"
 EXPECTED = 0.3  # error of a force that the law expects beside that from noise [N]
 SIGMAS = 6.0  # beyond which an error counts as news and what was known is forgotten
 
 LATENCIES = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)  # [s]
 _BLIND = {**SETTINGS, "controller.prediction": False}
+SWITCHES, HOLDS = "switches, K_v 20", "holds, K_v 20"
 SWITCHING: dict[str, dict[str, Any]] = {
     "switches, K_v 10": {
         **_BLIND,
@@ -43,16 +41,17 @@ SWITCHING: dict[str, dict[str, Any]] = {
         "controller.velocity_gain": 10.0,
     },
     "holds, K_v 10": {**_BLIND, "controller.velocity_gain": 10.0},
-    "switches, K_v 20": {**_BLIND, "controller.distribution": "exact"},
-    "holds, K_v 20": _BLIND,
+    SWITCHES: {**_BLIND, "controller.distribution": "exact"},
+    HOLDS: _BLIND,
     "holds and looks ahead": SETTINGS,
 }
 NOISES = (5e-4, 1e-3, 2e-3, 3e-3, 5e-3, 1e-2)  # [m/s]
 _UNAWARE = {**SETTINGS, "controller.velocity_noise": 0.0}
 _DETECTED = {"sensing.true_phases": False}
+UNAWARE_OF_NOISE, AWARE_OF_NOISE = "0.3 N expected", "noise of 6 mm/s expected"
 AWARE: dict[str, dict[str, Any]] = {
-    "0.3 N expected": _UNAWARE,
-    "noise of 6 mm/s expected": SETTINGS,
+    UNAWARE_OF_NOISE: _UNAWARE,
+    AWARE_OF_NOISE: SETTINGS,
     "0.3 N, slip by threshold": {
         **_UNAWARE,
         **_DETECTED,
@@ -60,7 +59,7 @@ AWARE: dict[str, dict[str, Any]] = {
     },
     "6 mm/s, slip by sums": {**SETTINGS, **_DETECTED},
 }
-_LATE = {
+LATE = {
     "sensing.true_phases": False,
     "sensing.slip_detector": "threshold",
     "sensing.slip_delay": 0.02,
@@ -104,8 +103,10 @@ class Series(NamedTuple):
 
 
 def run(docs: Path | None = None) -> list[Table]:
-    """The tables ``claim-1`` to ``claim-3``, and their picture."""
+    """The tables ``claim-1`` to ``claim-3`` and ``claim-hands``, and their picture."""
+    # Those modules know this one.
     from benchmarks.claims_chart import draw_claims
+    from benchmarks.claims_hands import measure_hands, tabulate_hands
 
     delay, noise = measure_switching(), measure_noise()
     late = measure_late()
@@ -126,6 +127,7 @@ def run(docs: Path | None = None) -> list[Table]:
             ),
         ),
         _tabulate("claim-3", "20 ms to detection and 17 ms late", LATE_WORLDS, late),
+        tabulate_hands(measure_hands()),
     ]
 
 
@@ -139,31 +141,46 @@ def measure_switching(count: int = COUNT) -> list[Series]:
 
 def measure_noise(count: int = COUNT) -> list[Series]:
     """Velocity noise where the law expects its errors, and where it does not."""
-    worlds = [
-        {
-            "sensing.position_noise": 1e-2 * noise,
-            "sensing.velocity_noise": noise,
-            "sensing.true_accelerations": False,
-        }
-        for noise in NOISES
-    ]
+    worlds = [noisy_motion(noise) for noise in NOISES]
     return [_sweep(name, values, worlds, count) for name, values in AWARE.items()]
 
 
-def measure_late(count: int = LATE_COUNT) -> list[Series]:
+def noisy_motion(noise: float) -> dict[str, Any]:
+    """What measures motion with so much velocity noise [m/s]."""
+    return {
+        "sensing.position_noise": 1e-2 * noise,
+        "sensing.velocity_noise": noise,
+        "sensing.true_accelerations": False,
+    }
+
+
+def measure_late(count: int = COUNT) -> list[Series]:
     """The delays of the field, from a first grip of 30 N, in the worlds of the table."""
-    load_law(f"{FIELD_FILE}:{FIELD_LAWS['reactive force'][0]}")
+    load_field_laws()
     found = []
     for law in RIVALS:
-        runs = [hold(law, {**WORLDS[world], **_LATE}, count) for world in LATE_WORLDS]
-        points = (
-            _point([r.held for r in each], [r.path for r in each])._replace(
-                safety=float(np.median([r.safety for r in each if r.held]))
-            )
-            for each in runs
-        )
-        found.append(Series(law, tuple(points)))
+        runs = [hold(law, {**WORLDS[world], **LATE}, count) for world in LATE_WORLDS]
+        found.append(Series(law, tuple(map(point_of, runs))))
     return found
+
+
+def point_of(runs: Sequence[Held]) -> Point:
+    """How the objects of one world fared, with how hard they were held at the end."""
+    safety = [run.safety for run in runs if run.held]
+    point = _point([run.held for run in runs], [run.path for run in runs])
+    return point._replace(safety=float(np.median(safety)) if safety else np.nan)
+
+
+def hold_for_a_second(base: Scenario, count: int) -> Point:
+    """Lets the composite law hold the random objects, from a friction believed to be 1.2.
+
+    Args:
+        base: Hand, law and world.
+        count: Number of objects.
+    """
+    objects = random_objects(count, len(base.fingers))
+    metrics = [run.metrics for run in simulate_many(vary_objects(base, "composite", objects))]
+    return _point([m.held for m in metrics], [max(m.slip_path) for m in metrics])
 
 
 def noise_that_fails(scenario: Scenario) -> float:
@@ -192,13 +209,9 @@ def noise_that_fails(scenario: Scenario) -> float:
 def _sweep(
     name: str, values: Mapping[str, Any], worlds: Sequence[Mapping[str, Any]], count: int
 ) -> Series:
-    """One law in every world, for a second, from a friction believed to be 1.2."""
-    objects, points = random_objects(count), []
-    for world in worlds:
-        base = with_values(load_scenario("composite-case-2"), {**values, **world})
-        runs = list(simulate_many(vary_objects(base, "composite", objects)))
-        metrics = [run.metrics for run in runs]
-        points.append(_point([m.held for m in metrics], [max(m.slip_path) for m in metrics]))
+    """One law in every world, for a second."""
+    base = with_values(load_scenario("composite-case-2"), values)
+    points = (hold_for_a_second(with_values(base, world), count) for world in worlds)
     return Series(name, tuple(points))
 
 
@@ -216,7 +229,7 @@ def _tabulate(
     rows = tuple(
         (
             label if isinstance(label, str) else f"{label:g}",
-            *(_describe(each.points[k]) for each in series),
+            *(describe_point(each.points[k]) for each in series),
         )
         for k, label in enumerate(labels)
     )
@@ -227,7 +240,8 @@ def _tabulate(
     return Table(name, (head, *(each.name for each in series)), rows, (legend + ".", *notes), PAGE)
 
 
-def _describe(point: Point) -> str:
+def describe_point(point: Point) -> str:
+    """Held, slip path and, where asked for, how hard, as the legend of `_tabulate` says."""
     share = format_share(point.held, point.count)
     safety = "" if point.safety is None else f"; {point.safety:.2f}"
     return f"{share}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}{safety}"

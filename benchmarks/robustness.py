@@ -91,7 +91,7 @@ def run(docs: Path | None = None) -> list[Table]:
         measure_verdicts(COUNT),
         *(tabulate_sweep(sweep) for sweep in sweeps),
         *measure_worlds(),
-        measure_hands(),
+        *measure_hands(),
     ]
 
 

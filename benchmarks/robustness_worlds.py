@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,8 +20,6 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 
 COUNT = 1000
-FEWER = 300  # the first of them, for laws of the field
-FEWEST = 100  # the first of them, for every law in more worlds
 DURATION = 3.0  # a grip that is too strong at first is probed for a second
 EVENT = 1.5  # when something happens to the object [s]
 FIRST_FORCE = 30.0  # normal force of both fingertips at the start [N]
@@ -31,11 +29,11 @@ SAFETY = 1.05
 
 _PAPER = {"controller.velocity_gain": 10.0, **EXACT}
 FIELD_FILE = Path(__file__).parents[1] / "examples" / "laws" / "field.py"
-# Laws of the field: their classes, and what they are told at the start of the run.
-FIELD_LAWS: dict[str, tuple[str, frozenset[str]]] = {
-    "reactive force": ("ReactiveForce", frozenset({"mass"})),
-    "learnt friction": ("LearntFriction", frozenset({"mass"})),
-    "observed slip": ("ObservedSlip", frozenset({"mass", "friction"})),
+# Laws of the field: their classes, and of which parameters they are told at the start of the run.
+FIELD_LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "reactive force": ("ReactiveForce", ("object.",)),
+    "learnt friction": ("LearntFriction", ("object.",)),
+    "observed slip": ("ObservedSlip", ("object.", "fingers.")),
 }
 # Every law that is compared: what it sets. A law from elsewhere is one row more.
 LAWS: dict[str, dict[str, Any]] = {
@@ -78,12 +76,11 @@ _FOUND_LATE = {
     "sensing.slip_delay": 0.0204,
     "sensing.slip_delay_deviation": 0.006,
 }
-_RUB = {
-    f"fingers.{i}.{key}": value
-    for i in range(2)
-    for key, value in (("joint_damping", 0.2), ("joint_friction", 0.5))
-}
+_RUB = {"every finger": {"joint_damping": 0.2, "joint_friction": 0.5}}
 _PUSH = {"pulses": [{"time": EVENT, "duration": 0.05, "force": [0.0, -5.0]}]}
+# Keys of scenarios, but for three: what friction and mass are multiplied by in mid-run, and what
+# holds of every finger.
+_NOT_KEYS = ("friction", "mass", "every finger")
 WORLDS: dict[str, dict[str, Any]] = {
     "ideal": {},
     "noise 1 mm/s": _noise(1e-3),
@@ -100,14 +97,11 @@ WORLDS: dict[str, dict[str, Any]] = {
     "push, 1 mm/s": {**_PUSH, **_noise(1e-3)},
     "friction falls by 40 %, 1 mm/s": {"friction": 0.6, **_noise(1e-3)},
     "mass grows by half, 1 mm/s": {"mass": 1.5, **_noise(1e-3)},
-}
-# As above, with fewer objects.
-MORE_WORLDS: dict[str, dict[str, Any]] = {
     "links believed 10 % long": {"controller.link_length_ratio": 1.1, **_noise(1e-3)},
     "links believed 10 % short": {"controller.link_length_ratio": 0.9, **_noise(1e-3)},
     "joints that rub, 1 mm/s": {**_RUB, **_noise(1e-3)},
     "slip found after 20 ms, 1 mm/s": _FOUND_LATE,
-    "the same, 17 ms late": {**_FOUND_LATE, "controller.latency": 0.017},
+    "found after 20 ms, 17 ms late": {**_FOUND_LATE, "controller.latency": 0.017},
     "forces off by 2 N, 1 mm/s": {"sensing.force_bias": [2.0, 2.0], **_noise(1e-3)},
 }
 
@@ -130,23 +124,23 @@ class Held(NamedTuple):
     safety: float = np.nan
 
 
-def measure_worlds(count: int = COUNT, fewer: int = FEWER, fewest: int = FEWEST) -> list[Table]:
+def measure_worlds(count: int = COUNT) -> list[Table]:
     """What every law holds in every world, and how, for the same objects with two fingers.
 
     Args:
         count: Number of objects.
-        fewer: The same for laws of the field.
-        fewest: The same for every law in more worlds.
     """
+    load_field_laws()
+    found = {
+        world: {law: hold(law, values, count) for law in LAWS} for world, values in WORLDS.items()
+    }
+    return tabulate(found)
+
+
+def load_field_laws() -> None:
+    """Makes the laws of the field known by their names."""
     for name, _ in FIELD_LAWS.values():
         load_law(f"{FIELD_FILE}:{name}")
-    found = {
-        world: {law: hold(law, values, fewer if law in FIELD_LAWS else count) for law in LAWS}
-        for world, values in WORLDS.items()
-    }
-    for world, values in MORE_WORLDS.items():
-        found[world] = {law: hold(law, values, fewest) for law in LAWS}
-    return tabulate(found)
 
 
 def tabulate(found: Mapping[str, Mapping[str, list[Held]]]) -> list[Table]:
@@ -155,40 +149,50 @@ def tabulate(found: Mapping[str, Mapping[str, list[Held]]]) -> list[Table]:
     Args:
         found: World, law, objects.
     """
+    (count,) = {len(runs) for laws in found.values() for runs in laws.values()}
     note = (
-        f"{COUNT} objects, the first {FEWER} of them for the laws of the field, and the first "
-        f"{FEWEST} in the last {len(MORE_WORLDS)} worlds. The first normal force of every law is "
-        f"{FIRST_FORCE:g} N, but "
-        "that of the oracle, which is told the truth. The laws of the field are told the mass at "
-        "the start, the observer also the friction. Intervals are Wilson's, 95 %."
+        f"{count} objects. The first normal force of every law is {FIRST_FORCE:g} N, but that of "
+        "the oracle, which is told the truth. The laws of the field are told the mass at the "
+        "start, the observer also the friction. Intervals are Wilson's, 95 %."
     )
-    shares = tuple(
-        (world, *(format_share(sum(run.held for run in runs), len(runs)) for runs in laws.values()))
-        for world, laws in found.items()
-    )
-    how = tuple(
-        (world, *(_describe(runs) for runs in laws.values())) for world, laws in found.items()
-    )
-    heads = ("world", *LAWS)
     legend = (
         "Kept in hand [%]; slip path of all runs, median/worst [mm]; normal force at the end over "
         "the least that friction allows, median of the held."
     )
     return [
-        Table("robustness-worlds", heads, shares, (note,), "robustness.md"),
-        Table("robustness-how", heads, how, (legend,), "robustness.md"),
+        tabulate_worlds("robustness-worlds", found, describe_share, note),
+        tabulate_worlds("robustness-how", found, _describe, legend),
     ]
 
 
+def tabulate_worlds(
+    name: str,
+    found: Mapping[str, Mapping[str, list[Held]]],
+    describe: Callable[[list[Held]], str],
+    note: str,
+) -> Table:
+    """One row per world, one column per law.
+
+    Args:
+        name: Of the table.
+        found: World, law, objects.
+        describe: What a cell says of its runs.
+        note: What is to be read with it.
+    """
+    rows = tuple((world, *map(describe, laws.values())) for world, laws in found.items())
+    heads = ("world", *next(iter(found.values())))
+    return Table(name, heads, rows, (note,), "robustness.md")
+
+
 def hold(law: str, world: Mapping[str, Any], count: int) -> list[Held]:
-    """Lets one law hold the random objects in one world.
+    """Lets one law hold the random objects in one world, with two fingers.
 
     Args:
         law: One of `LAWS`.
         world: One of the values of `WORLDS`.
         count: Number of objects.
     """
-    return run_objects(_vary(law, world, count))
+    return run_objects(vary_objects(two_fingers(), law, world, count))
 
 
 def run_objects(scenarios: Iterable[Scenario]) -> list[Held]:
@@ -197,14 +201,48 @@ def run_objects(scenarios: Iterable[Scenario]) -> list[Held]:
         return list(pool.map(_run, scenarios))
 
 
-def happening(world: Mapping[str, Any], mass: float, frictions: Sequence[float]) -> dict[str, Any]:
-    """Values of a scenario in a world, with the changes of this object in mid-run.
+def vary_objects(
+    base: Scenario, law: str, world: Mapping[str, Any], count: int
+) -> Iterator[Scenario]:
+    """Every object in one world, each with noise of its own.
 
     Args:
+        base: The hand, set for the composite law.
+        law: One of `LAWS`.
         world: One of the values of `WORLDS`.
-        mass: Of the object [kg].
-        frictions: Of its contacts.
+        count: Number of objects.
     """
+    base = with_values(base, LAWS[law])
+    _, told = FIELD_LAWS.get(law, ("", ()))
+    for seed, (mass, *frictions) in enumerate(random_objects(count, len(base.fingers)).tolist()):
+        truth = {
+            "object.mass": mass,
+            "object.inertia": INERTIA_PER_MASS * mass,
+            **{f"fingers.{i}.friction": mu for i, mu in enumerate(frictions)},
+        }
+        beliefs = {
+            f"estimates.{k}.initial": truth[estimate.parameter]
+            for k, estimate in enumerate(base.estimates)
+            if estimate.parameter.startswith(told)
+        }
+        values = {
+            **beliefs,
+            **truth,
+            "simulation.seed": seed,
+            "simulation.duration": DURATION,
+            "simulation.output_rate": 20.0,
+            **_happening(world, mass, frictions),
+        }
+        yield with_values(base, values)
+
+
+def describe_share(runs: list[Held]) -> str:
+    """The share of what was held, with its interval."""
+    return format_share(sum(run.held for run in runs), len(runs))
+
+
+def _happening(world: Mapping[str, Any], mass: float, frictions: Sequence[float]) -> dict[str, Any]:
+    """Values of a scenario in a world, with the changes of this object in mid-run."""
     changes = []
     if "friction" in world:
         changes = [
@@ -214,35 +252,20 @@ def happening(world: Mapping[str, Any], mass: float, frictions: Sequence[float])
     if "mass" in world:
         grown = world["mass"] * mass
         changes = [{"time": EVENT, "parameter": "object.mass", "value": grown}]
-    values = {key: value for key, value in world.items() if key not in ("friction", "mass")}
-    return {**values, "changes": changes}
+    of_fingers = {
+        f"fingers.{i}.{key}": value
+        for key, value in world.get("every finger", {}).items()
+        for i in range(len(frictions))
+    }
+    values = {key: value for key, value in world.items() if key not in _NOT_KEYS}
+    return {**values, **of_fingers, "changes": changes}
 
 
-def _vary(law: str, world: Mapping[str, Any], count: int) -> Iterator[Scenario]:
-    """Every object in one world, each with noise of its own."""
+def two_fingers() -> Scenario:
+    """The hand of case II; what it believes of friction is for the first normal force."""
     friction = SAFETY * BELIEVED_MASS * GRAVITY / (2.0 * FIRST_FORCE)
     believed = {f"estimates.{i}.initial": friction for i in range(2)}
-    base = with_values(load_scenario("composite-case-2"), {**SETTINGS, **believed})
-    base = with_values(base, LAWS[law])
-    _, told = FIELD_LAWS.get(law, ("", frozenset()))
-    for seed, (mass, *frictions) in enumerate(random_objects(count).tolist()):
-        beliefs = [*frictions, mass, INERTIA_PER_MASS * mass]
-        told_of = ["friction", "friction", "mass", "mass"]
-        values = {
-            **{
-                f"estimates.{k}.initial": value
-                for k, (value, what) in enumerate(zip(beliefs, told_of, strict=True))
-                if what in told
-            },
-            "object.mass": mass,
-            "object.inertia": INERTIA_PER_MASS * mass,
-            **{f"fingers.{i}.friction": mu for i, mu in enumerate(frictions)},
-            "simulation.seed": seed,
-            "simulation.duration": DURATION,
-            "simulation.output_rate": 20.0,
-            **happening(world, mass, frictions),
-        }
-        yield with_values(base, values)
+    return with_values(load_scenario("composite-case-2"), {**SETTINGS, **believed})
 
 
 def _run(scenario: Scenario) -> Held:

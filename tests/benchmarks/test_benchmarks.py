@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks import claims, memory, onset, scaling, space
+from benchmarks import claims, dot, memory, onset, scaling, space
 from benchmarks.__main__ import PARTS, main
 from benchmarks.batch import compare_batches, vary
 from benchmarks.catalogue import measure_catalogue
@@ -28,8 +28,15 @@ from benchmarks.mujoco_torques import stepping
 from benchmarks.processes import MemoryWatch, memory_of
 from benchmarks.recording import measure_recording
 from benchmarks.report import Table, format_text, judge, update_page
-from benchmarks.robustness import ORACLE, WORLDS, hold_random_objects, share_held
-from benchmarks.robustness_hands import describe, hold_by_hand
+from benchmarks.robustness import (
+    ORACLE,
+    WORLDS,
+    hold_random_objects,
+    random_objects,
+    share_held,
+)
+from benchmarks.robustness_hands import describe_hold, hold_by_hand
+from benchmarks.robustness_worlds import describe_share
 from benchmarks.speed import compare_speed, profile
 from benchmarks.study import describe_study, make_study
 from benchmarks.study_load import Client, run_over_rest
@@ -327,8 +334,8 @@ def test_pages_have_a_place_for_the_tables_of_every_part():
     names |= {"study-cost", "study-engines", "study-clusters"}
     names |= {"space-speed", "space-profile", "space-units", "space-mujoco"}
     names |= {"dashboard-edits", "dashboard-viewers", "dashboard-memory"}
-    names |= {"claim-1", "claim-2", "claim-3", "robustness-worlds", "robustness-how"}
-    names |= {"robustness-hands"}
+    names |= {"claim-1", "claim-2", "claim-3", "claim-hands", "robustness-worlds", "robustness-how"}
+    names |= {"robustness-hands", "robustness-three", "robustness-three-how"}
     names |= {"robustness-ideal", "robustness-noisy", "robustness-verdicts"}
     names |= {"robustness-noise", "robustness-latency", "outcomes-endings", "outcomes-truth"}
     for name in names:
@@ -472,8 +479,27 @@ def test_the_noise_that_fails_a_row_is_that_of_its_definition():
     assert np.std(errors[100:]) == pytest.approx(claims.EXPECTED, rel=0.02)
 
 
+def test_the_run_behind_a_dot_is_the_one_that_was_drawn(capsys, tmp_path):
+    runs = hold_random_objects("ideal", 20).runs["pd-gravity"]
+    number = next(k for k, run in enumerate(runs) if not run.metrics.held)
+    near = random_objects(20)[number, 1:] + 1e-6
+    dot.main(["picture", "ideal", "pd-gravity", "--near", *map(str, near)])
+    told = capsys.readouterr()
+    assert told.err.startswith(f"object {number}: ")
+    path = tmp_path / "dot.toml"
+    path.write_text(told.out, encoding="utf-8")
+    assert simulate(load_scenario(path)).metrics == runs[number].metrics
+
+
+def test_the_runs_behind_a_cell_have_noise_of_their_own():
+    first, other = (dot.scenario_of_cell("noise 3 mm/s", "composite", k, 3) for k in (0, 17))
+    assert (first.simulation.seed, other.simulation.seed) == (0, 17)
+    assert other.object.mass == random_objects(18, 3)[17, 0]
+
+
 def test_a_hand_of_more_fingers_holds_what_it_is_told():
     (run,) = hold_by_hand(4, "composite", {}, 1)
     assert run.held
     assert run.safety > 1.0
-    assert describe([run]).startswith("100.0 %")
+    assert describe_share([run]) == "100.0 % (20.7–100.0)"
+    assert describe_hold([run]).startswith("100; ")
