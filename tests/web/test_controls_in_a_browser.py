@@ -93,7 +93,7 @@ def test_arrows_on_a_knob_leave_the_camera_where_it_is(visitors: Visitors) -> No
         last, before = before, picture(page)
         return np.array_equal(last, before)
 
-    # On a busy machine the last numbers of the lenses come a second after the rest.
+    # On a busy machine something of the picture may still be on its way.
     wait_until(has_settled, "the picture does not settle")
     page.keyboard.press("ArrowUp", delay=300)
     assert np.array_equal(picture(page), before)
