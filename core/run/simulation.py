@@ -132,6 +132,8 @@ class Simulation:
         self.shape = TraceShape(count, unknowns, diagnostics, scenario.in_space)
         self._size = count, len(unknowns)
         self._engine = make_engine(scenario, keeps_rows=self._keeps_trace)
+        # The kernel sets them again as it begins; a run may end before that.
+        self._engine.estimates[:] = [estimate.initial for estimate in scenario.estimates]
         self._run, self._outlet = self._engine.run, self._engine.outlet
         self._timetable = self._engine.timetable
         self._model = self._pack()
@@ -260,17 +262,13 @@ class Simulation:
     def summary(self) -> RunSummary:
         """The run without its trace; ``stopped`` while it goes on."""
         outcome = self.outcome or Outcome.STOPPED
-        believed = (
-            [estimate.initial for estimate in self.scenario.estimates]
-            if self._first
-            else self._engine.estimates.tolist()
-        )
+        estimates = self._engine.estimates
         return RunSummary(
             scenario=self.scenario,
             outcome=outcome,
             reason=self._reason,
             end_time=float(self._run.tally.time),
-            estimates=dict(zip(self.shape.unknowns, believed, strict=True)),
+            estimates=dict(zip(self.shape.unknowns, estimates.tolist(), strict=True)),
             metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
             warnings=describe_warnings(self._run),
         )
