@@ -52,7 +52,7 @@ def draw_claims(
         third.vlines(at, median, worst, color=colour)
         third.plot(at, worst, "o", color=colour, label=f"{each.name}: median to worst")
         for x, y, point in zip(at, worst, each.points, strict=True):
-            text = f"{100.0 * point.held / point.count:.0f} %"
+            text = f"{100.0 * point.held / point.count:.3g} %"
             third.annotate(
                 text, (x, y), (0, 4), textcoords="offset points", ha="center", fontsize=8
             )
