@@ -16,6 +16,7 @@ from benchmarks.robustness_worlds import (
     Held,
     hold,
     load_field_laws,
+    noisy_motion,
 )
 from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.flow import update_mechanics
@@ -143,15 +144,6 @@ def measure_noise(count: int = COUNT) -> list[Series]:
     """Velocity noise where the law expects its errors, and where it does not."""
     worlds = [noisy_motion(noise) for noise in NOISES]
     return [_sweep(name, values, worlds, count) for name, values in AWARE.items()]
-
-
-def noisy_motion(noise: float) -> dict[str, Any]:
-    """What measures motion with so much velocity noise [m/s]."""
-    return {
-        "sensing.position_noise": 1e-2 * noise,
-        "sensing.velocity_noise": noise,
-        "sensing.true_accelerations": False,
-    }
 
 
 def measure_late(count: int = COUNT) -> list[Series]:

@@ -18,7 +18,6 @@ from benchmarks.claims import (
     Point,
     describe_point,
     hold_for_a_second,
-    noisy_motion,
     point_of,
 )
 from benchmarks.report import Table
@@ -27,6 +26,7 @@ from benchmarks.robustness_hands import MORE_SETTINGS, hand_of
 from benchmarks.robustness_worlds import (
     WORLDS,
     load_field_laws,
+    noisy_motion,
     run_objects,
     vary_objects,
 )

@@ -57,13 +57,17 @@ SETTINGS: dict[str, Any] = {
 }
 
 
-def _noise(velocity: float) -> dict[str, Any]:
+def noisy_motion(noise: float) -> dict[str, Any]:
+    """What measures motion with so much velocity noise [m/s]."""
     return {
-        "sensing.position_noise": 1e-2 * velocity,
-        "sensing.velocity_noise": velocity,
-        "sensing.force_noise": 1e2 * velocity,
+        "sensing.position_noise": 1e-2 * noise,
+        "sensing.velocity_noise": noise,
         "sensing.true_accelerations": False,
     }
+
+
+def _noise(velocity: float) -> dict[str, Any]:
+    return {**noisy_motion(velocity), "sensing.force_noise": 1e2 * velocity}
 
 
 _LATE = {"controller.latency": 0.03}
