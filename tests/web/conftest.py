@@ -103,9 +103,7 @@ class Visitors:
 
     def open_to_look(self) -> Page:
         """A page whose picture is looked at, at rest."""
-        page = self._open(LARGE, "fixedDpr=0.5")
-        hide_warning(page)
-        return page
+        return self._open(LARGE, "fixedDpr=0.5")
 
     def close(self) -> None:
         for page in self._pages:
@@ -120,6 +118,7 @@ class Visitors:
         # A fixed resolution: viser else lowers it while the machine is slow.
         page.goto(f"{self.server.url}/?{query}")
         page.locator(".sg-transport").wait_for()
+        hide_warning(page)
         # A picture that plays keeps a machine busy that draws without a graphics card.
         if "t=" in query:
             page.get_by_role("button", name="Play", exact=True).wait_for()
@@ -143,8 +142,8 @@ def visitors_of(browser: Browser, server: RunningServer) -> Iterator[Visitors]:
 
 def hide_warning(page: Page) -> None:
     """Hides viser's warning of software rendering, which covers a part of the scene."""
-    # It comes when the page finds the time, or never.
-    page.add_style_tag(content=".mantine-Notification-root { display: none !important }")
+    # It comes when the page finds the time, or never, and leaves in the midst of a test.
+    page.add_style_tag(content="#webgl-software-rendering { display: none !important }")
 
 
 @pytest.fixture
