@@ -244,8 +244,6 @@ class ProcessExecutor(Executor):
         deadline = time.monotonic() + _GIVING_UP
         for worker in self._busy():
             worker.stop(self._round)
-            if not worker.ready:
-                worker.pending.clear()  # it hears this before its first task
         while self._busy() and time.monotonic() < deadline:
             if (event := self._next_event()) is None:
                 continue

@@ -57,6 +57,7 @@ class WorkerProcess:
         """
         self.ready = False
         self.pending: deque[int] = deque()
+        self._asked: list[Message] = []
         self._limits = limits
         self._at_task_since = math.inf
         self._overran = False
@@ -76,12 +77,18 @@ class WorkerProcess:
         if not self.pending:
             self._at_task_since = time.monotonic()
         self.pending.append(asked.number)
-        self._tell(asked)
+        if self.ready:
+            self._tell(asked)
+        else:
+            self._asked.append(asked)
 
     def note_ready(self) -> None:
-        """Notes that it begins with its first task."""
+        """Lets it begin with its first task; until then it knows of none."""
         self.ready = True
         self._at_task_since = time.monotonic()
+        for asked in self._asked:
+            self._tell(asked)
+        self._asked.clear()
 
     def note_done(self, number: int) -> None:
         """Notes that it has done a task, and begins with the next."""
@@ -96,8 +103,12 @@ class WorkerProcess:
             self.kill()
 
     def stop(self, round: int) -> None:
-        """Asks it to give up all tasks up to this round."""
-        self._tell(Message(Kind.STOP, round))
+        """Asks it to give up all tasks up to this round, or takes back what it does not know of."""
+        if self.ready:
+            self._tell(Message(Kind.STOP, round))
+        else:
+            self._asked.clear()
+            self.pending.clear()
 
     def close(self) -> None:
         """Lets it end, which it does at once."""

@@ -44,6 +44,11 @@ def end_after_the_others(task, should_stop):
     raise Cancelled
 
 
+def leave_a_sign_for_ever(task, should_stop):
+    Path(task).touch()
+    never_listen(task, should_stop)
+
+
 def never_listen(task, should_stop):
     while True:
         time.sleep(60.0)

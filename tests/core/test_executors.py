@@ -212,6 +212,19 @@ def test_a_stop_ends_the_work_whether_tasks_listen_or_not(pool, tmp_path, functi
     assert outcome_of(pool, work.square, [7])[7].result == 49
 
 
+def test_a_worker_that_starts_never_hears_of_a_task_that_is_given_up(tmp_path):
+    sign = tmp_path / "sign"
+    with ProcessExecutor(1) as executor:
+        is_asked = itertools.count()
+
+        def has_asked_one():
+            return next(is_asked) > 0 and executor._workers[0] is not None
+
+        assert outcome_of(executor, work.leave_a_sign_for_ever, [str(sign)], has_asked_one) == {}
+        assert outcome_of(executor, work.square, [7])[7].result == 49
+    assert not sign.exists()
+
+
 def test_leaving_the_iteration_frees_the_workers(pool):
     endless = pool.map(work.square, itertools.count(), should_stop=go_on)
     assert {next(endless).result for _ in range(10)} <= {k * k for k in range(AHEAD)}
