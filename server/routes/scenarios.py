@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, HTTPException, Query
 
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import all_preset_names, preset_names
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.runs.scenarios import (
@@ -40,6 +41,13 @@ def list_parameters(
     preset: Annotated[
         str, Query(max_length=200, description="whose fingers, estimates and values to describe")
     ] = preset_names()[0],
+    law: Annotated[
+        str | None,
+        Query(
+            max_length=200, description="a control law instead of the preset's, such as one's own"
+        ),
+    ] = None,
 ) -> ParametersPublic:
     """Every parameter: key, unit, bounds, choices, a sentence, and its value in a preset."""
-    return ParametersPublic.from_scenario(find_preset(preset))
+    scenario = find_preset(preset)
+    return ParametersPublic.from_scenario(scenario if law is None else with_law(scenario, law))

@@ -10,10 +10,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from slipgrasp.core.run.metrics import METRICS, Metric
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import (
-    scenario_from_mapping,
-    with_values,
-)
+from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
+from slipgrasp.core.scenario.own_laws import LawIdentity
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.interruptions import describe_damage
 from slipgrasp.recordings.export import DATA_FORMATS
@@ -52,6 +51,10 @@ class RunCreate(BaseModel):
         str | dict[str, Any],
         Field(description="Name of a preset, or a scenario as GET /presets/NAME gives one."),
     ]
+    law: Annotated[
+        str | None,
+        Field(description="Name of a control law, with the settings it is meant for; `set` wins."),
+    ] = None
     values: Annotated[
         dict[str, Any],
         Field(alias="set", description="Dotted key to value; GET /parameters lists the keys."),
@@ -67,6 +70,8 @@ class RunCreate(BaseModel):
             base = scenario_from_mapping(self.scenario)
         else:
             base = find_preset(self.scenario)
+        if self.law is not None:
+            base = with_law(base, self.law)
         return with_values(base, self.values) if self.values else base
 
 
@@ -147,6 +152,9 @@ class RunPublic(BaseModel):
     tags: list[str]
     preset: str = Field(description="preset whose title its scenario has; empty if none")
     controller: str = Field(description="kind of its controller; empty if it cannot be read")
+    law: LawIdentity | None = Field(
+        default=None, description="the law of one's own that commanded; null for a built-in one"
+    )
     created: str | None
     size: int | None = Field(description="bytes of its recording")
     outcome: Outcome

@@ -106,7 +106,7 @@ def test_the_description_lists_every_route_and_its_problems(client) -> None:
         "$ref": "#/components/schemas/RunCreate"
     }
     schema = document["components"]["schemas"]["RunCreate"]
-    assert schema["properties"].keys() == {"scenario", "set"} and schema["example"]
+    assert schema["properties"].keys() == {"scenario", "law", "set"} and schema["example"]
     assert {"201", "400", "413", "415", "422", "503"} <= posting["responses"].keys()
     assert "application/problem+json" in posting["responses"]["422"]["content"]
 

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import load_law, register_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.own_laws import forget
+from slipgrasp.core.scenario.own_laws import forget, own_law
 from tests.server.rough_law import NO_ANSWER, NOTHING, SEGMENTATION_FAULT
 
 
@@ -43,19 +44,39 @@ def _offered():
 )
 def test_a_request_with_code_a_path_or_an_unknown_name_is_refused(client, kind):
     asked = {"scenario": "composite-case-2", "set": {"controller.kind": kind}}
-    answer = client.post("/runs", json=asked)
-    assert answer.status_code == 422
-    assert "controller.kind" in answer.text
+    for body in (asked, {"scenario": "composite-case-2", "law": kind}):
+        answer = client.post("/runs", json=body)
+        assert answer.status_code == 422
+        assert "controller.kind" in answer.text
     study = {"base": "composite-case-2", "vary": {"controller.kind": {"values": [kind]}}}
     assert client.post("/studies", json=study).status_code == 422
     assert client.post("/studies", json={**study, "law": kind}).status_code == 422
 
 
 def test_a_law_that_is_offered_runs_under_its_name(client, _offered):
-    asked = {"scenario": "composite-case-2", "set": {"controller.kind": "offered"}}
-    answer = client.post("/runs", json=asked, headers={"Prefer": "wait=30"})
-    assert answer.status_code in (200, 201)
-    assert answer.json()["outcome"] == "separated"
+    for asked in ({"law": "offered"}, {"set": {"controller.kind": "offered"}}):
+        asked["scenario"] = "composite-case-2"
+        answer = client.post("/runs", json=asked, headers={"Prefer": "wait=30"})
+        assert answer.status_code in (200, 201)
+        assert answer.json()["outcome"] == "separated"
+        assert answer.json()["law"]["name"] == "offered"
+
+
+def test_a_law_comes_with_the_settings_that_it_is_meant_for_and_what_is_set_wins(client):
+    asked = {"scenario": "paper-case-2", "law": "composite", "set": {"controller.grip_safety": 1.6}}
+    made = client.post("/runs", json=asked, headers={"Prefer": "wait=30"}).json()
+    assert made["law"] is None and made["controller"] == "composite"
+    here = with_values(with_law(load_scenario("paper-case-2"), "composite"), asked["set"])
+    assert made["metrics"] == json.loads(json.dumps(simulate(here).summary()["metrics"]))
+
+
+def test_the_parameters_of_a_law_that_is_offered_are_listed(client, _rough):
+    def listed(**asked):
+        return {each["key"] for each in client.get("/parameters", params=asked).json()["data"]}
+
+    assert listed(law="rough") - listed() == {"controller.parameters.fault"}
+    answer = client.get("/parameters", params={"law": "nobody-knows"})
+    assert answer.status_code == 422 and "nobody-knows" in answer.json()["errors"][0]["message"]
 
 
 def test_a_study_names_a_law_that_is_offered(client, _offered):
@@ -88,6 +109,9 @@ def test_a_law_that_breaks_its_process_costs_one_run_with_its_reason(client, _ro
     assert broken["outcome"] == "failed" and broken["reason"]["code"] == "worker_died"
     assert "SIGSEGV" in broken["reason"]["message"] and "'rough'" in broken["reason"]["message"]
     whole = _rough_run(client, NOTHING, "wait=30").json()
+    law = own_law("rough").identity
+    assert whole["law"] == {"name": law.name, "version": law.version, "digest": law.digest}
+    assert client.get(f"/runs/{whole['id']}").json()["law"] == whole["law"]
     here = simulate(with_values(load_scenario("composite-case-2"), _rough_values(NOTHING)))
     assert whole["metrics"] == json.loads(json.dumps(here.summary()["metrics"]))
 
