@@ -125,16 +125,17 @@ class _Worker:
         self._process.do(ask(self._round, 0, *asked))
         told_at = math.inf
         while True:
-            try:
-                message = self._events.get(timeout=_POLL).message
-            except Empty:
-                if told_at == math.inf and self._process.ready and should_stop():
-                    self._process.stop(self._round)
-                    told_at = time.monotonic()
-                if time.monotonic() - told_at > _GIVING_UP:
-                    self._process.kill()
-                self._process.end_if_overdue()
+            event = self._next_event()
+            # Not only where there is none: a task may tell how far it is more often than that.
+            if told_at == math.inf and self._process.ready and should_stop():
+                self._process.stop(self._round)
+                told_at = time.monotonic()
+            if time.monotonic() - told_at > _GIVING_UP:
+                self._process.kill()
+            self._process.end_if_overdue()
+            if event is None:
                 continue
+            message = event.message
             if message is None:
                 how = self._process.how_it_ended()
                 raise WorkerDiedError(how if told_at == math.inf else _TOO_LATE)
@@ -145,6 +146,12 @@ class _Worker:
             else:
                 self._process.note_done(0)
                 return message
+
+    def _next_event(self) -> Event | None:
+        try:
+            return self._events.get(timeout=_POLL)
+        except Empty:
+            return None
 
     def close(self) -> None:
         """Lets it end, and waits for that."""

@@ -9,18 +9,17 @@ either process ends the other's reading, be it in the middle of a result.
 from __future__ import annotations
 
 import json
-import math
 import os
 import signal
 import subprocess
 import sys
 import threading
-import time
 from collections import deque
 from contextlib import suppress
 from queue import SimpleQueue
 from typing import BinaryIO, NamedTuple, cast
 
+from slipgrasp.core.awake_clock import AwakeClock
 from slipgrasp.core.executors.limits import OUT_OF_MEMORY, WorkerLimits
 from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
@@ -59,7 +58,7 @@ class WorkerProcess:
         self.pending: deque[int] = deque()
         self._asked: list[Message] = []
         self._limits = limits
-        self._at_task_since = math.inf
+        self._at_task = AwakeClock()
         self._overran = False
         path = json.dumps([os.path.abspath(entry) for entry in sys.path])
         self._process = subprocess.Popen(
@@ -75,7 +74,7 @@ class WorkerProcess:
     def do(self, asked: Message) -> None:
         """Gives it a task, to be done after those it has."""
         if not self.pending:
-            self._at_task_since = time.monotonic()
+            self._at_task = AwakeClock()
         self.pending.append(asked.number)
         if self.ready:
             self._tell(asked)
@@ -85,7 +84,7 @@ class WorkerProcess:
     def note_ready(self) -> None:
         """Lets it begin with its first task; until then it knows of none."""
         self.ready = True
-        self._at_task_since = time.monotonic()
+        self._at_task = AwakeClock()
         for asked in self._asked:
             self._tell(asked)
         self._asked.clear()
@@ -93,11 +92,11 @@ class WorkerProcess:
     def note_done(self, number: int) -> None:
         """Notes that it has done a task, and begins with the next."""
         self.pending.remove(number)
-        self._at_task_since = time.monotonic()
+        self._at_task = AwakeClock()
 
     def end_if_overdue(self) -> None:
-        """Kills it if it is at one task for longer than it may be."""
-        taken = time.monotonic() - self._at_task_since
+        """Kills it if it is at one task for longer than it may be; asked every now and then."""
+        taken = self._at_task.read()
         if self.ready and self.pending and taken > self._limits.task_seconds:
             self._overran = True
             self.kill()

@@ -63,6 +63,11 @@ def make_engine(scenario: Scenario, *, keeps_rows: bool) -> Engine:
     return SpatialEngine(scenario, keeps_rows=keeps_rows)
 
 
+def declare_space() -> None:
+    """Makes the units of hands in space known to the compiler, which has those of the plane."""
+    import slipgrasp.core.run.space_engine  # noqa: F401
+
+
 class PlanarEngine:
     """The kernel of hands in the plane."""
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
+from slipgrasp.core.awake_clock import AwakeClock
 from slipgrasp.core.kernel.compiler import prepare_units, share_ready
+from slipgrasp.core.run.engine import declare_space
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
@@ -59,7 +60,7 @@ def run_to_end(
         should_stop: Asked after every piece; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
     """
-    started = time.monotonic()
+    clock = AwakeClock()
     while not simulation.finished:
         simulation.advance()
         watch(simulation)
@@ -67,16 +68,21 @@ def run_to_end(
             break
         if should_stop is not None and should_stop():
             simulation.end(Outcome.STOPPED, describe_stop(simulation.time))
-        elif wall_limit is not None and time.monotonic() - started > wall_limit:
+        elif wall_limit is not None and clock.read() > wall_limit:
             simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
 
 
-def prepare_kernel(progress: Callable[[float], None] | None = None) -> None:
+def prepare_kernel(
+    progress: Callable[[float], None] | None = None, *, in_space: bool = False
+) -> None:
     """Loads the compiled kernel, compiling it the first time; safe to call from any thread.
 
     Args:
         progress: Called with the share of the kernel that is ready, 0 to 1.
+        in_space: Whether that of hands in space is loaded as well.
     """
+    if in_space:
+        declare_space()
     prepare_units(progress)
 
 
@@ -85,6 +91,12 @@ def kernel_progress() -> float:
     return share_ready()
 
 
-def kernel_is_cached() -> bool:
-    """Whether no compilation is needed any more; otherwise the next run waits for it."""
+def kernel_is_cached(*, in_space: bool = False) -> bool:
+    """Whether no compilation is needed any more; otherwise the next run waits for it.
+
+    Args:
+        in_space: Whether that run is of a hand in space.
+    """
+    if in_space:
+        declare_space()
     return kernel_progress() == 1.0

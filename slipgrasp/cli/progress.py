@@ -8,7 +8,7 @@ from threading import Lock, Timer
 from types import TracebackType
 from typing import Self
 
-COMPILING = "compiling the simulation for this processor; only the first run waits, half a minute"
+COMPILING = "compiling the simulation for this processor, once; that takes half a minute or more"
 
 PATIENCE = 1.0
 REFRESH_PERIOD = 0.1
@@ -98,11 +98,15 @@ def _bar(fraction: float) -> str:
     return "█" * full + "░" * (BAR_WIDTH - full)
 
 
-def load_simulation() -> None:
-    """Returns when runs can start; tells whoever waits while the simulation is compiled."""
+def load_simulation(*, in_space: bool) -> None:
+    """Returns when runs can start; tells whoever waits while the simulation is compiled.
+
+    Args:
+        in_space: Whether they are of hands in space, whose part is compiled apart.
+    """
     with Progress("loading the simulation") as progress:
         from slipgrasp.core.run.simulator import kernel_is_cached, prepare_kernel
 
-        if not kernel_is_cached():
+        if not kernel_is_cached(in_space=in_space):
             progress.announce(COMPILING)
-        prepare_kernel(progress.update)
+        prepare_kernel(progress.update, in_space=in_space)

@@ -120,7 +120,7 @@ def _simulate(
     from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 
-    load_simulation()
+    load_simulation(in_space=scenario.in_space)
     with Interrupt() as interrupt, Progress("simulating") as progress:
         recorded = record(
             scenario,

@@ -10,13 +10,17 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from slipgrasp.core import awake_clock
+from slipgrasp.core.awake_clock import LONGEST_GAP, AwakeClock
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor, processes
 from slipgrasp.core.executors.limits import LEAST_MEMORY, WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
+from slipgrasp.core.executors.single import SingleTasks
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import PATIENCE, wait_until
@@ -223,6 +227,23 @@ def test_a_worker_that_starts_never_hears_of_a_task_that_is_given_up(tmp_path):
         assert outcome_of(executor, work.leave_a_sign_for_ever, [str(sign)], has_asked_one) == {}
         assert outcome_of(executor, work.square, [7])[7].result == 49
     assert not sign.exists()
+
+
+def test_a_task_that_tells_how_far_it_is_all_the_time_hears_that_it_is_to_stop():
+    tasks = SingleTasks(WorkerLimits.shared_by(1))
+    shares = []
+    assert tasks.do(work.report_until_asked, 0, lambda: len(shares) > 5, shares.append) == "asked"
+    tasks.close()
+
+
+def test_a_worker_that_was_paused_is_not_ended_for_the_time_it_stood_still(monkeypatch):
+    now = 100.0
+    monkeypatch.setattr(awake_clock, "time", SimpleNamespace(monotonic=lambda: now))
+    clock = AwakeClock()
+    now += 1.0
+    assert clock.read() == 1.0
+    now += 3600.0
+    assert clock.read() == 1.0 + LONGEST_GAP
 
 
 def test_leaving_the_iteration_frees_the_workers(pool):
