@@ -6,7 +6,7 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -180,7 +180,9 @@ class RecordingReads:
             if turn.done() and not turn.cancelled():
                 self._give(wanted)
             else:
-                self._waiting.remove((wanted, turn))
+                # Whoever gave meanwhile may have passed over it.
+                with suppress(ValueError):
+                    self._waiting.remove((wanted, turn))
                 self._give(0)
             if isinstance(error, TimeoutError):
                 raise self._busy() from None
@@ -191,8 +193,9 @@ class RecordingReads:
         self._left += num_bytes
         while self._waiting and self._waiting[0][0] <= self._left:
             wanted, turn = self._waiting.popleft()
-            self._left -= wanted
-            turn.set_result(None)
+            if not turn.cancelled():
+                self._left -= wanted
+                turn.set_result(None)
 
     def _busy(self) -> ServiceBusyError:
         waiting = len(self._waiting)

@@ -14,6 +14,7 @@ from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.server import reading
 from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.reading import SMALL_BYTES, RecordingReads
+from tests.waiting import PATIENCE
 
 LARGE = 10 * SMALL_BYTES
 SLIP = Stretch(signals=frozenset({"slip"}))
@@ -75,6 +76,28 @@ def test_who_waits_too_long_is_told_to_come_back() -> None:
             pass
 
     asyncio.run(wait())
+
+
+def test_memory_is_passed_on_over_those_who_have_just_left() -> None:
+    async def use(reads: RecordingReads, num_bytes: int) -> str:
+        async with reads.room(num_bytes):
+            return "read"
+
+    async def leave_while_another_ends() -> None:
+        reads = RecordingReads(LARGE)
+        async with reads.room(LARGE):
+            leaving = [asyncio.create_task(use(reads, LARGE)) for _ in range(2)]
+            staying = asyncio.create_task(use(reads, LARGE))
+            await asyncio.sleep(0)
+            for task in leaving:
+                task.cancel()
+        # They hear of it only after the memory was given back.
+        assert await asyncio.wait_for(staying, PATIENCE) == "read"
+        gone = await asyncio.gather(*leaving, return_exceptions=True)
+        assert [type(each) for each in gone] == [asyncio.CancelledError] * 2
+        assert await asyncio.wait_for(use(reads, LARGE), PATIENCE) == "read"
+
+    asyncio.run(leave_while_another_ends())
 
 
 def test_nothing_is_read_for_a_client_that_has_gone(path, monkeypatch) -> None:
