@@ -21,6 +21,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome, RunWarning
 from slipgrasp.core.words.interruptions import describe_disk_failure
 from slipgrasp.recordings.exceptions import (
+    RecordingBusyError,
     RecordingError,
     RecordingExistsError,
     RecordingWriteError,
@@ -108,6 +109,8 @@ def record(
             run()
             result = simulation.result()
             recorder.finish(result)
+    except RecordingBusyError:
+        raise  # The part is that of another writer.
     except (RecordingExistsError, RecordingWriteError) as failure:
         if result is None:
             if isinstance(failure, RecordingExistsError):

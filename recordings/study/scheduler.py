@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import takewhile
 
-from slipgrasp.core.executors import Executor
+from slipgrasp.core.executors import Executor, ExecutorError
 from slipgrasp.core.scenario.law_loading import refer_to
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.study.documents import StudyEnd
@@ -55,16 +55,26 @@ def schedule_runs(
     """
     tasks = _Tasks(study, writer.num_rows, executor.num_workers)
     rows = _OrderedRows(writer, watch, keep)
-    while tasks.has_more and not should_stop():
-        for done in executor.map(run_task, tasks, should_stop=should_stop):
-            if done.result is not None:
-                rows.take(done.result)
-                tasks.put_back(done.task, len(done.result), at_a_time=len(done.result))
-            elif len(done.task.values) == 1:
-                failure = done.failure or "the worker gave no result"
-                rows.take([lost_run(done.task.first, done.task.values[0], failure)])
-            else:
-                tasks.put_back(done.task, 0, at_a_time=1)
+
+    def is_over() -> bool:
+        rows.write_due()
+        return should_stop()
+
+    try:
+        while tasks.has_more and not should_stop():
+            for done in executor.map(run_task, tasks, should_stop=is_over):
+                if done.result is not None:
+                    rows.take(done.result)
+                    tasks.put_back(done.task, len(done.result), at_a_time=len(done.result))
+                elif len(done.task.values) == 1:
+                    failure = done.failure or "the worker gave no result"
+                    rows.take([lost_run(done.task.first, done.task.values[0], failure)])
+                else:
+                    tasks.put_back(done.task, 0, at_a_time=1)
+    except ExecutorError:
+        rows.write_rest()
+        raise
+    rows.write_rest()
     complete = writer.num_rows == study.num_runs
     return StudyEnd(
         state="completed" if complete else "cancelled",
@@ -145,18 +155,31 @@ class _OrderedRows:
         Recordings are kept at once: all that wait for an earlier row would fill the memory.
         """
         self._waiting |= {run.row.index: self._kept(run) for run in runs}
-        while rows := self._next_chunk():
-            self._writer.add(rows)
-            self._written_at = time.monotonic()
-            for row in rows:
-                self._watch(row)
+        self.write_due()
 
-    def _next_chunk(self) -> list[StudyRow]:
-        """The next chunk of the file; a part of it where it takes long to become full."""
+    def write_due(self) -> None:
+        """Writes every chunk of the file that is full; a part of one where that takes long."""
+        is_late = time.monotonic() - self._written_at >= WRITE_INTERVAL
+        while rows := self._next_chunk(in_part=is_late):
+            self._write(rows)
+
+    def write_rest(self) -> None:
+        """Writes all rows before the first that is missing."""
+        while rows := self._next_chunk(in_part=True):
+            self._write(rows)
+
+    def _write(self, rows: list[StudyRow]) -> None:
+        self._writer.add(rows)
+        self._written_at = time.monotonic()
+        for row in rows:
+            self._watch(row)
+
+    def _next_chunk(self, *, in_part: bool) -> list[StudyRow]:
+        """The next chunk, or as much of it as there is; nothing if it may not be a part."""
         first = self._writer.num_rows
         end = min(first - first % RUNS_PER_CHUNK + RUNS_PER_CHUNK, self._writer.num_runs)
         ready = list(takewhile(self._waiting.__contains__, range(first, end)))
-        if len(ready) < end - first and time.monotonic() - self._written_at < WRITE_INTERVAL:
+        if len(ready) < end - first and not in_part:
             return []
         return [self._waiting.pop(index) for index in ready]
 

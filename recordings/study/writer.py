@@ -91,10 +91,15 @@ class StudyWriter:
             raise RecordingExistsError(self._path)
         try:
             self._stream = _open_locked(self._part)
+            is_new = os.fstat(self._stream.fileno()).st_size == 0
             try:
                 self._begin()
             except BaseException:
                 self._stream.close()
+                if is_new:
+                    # It says nothing, and would be taken for a study.
+                    with suppress(OSError):
+                        self._part.unlink()
                 raise
         except OSError as error:
             raise self._failed(error) from error
@@ -192,6 +197,8 @@ class StudyWriter:
             self.outcomes.update(decode_row(payload).outcome.value for payload in payloads)
         self._stream.truncate()
         self._stream.flush()
+        os.fsync(self._stream.fileno())
+        sync_folder(self._part.parent)
 
     def _write_head(self, so_far: StudySoFar | None) -> None:
         """Writes what stands before the rows, as it was if they were begun before."""

@@ -109,8 +109,9 @@ class StudyQueue:
 
     def _run(self, live: LiveStudy) -> None:
         try:
-            while not (self._closing.is_set() or self._wait_for_recordings(_POLL)):
-                pass
+            while not (self._closing.is_set() or live.is_cancelled):
+                if self._wait_for_recordings(_POLL):
+                    break
             self._end(live)
         finally:
             with self._lock:

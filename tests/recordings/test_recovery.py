@@ -21,6 +21,7 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_back, read_recording, read_unfinished
+from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.recovery import recover, recover_orphans
 from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 from tests.recordings.tampering import repack
@@ -204,6 +205,15 @@ def test_a_part_that_is_being_written_is_not_recovered_on_request(part, tmp_path
         with pytest.raises(RecordingBusyError, match="right now"):
             recover(growing, tmp_path / "abc.mcap")
     assert [file.name for file in tmp_path.iterdir()] == [growing.name]
+
+
+def test_who_comes_second_leaves_the_part_of_the_first(tmp_path):
+    scenario, path = load_scenario("paper-case-1"), tmp_path / "abc.mcap"
+    shape = simulate(with_values(scenario, {"simulation.duration": 0.001})).trace.shape
+    with RecordingWriter(path, scenario, shape, keep_part=True):
+        with pytest.raises(RecordingBusyError, match="right now"):
+            record(scenario, path)
+        assert part_of(path).exists()
 
 
 def test_what_is_damaged_never_replaces_what_was_damaged_before(part, tmp_path):
