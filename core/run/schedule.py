@@ -28,7 +28,7 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.geometry import contact_frame
 from slipgrasp.core.scenario.loading import with_values
-from slipgrasp.core.scenario.spatial import SpatialPulse
+from slipgrasp.core.scenario.spatial import SpatialPulse, is_there
 
 Floats = NDArray[np.float64]
 
@@ -148,7 +148,7 @@ class Schedule(Timetable):
     def _lay_patches(self, slips: Floats, velocities: Floats) -> None:
         """Cuts the faces at the patches of now, and finds every fingertip on its own."""
         body = self.present.object
-        patches = [patch for patch in self.present.patches if _is_there(patch, self.begin)]
+        patches = [patch for patch in self.present.patches if is_there(patch, self.begin)]
         for i, finger in enumerate(self.present.fingers):
             before, self._faces[i] = self._faces[i], segments_of(body, finger, patches)
             if _edges(before) != _edges(self._faces[i]):
@@ -174,10 +174,6 @@ def _instants(scenario: Scenario) -> Iterator[float]:
 def is_acting(pulse: Pulse | SpatialPulse, t: float) -> bool:
     """Whether a pulse acts at a time."""
     return pulse.time <= t < pulse.time + pulse.duration
-
-
-def _is_there(patch: Patch, t: float) -> bool:
-    return patch.start_time <= t and (patch.end_time is None or t < patch.end_time)
 
 
 def _plain(change: Change) -> object:

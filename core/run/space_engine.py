@@ -8,16 +8,20 @@ from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.space import advance as kernel
 from slipgrasp.core.kernel.space.model import pack_model
 from slipgrasp.core.kernel.space.run import last_row, make_run
+from slipgrasp.core.kernel.space.state import parts_of
 from slipgrasp.core.run.schedule import Timetable, is_acting
+from slipgrasp.core.run.spatial_schedule import SpatialSchedule
 from slipgrasp.core.scenario import Change, Scenario
 from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import Point
 
 
 class SpatialEngine:
     """The kernel of hands in space."""
 
     def __init__(self, scenario: Scenario, *, keeps_rows: bool) -> None:
-        self.timetable = Timetable(scenario)
+        self._schedule = SpatialSchedule(scenario)
+        self.timetable: Timetable = self._schedule
         self.run, self.outlet = make_run(_spatial(scenario), keeps_rows=keeps_rows)
 
     def pack(self) -> Any:
@@ -27,7 +31,7 @@ class SpatialEngine:
             if is_acting(pulse, self.timetable.begin):
                 wrench = (*pulse.force, *pulse.moment)
                 load = [sum(pair) for pair in zip(load, wrench, strict=True)]
-        return pack_model(present, load)
+        return pack_model(present, load, self._schedule.surfaces())
 
     def advance(self, model: Record, *, first: bool, same_ticks: bool, max_steps: int) -> int:
         """Advances the run by one piece; the status of the kernel."""
@@ -43,11 +47,11 @@ class SpatialEngine:
 
     def pass_instant(self) -> list[Change]:
         """Goes over to the next stretch; the timed changes that take place."""
-        return self.timetable.end_stretch()
+        return self._schedule.pass_instant(*self._slips())
 
     def cross_edge(self, contact: int) -> bool:
-        """No face goes on beyond its edge in space."""
-        return False
+        """Goes over to where a fingertip is beyond a rim; False if the face ends there."""
+        return self._schedule.cross_edge(contact, *self._slips())
 
     @property
     def estimates(self) -> Floats:
@@ -57,6 +61,15 @@ class SpatialEngine:
     def last_row(self, model: Record) -> Floats:
         """The last row of a run that keeps none, ``(1, num_columns)``."""
         return last_row(model, self.run)
+
+    def _slips(self) -> tuple[list[Point], list[Point]]:
+        """Slip of every fingertip and its velocity [m, m/s]."""
+        state = parts_of(self.run.step.start, len(self.timetable.present.fingers))
+        return _points(state.slip), _points(state.slip_velocity)
+
+
+def _points(flat: Floats) -> list[Point]:
+    return [(float(x), float(y)) for x, y in flat.reshape(-1, 2)]
 
 
 def _spatial(scenario: Scenario) -> SpatialScenario:

@@ -24,7 +24,7 @@ from slipgrasp.core.scenario.own_laws import (
     law_parameters,
 )
 from slipgrasp.core.scenario.parameters import describe
-from slipgrasp.core.scenario.spatial import SpatialPulse, SpatialSetPoint
+from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse, SpatialSetPoint
 
 _PLAIN_TYPES = (float, int, bool, str, list, tuple)
 
@@ -152,5 +152,6 @@ _NEW_ENTRIES: Mapping[str, Callable[[], dict[str, Any] | list[Any]]] = {
 _NEW_IN_SPACE = {
     **_NEW_ENTRIES,
     "pulses": partial(_defaults, SpatialPulse),
+    "patches": partial(_defaults, SpatialPatch),
     "trajectory.set_points": partial(_defaults, SpatialSetPoint),
 }

@@ -26,7 +26,14 @@ from slipgrasp.core.scenario.motion import MAX_SET_POINTS, Acceleration, Amplitu
 from slipgrasp.core.scenario.numerics import Change, SimulationParameters
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.whole import MAX_FINGERS, Scenario
-from slipgrasp.core.scenario.world import Force
+from slipgrasp.core.scenario.world import (
+    MAX_PATCHES,
+    Force,
+    FrictionFactor,
+    Patch,
+    PatchEnd,
+    PatchStart,
+)
 
 # side-K of an object runs from corner K to the next one.
 SpatialFace = Literal[
@@ -335,6 +342,25 @@ class SpatialPulse:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialPatch:
+    """A round part of a face with other friction, such as a wet spot; it may come and go."""
+
+    face: Annotated[SpatialFace, Quantity("Face it lies on.")]
+    centre: Annotated[
+        tuple[Offset, Offset],
+        Quantity(
+            "Where its middle lies along the two tangents of the face, from the middle of a side, "
+            "or from the axis of top and bottom.",
+            "m",
+        ),
+    ] = (0.0, 0.0)
+    radius: Annotated[float, Ge(1e-4), Le(10.0), Quantity("Its radius.", "m")] = 0.03
+    friction_factor: FrictionFactor = 0.6
+    start_time: PatchStart = 0.0
+    end_time: PatchEnd = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
 class SpatialScenario(Scenario):
     """A hand in space, an object, a desired motion, a controller and its ignorance.
 
@@ -354,6 +380,9 @@ class SpatialScenario(Scenario):
     pulses: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
         tuple[SpatialPulse, ...], Len(0, 100)
     ] = ()
+    patches: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride]
+        tuple[SpatialPatch, ...], Len(0, MAX_PATCHES)
+    ] = ()
 
     @property
     def in_space(self) -> bool:
@@ -364,6 +393,11 @@ class SpatialScenario(Scenario):
     def has_pyramid(self) -> bool:
         """Whether friction acts along each tangent by itself."""
         return self.simulation.friction == "pyramid"
+
+
+def is_there(patch: Patch | SpatialPatch, t: float) -> bool:
+    """Whether a patch is there at a time [s]."""
+    return patch.start_time <= t and (patch.end_time is None or t < patch.end_time)
 
 
 def is_spatial(mapping: dict[str, object]) -> bool:
@@ -383,6 +417,7 @@ def full_spatial_scenario() -> SpatialScenario:
             ),
         ),
         pulses=(SpatialPulse(time=0.0),),
+        patches=(SpatialPatch(face="side-0"),),
         controller=SpatialController(lyapunov_matrix=((1.0,),)),
         estimates=(Estimate(parameter="object.mass", initial=1.0),),
         changes=(Change(time=1.0, parameter="object.mass", value=1.0),),

@@ -15,7 +15,13 @@ from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.motion import TrajectoryParameters
 from slipgrasp.core.scenario.numerics import Change, SimulationParameters
 from slipgrasp.core.scenario.parameters import Quantity
-from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, SensingParameters
+from slipgrasp.core.scenario.world import (
+    MAX_PATCHES,
+    ActuationParameters,
+    Patch,
+    Pulse,
+    SensingParameters,
+)
 
 MAX_UNKNOWNS = 32
 MAX_DIAGNOSTICS = 8
@@ -39,7 +45,7 @@ class Scenario:
     actuation: ActuationParameters = ActuationParameters()
     simulation: SimulationParameters = SimulationParameters()
     pulses: Annotated[tuple[Pulse, ...], Len(0, 100)] = ()
-    patches: Annotated[tuple[Patch, ...], Len(0, 20)] = ()
+    patches: Annotated[tuple[Patch, ...], Len(0, MAX_PATCHES)] = ()
     changes: Annotated[tuple[Change, ...], Len(0, 1000)] = ()
 
     @property

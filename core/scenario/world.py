@@ -10,7 +10,24 @@ from pydantic.dataclasses import dataclass
 from slipgrasp.core.scenario.field_types import CONFIG, Face
 from slipgrasp.core.scenario.parameters import Quantity
 
+MAX_PATCHES = 20
+
 Force = Annotated[float, Ge(-1e4), Le(1e4)]
+FrictionFactor = Annotated[
+    float,
+    Ge(0.0),
+    Le(10.0),
+    Quantity(
+        "What the friction of a fingertip on it is multiplied by.",
+        "1",
+        typical=(0.2, 1.5),
+        changeable=True,
+    ),
+]
+PatchStart = Annotated[float, Ge(0.0), Le(600.0), Quantity("When it appears.", "s")]
+PatchEnd = Annotated[
+    float | None, Gt(0.0), Le(600.0), Quantity("When it dries; never if left out.", "s")
+]
 ForceError = Annotated[float, Ge(-1e3), Le(1e3)]
 
 
@@ -41,21 +58,9 @@ class Patch:
     half_length: Annotated[
         float, Ge(1e-4), Le(10.0), Quantity("Half of its length along the face.", "m")
     ] = 0.03
-    friction_factor: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "What the friction of a fingertip on it is multiplied by.",
-            "1",
-            typical=(0.2, 1.5),
-            changeable=True,
-        ),
-    ] = 0.6
-    start_time: Annotated[float, Ge(0.0), Le(600.0), Quantity("When it appears.", "s")] = 0.0
-    end_time: Annotated[
-        float | None, Gt(0.0), Le(600.0), Quantity("When it dries; never if left out.", "s")
-    ] = None
+    friction_factor: FrictionFactor = 0.6
+    start_time: PatchStart = 0.0
+    end_time: PatchEnd = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)

@@ -18,7 +18,7 @@ from slipgrasp.core.scenario import Change, Estimate, Patch, Pulse, Scenario
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
-from slipgrasp.core.scenario.spatial import SpatialPulse
+from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse
 from slipgrasp.core.words.parameter_words import belief_words, key_words, value_words
 
 SEPARATOR = " · "
@@ -270,11 +270,12 @@ def _events(preset: Scenario, scenario: Scenario) -> Iterator[_Fact]:
             yield _Fact(_EVENT, f"no {_event_words(scenario, event)}")
 
 
-_Event = Pulse | SpatialPulse | Patch | Change
+_Patch = Patch | SpatialPatch
+_Event = Pulse | SpatialPulse | _Patch | Change
 
 
 def _time_of(event: _Event) -> float:
-    return event.start_time if isinstance(event, Patch) else event.time
+    return event.start_time if isinstance(event, _Patch) else event.time
 
 
 def _kind_of(event: _Event) -> str:
@@ -284,7 +285,7 @@ def _kind_of(event: _Event) -> str:
 def _event_words(scenario: Scenario, event: _Event) -> str:
     if isinstance(event, (Pulse, SpatialPulse)):
         return _push_words(event)
-    if isinstance(event, Patch):
+    if isinstance(event, _Patch):
         return _patch_words(event)
     words = _changed_words(scenario, event)
     return f"{words} at {value_words(event.time, 's')}"
@@ -301,10 +302,9 @@ def _push_words(push: Pulse | SpatialPulse) -> str:
     return " ".join(["push", *filter(None, parts), f"at {value_words(push.time, 's')}"])
 
 
-def _patch_words(patch: Patch) -> str:
+def _patch_words(patch: _Patch) -> str:
     """A patch; what it shares with the one that a click makes is left out."""
-    usual = Patch(face=patch.face)
-    same = patch.friction_factor == usual.friction_factor
+    same = patch.friction_factor == Patch(face="left").friction_factor
     parts = [
         "wet spot" if patch.friction_factor < 1.0 else "rough spot",
         f"on {patch.face.replace('-', ' ')}",

@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Change, Pulse
-from slipgrasp.core.scenario.loading import load_scenario, scenario_from_toml, scenario_to_toml
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    scenario_from_toml,
+    scenario_to_toml,
+    with_values,
+)
+from slipgrasp.core.scenario.spatial import SpatialPatch
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Draft, TimedEdit
 from slipgrasp.web.model.editing import Editing, History, Reach
@@ -194,7 +201,20 @@ def test_a_wet_spot_lies_under_the_fingertip_nearest_to_slip_or_under_the_chosen
     assert after(early, AddDisturbance(DisturbanceKind.WET_SPOT, 5)) is early
 
 
-def test_no_spot_of_a_face_in_space_gets_wet(view: ViewState) -> None:
+def test_a_wet_spot_in_space_lies_where_the_chosen_fingertip_is() -> None:
+    run = simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.06}))
+    shown = replace(view_of(run), draft=Draft.from_preset("spatial-prism"))
+    early, row = at(shown, 0.05), int(np.searchsorted(run.trace.times, 0.05))
+    for contact, expected in ((None, int(run.trace.friction_margin[row].argmin())), (1, 1)):
+        wet = after(early, AddDisturbance(DisturbanceKind.WET_SPOT, contact))
+        (patch,) = wet.draft.scenario().patches
+        assert isinstance(patch, SpatialPatch) and patch.face == f"side-{expected}"
+        slip = run.trace.slip[row, 2 * expected : 2 * expected + 2]
+        np.testing.assert_allclose(patch.centre, slip, atol=1e-5)
+        assert patch.start_time == 0.05
+
+
+def test_a_run_in_the_plane_tells_nothing_of_faces_in_space(view: ViewState) -> None:
     in_space = replace(view, draft=Draft.from_preset("spatial-prism"))
     assert after(in_space, AddDisturbance(DisturbanceKind.WET_SPOT)) is in_space
 

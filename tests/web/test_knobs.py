@@ -368,7 +368,7 @@ def test_a_push_in_space_has_a_knob_for_each_part_of_its_force_and_moment(
     push = push_at(0.5, in_space=True)
     panel.update(view_of(draft.with_disturbance(push)))
     assert panel.knob("pulses.0.moment.2").value == 0.0
-    (group,) = disturbance_groups([push], draft.base.finger_names)
+    (group,) = disturbance_groups([push], draft.base.finger_names, in_space=True)
     labels = [entry.label for entry in group.entries if entry.parameter.key.count(".") == 3]
     assert labels == [f"force {c} [N]" for c in "xyz"] + [f"moment {c} [N m]" for c in "xyz"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from slipgrasp.web.scene.space.layout import contacts_of, lay_out_space, spatial
 from slipgrasp.web.scene.space.solids import quaternion_of, rotation_of
 from slipgrasp.web.scene.view_plane import ViewPlane
 
-LENS = "/space/lenses/board/0"
+OBJECT, LENS = "/space/object/body", "/space/lenses/board/0"
 DURING, AFTER = 0.05, 0.19
 
 
@@ -190,4 +191,34 @@ def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
     assert viewer_server.scene.get_handle_by_name("/hand") is None
     assert node(viewer_server, "/pale-space").visible
     assert isinstance(prism.scenario, SpatialScenario)
+    scene.remove()
+
+
+def test_a_wet_spot_lies_on_its_face_and_in_the_lens_of_who_touches_it_while_it_is_there(
+    viewer_server: ViewerServer, prism: RunResult
+) -> None:
+    wet = with_values(
+        prism.scenario,
+        {
+            "patches.0.face": "side-0",
+            "patches.0.centre.0": 0.14,
+            "patches.0.radius": 0.02,
+            "patches.0.end_time": AFTER,
+            "patches.1.face": "side-0",
+        },
+    )
+    run = replace(prism, scenario=wet)
+    scene, sampler = Scene(viewer_server), SpatialSampler(prism.trace)
+    scene.show(run)
+    layout = lay_out_space(run, full_scale(run))
+    on_face, in_lens = f"{OBJECT}/wet0", f"{LENS}/wet1"
+    for time, there in ((DURING, True), (AFTER, False)):
+        scene.update(sampler.at(time))
+        assert node(viewer_server, on_face).visible is there
+        assert node(viewer_server, in_lens).visible
+    # The face ends 1 cm above the middle of the spot, right and up are its axes x and z.
+    water = node(viewer_server, f"{on_face}/water").vertices
+    assert water[:, 2].max() == pytest.approx(0.01) and water[:, 2].min() == pytest.approx(-0.02)
+    seen = node(viewer_server, f"{in_lens}/water").vertices + node(viewer_server, in_lens).position
+    assert np.hypot(seen[:, 0], seen[:, 2]).max() <= layout.lens_radius
     scene.remove()

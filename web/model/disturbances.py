@@ -8,9 +8,9 @@ from enum import StrEnum
 from typing import Any, Literal
 
 from slipgrasp.core.scenario import Patch, Pulse, Scenario
-from slipgrasp.core.scenario.field_errors import find_template
+from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
-from slipgrasp.core.scenario.spatial import SpatialPulse
+from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse, SpatialScenario
 
 
 class DisturbanceKind(StrEnum):
@@ -63,20 +63,25 @@ def push_at(
     return Disturbance("pulses", pulse | own)
 
 
-def wet_spot(scenario: Scenario, contact: int, slip: float, time: float) -> Disturbance:
-    """A wet spot below a fingertip of a hand in the plane.
+def wet_spot(scenario: Scenario, contact: int, slip: Sequence[float], time: float) -> Disturbance:
+    """A wet spot below a fingertip.
 
     Args:
         scenario: Whose face.
         contact: Which fingertip.
-        slip: How far it has slid along its face [m].
+        slip: How far it has slid along the tangents of its face, one in the plane, two in space
+            [m].
         time: When the spot appears [s].
     """
-    finger = scenario.fingers[contact]
-    centre = round(finger.contact_offset + slip, 6)
-    return Disturbance(
-        "patches", _plain_values(Patch(face=finger.face, centre=centre, start_time=time))
-    )
+    if isinstance(scenario, SpatialScenario):
+        touching = scenario.fingers[contact]
+        x, y = (round(sum(pair), 6) for pair in zip(touching.contact_offset, slip, strict=True))
+        patch = SpatialPatch(face=touching.face, centre=(x, y), start_time=time)
+    else:
+        finger = scenario.fingers[contact]
+        centre = round(finger.contact_offset + slip[0], 6)
+        patch = Patch(face=finger.face, centre=centre, start_time=time)
+    return Disturbance("patches", _plain_values(patch))
 
 
 def disturbances_of(scenario: Scenario) -> tuple[Disturbance, ...]:
@@ -124,16 +129,24 @@ def disturbance_values(disturbances: Sequence[Disturbance]) -> Iterator[tuple[st
             yield f"{disturbance.place}.{index}.{key}", value
 
 
-def disturbance_parameters(disturbances: Sequence[Disturbance]) -> Iterator[Parameter]:
-    """The parameters of all disturbances, in the order of their fields."""
+def disturbance_parameters(
+    disturbances: Sequence[Disturbance], *, in_space: bool
+) -> Iterator[Parameter]:
+    """The parameters of all disturbances, in the order of their fields.
+
+    Args:
+        disturbances: What happens.
+        in_space: Whether to an object in space.
+    """
+    templates = template_keys(in_space)
     for key, value in disturbance_values(disturbances):
         is_whole = isinstance(value, int) and not isinstance(value, bool)
-        template = find_template(key)
+        template = templates.get(template_key(key, in_space))
         if template is not None:
             yield replace(template, key=key, value=float(value) if is_whole else value)
 
 
-def _plain_values(entry: Pulse | SpatialPulse | Patch) -> dict[str, Any]:
+def _plain_values(entry: Pulse | SpatialPulse | Patch | SpatialPatch) -> dict[str, Any]:
     """The values of an entry by key; a vector has a key per component."""
     values: dict[str, Any] = {}
     for name, value in asdict(entry).items():

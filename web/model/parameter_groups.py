@@ -170,16 +170,17 @@ def disturbance_title(disturbance: Disturbance) -> str:
 
 
 def disturbance_groups(
-    disturbances: Sequence[Disturbance], names: Sequence[str]
+    disturbances: Sequence[Disturbance], names: Sequence[str], *, in_space: bool
 ) -> tuple[Group, ...]:
     """A group for everything that happens to the object; folded, or the knobs below would leap.
 
     Args:
         disturbances: What happens.
         names: What the fingers are called.
+        in_space: Whether to an object in space.
     """
     entries: dict[str, list[Entry]] = {}
-    for parameter in disturbance_parameters(disturbances):
+    for parameter in disturbance_parameters(disturbances, in_space=in_space):
         place, index, own = parameter.key.split(".", 2)
         label = key_words(own, names) + unit_words(parameter.unit)
         entries.setdefault(f"{place}.{index}", []).append(Entry(parameter, label))

@@ -71,7 +71,7 @@ class ScenarioPanel:
         self.note = gui.add_html("")
         self.disturbances = gui.add_button_group(
             "disturb",
-            _disturbances_in(draft),
+            tuple(_DISTURBANCES),
             hint="Where the play head stands. Push: a short force on the object, 5 N downwards at "
             "first. Wet spot: less friction where a fingertip touches, from then on. Pour: mass "
             "and inertia grow to 1.5 times what they are. Each can be edited below, and undone.",
@@ -80,7 +80,6 @@ class ScenarioPanel:
             "wet under",
             (_NEAREST, *draft.base.finger_names),
             hint="Under which fingertip a wet spot appears.",
-            visible=not draft.base.in_space,
         )
         self.changes = gui.add_html("")
         self._connect()
@@ -148,20 +147,9 @@ class ScenarioPanel:
         self.origin.options = _origins(view.draft, *opened)
         self.origin.value = view.draft.origin
         self.origin.hint = _what_it_shows(view.draft)
-        self.disturbances.options = _disturbances_in(view.draft)
-        self.wet.visible = not view.draft.base.in_space
         contacts = (_NEAREST, *view.draft.base.finger_names)
         if tuple(self.wet.options) != contacts:
             self.wet.options = contacts
-
-
-def _disturbances_in(draft: Draft) -> tuple[str, ...]:
-    """What the user may disturb a run with; faces in space have no wet spots."""
-    return tuple(
-        name
-        for name, kind in _DISTURBANCES.items()
-        if not (draft.base.in_space and kind is DisturbanceKind.WET_SPOT)
-    )
 
 
 def _what_it_shows(draft: Draft) -> str:

@@ -173,17 +173,16 @@ def _let_go(view: ViewState, force: tuple[float, ...]) -> ViewState:
 
 
 def _wetted(draft: Draft, shown: Shown, moment: float, contact: int | None) -> Draft:
-    """The draft with a wet spot where a fingertip of the run on the screen is, in the plane."""
-    if draft.base.in_space:
-        return draft
+    """The draft with a wet spot where a fingertip of the run on the screen is."""
     trace = shown.result.trace
     spot = locate(trace.times, moment)
     contacts = range(len(draft.base.fingers))
     if contact is None:
         contact = int(np.argmin(trace.friction_margin[spot.row]))
-    if contact not in contacts or trace.shape.num_contacts != len(contacts):
+    same = shown.result.scenario.in_space is draft.base.in_space
+    if contact not in contacts or trace.shape.num_contacts != len(contacts) or not same:
         return draft
-    slip = float(spot.read(trace.slip)[contact])
+    slip = spot.read(trace.slip).reshape(len(contacts), -1)[contact].tolist()
     return draft.with_disturbance(wet_spot(draft.base, contact, slip, moment))
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Patch, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
+from slipgrasp.core.scenario.spatial import SpatialPatch, is_there
 from slipgrasp.web.model.colours import PUSH, WATER, WAVES, glow
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.detail import Detail, Follower
@@ -34,46 +35,25 @@ _WHITE = (255, 255, 255)
 
 
 class WetSpots:
-    """Draws every patch of a run on its face, and in the lenses of the fingertips on that face.
+    """Shows every patch of a run while it is there.
 
     Args:
-        scene: Where the nodes go.
-        object_name: Name of the node that moves with the object.
-        lens_name: Name of the node of all lenses.
-        scenario: Whose patches and faces.
-        layout: Where the lenses are, and how they magnify.
+        patches: The patches.
+        nodes: What draws each of them, on its face and in lenses.
     """
 
     def __init__(
         self,
-        scene: viser.SceneApi,
-        object_name: str,
-        lens_name: str,
-        scenario: Scenario,
-        layout: SceneLayout,
+        patches: Sequence[Patch | SpatialPatch],
+        nodes: Sequence[Sequence[viser.FrameHandle]],
     ) -> None:
-        self._patches = scenario.patches
-        self._nodes: list[list[viser.FrameHandle]] = []
-        self._visible: list[bool | None] = [None] * len(self._patches)
-        fingers = range(len(scenario.fingers))
-        for k, patch in enumerate(self._patches):
-            on_face = _add_spot(
-                scene, f"{object_name}/wet{k}", *spot_on_face(scenario, patch), np.zeros(2), _FRONT
-            )
-            places = [(i, spot_in_lens(scenario, patch, i, layout)) for i in fingers]
-            in_lenses = [
-                _add_spot(
-                    scene, f"{lens_name}/{i}/wet{k}", *spot, layout.lens_centres[i], _FRONT_IN_LENS
-                )
-                for i, spot in places
-                if spot is not None
-            ]
-            self._nodes.append([on_face, *in_lenses])
+        self._patches, self._nodes = patches, nodes
+        self._visible: list[bool | None] = [None] * len(patches)
 
     def update(self, time: float) -> None:
         """Shows those that are there at a time [s]."""
         for k, patch in enumerate(self._patches):
-            there = patch.start_time <= time and (patch.end_time is None or time < patch.end_time)
+            there = is_there(patch, time)
             if there is not self._visible[k]:
                 self._visible[k] = there
                 for node in self._nodes[k]:
@@ -83,6 +63,35 @@ class WetSpots:
         """Removes every node."""
         for node in (node for nodes in self._nodes for node in nodes):
             node.remove()
+
+
+def add_wet_spots(
+    scene: viser.SceneApi,
+    object_name: str,
+    lens_name: str,
+    scenario: Scenario,
+    layout: SceneLayout,
+) -> WetSpots:
+    """Draws every patch on its face, and in the lenses of the fingertips on that face.
+
+    Args:
+        scene: Where the nodes go.
+        object_name: Name of the node that moves with the object.
+        lens_name: Name of the node of all lenses.
+        scenario: Whose patches and faces.
+        layout: Where the lenses are, and how they magnify.
+    """
+
+    def draw(k: int, patch: Patch) -> Iterator[viser.FrameHandle]:
+        name = f"{object_name}/wet{k}"
+        yield _add_spot(scene, name, *spot_on_face(scenario, patch), np.zeros(2), _FRONT)
+        for i, centre in enumerate(layout.lens_centres):
+            spot = spot_in_lens(scenario, patch, i, layout)
+            if spot is not None:
+                yield _add_spot(scene, f"{lens_name}/{i}/wet{k}", *spot, centre, _FRONT_IN_LENS)
+
+    patches = scenario.patches
+    return WetSpots(patches, [list(draw(k, patch)) for k, patch in enumerate(patches)])
 
 
 class PushView:

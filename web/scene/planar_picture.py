@@ -16,7 +16,7 @@ from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail
-from slipgrasp.web.scene.disturbance_view import PushView, WetSpots
+from slipgrasp.web.scene.disturbance_view import PushView, WetSpots, add_wet_spots
 from slipgrasp.web.scene.dragging import Draggable
 from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.hand_view import HandView
@@ -146,7 +146,7 @@ class PlanarPicture:
         if self._wet_spots is not None:
             self._wet_spots.remove()
         body, lenses = views.body.body.name, views.lens_root.name
-        self._wet_spots = WetSpots(self._stage.scene, body, lenses, scenario, layout)
+        self._wet_spots = add_wet_spots(self._stage.scene, body, lenses, scenario, layout)
         self._wet = wet
 
     def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:

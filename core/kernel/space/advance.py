@@ -58,7 +58,7 @@ from slipgrasp.core.kernel.space.run import (
 )
 from slipgrasp.core.kernel.space.slip_rows import spatial_follow_slip, spatial_leave_slip
 from slipgrasp.core.kernel.space.state import slip_velocity_at, supplied_at
-from slipgrasp.core.kernel.space.steps import spatial_accept, spatial_locate
+from slipgrasp.core.kernel.space.steps import spatial_accept, spatial_locate, stop_in_patch
 from slipgrasp.core.kernel.space.tick import spatial_apply, spatial_tick
 from slipgrasp.core.kernel.space.ways import axes_of, way_speed
 from slipgrasp.core.kernel.tick import next_command
@@ -189,6 +189,7 @@ def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> i
     if size == 0.0:
         spatial_emit(model, run, outlet, run.discrete)
         return STEP_UNDERFLOW
+    size = stop_in_patch(model, run, size)
     fired = spatial_fired(model, run.discrete, run.step.end, run.work, run.guards)
     if fired == 1:
         size = spatial_locate(model, run, size)

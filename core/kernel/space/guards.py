@@ -1,7 +1,8 @@
 """Conditions that end a phase or a run in space: each falls through its level at the event.
 
 Per contact: the phase of its ways (distance to the cone in stick, speed in slip), normal force,
-distance to the edges of its face, finger not singular. Then the determinant of M~.
+distance to the edges of its face and to the rims of the patches on it, finger not singular. Then
+the determinant of M~.
 """
 
 from __future__ import annotations
@@ -42,11 +43,18 @@ GUARDS = np.dtype(
 
 @compiled
 def _distance_to_edge(model: Record, state: Record, i: int) -> float:
-    """Least distance of contact ``i`` to an edge of its face [m], positive inside."""
+    """Least distance of contact ``i`` to an edge of its face or a patch's rim [m].
+
+    It is positive while the contact is on the side of each where it was.
+    """
     least, first, second = np.inf, state.x[slip_at(i, 0)], state.x[slip_at(i, 1)]
     for k in range(model.hand.num_edges[i]):
         edge = model.hand.edges[i, k]
         least = min(least, edge[0] * first + edge[1] * second + edge[2])
+    for k in range(model.hand.num_rims[i]):
+        rim = model.hand.rims[i, k]
+        x, y = first - rim.centre[0], second - rim.centre[1]
+        least = min(least, rim.side * (rim.radius - np.sqrt(x * x + y * y)))
     return least
 
 

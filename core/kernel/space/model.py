@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -30,6 +32,7 @@ from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialController, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
+from slipgrasp.core.scenario.world import MAX_PATCHES
 
 MAX_EDGES = 12
 MAX_SLIPS = 2 * MAX_FINGERS
@@ -46,6 +49,16 @@ _KINDS = {
     "link_mass": LINK_MASS,
 }
 
+# The rim of a round patch, in the slips of the fingertip on its face.
+RIM = np.dtype(
+    [
+        ("centre", np.float64, (2,)),  # [m]
+        ("radius", np.float64),  # [m]
+        ("side", np.float64),  # 1: the fingertip is inside, -1: outside
+    ],
+    align=True,
+)
+
 # Geometry of fingers, contacts and faces.
 HAND = np.dtype(
     [
@@ -61,6 +74,8 @@ HAND = np.dtype(
         ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n in the object frame
         ("num_edges", np.int64, (MAX_FINGERS,)),
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
+        ("num_rims", np.int64, (MAX_FINGERS,)),
+        ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # of the patches on its face
         ("gravity", np.float64),  # [m/s^2]
     ],
     align=True,
@@ -135,18 +150,47 @@ MODEL = np.dtype(
 )
 
 
+class Rim(NamedTuple):
+    """The rim of a patch, and on which side of it a fingertip is.
+
+    Attributes:
+        centre: In slips of the fingertip [m].
+        radius: Of the patch [m].
+        side: 1 inside, -1 outside.
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    side: float
+
+
+class Surface(NamedTuple):
+    """What a fingertip stands on.
+
+    Attributes:
+        factor: What its friction is multiplied by.
+        rims: Of all patches on its face.
+    """
+
+    factor: float
+    rims: tuple[Rim, ...]
+
+
 @compiled_apart(types.float64, types.float64, types.float64)
 def spatial_power(base: float, exponent: float) -> float:
     """A positive number to any power."""
     return exp(exponent * log(base))
 
 
-def pack_model(scenario: SpatialScenario, load: list[float]) -> Record:
+def pack_model(
+    scenario: SpatialScenario, load: list[float], surfaces: Sequence[Surface] = ()
+) -> Record:
     """The constants of a stretch.
 
     Args:
         scenario: What holds during the stretch.
         load: Force and moment of the pulses that act, six numbers [N, N m].
+        surfaces: What each fingertip stands on; faces without patches if empty.
     """
     model = make_record(MODEL)
     n, p = len(scenario.fingers), len(scenario.estimates)
@@ -163,6 +207,8 @@ def pack_model(scenario: SpatialScenario, load: list[float]) -> Record:
     model.truth.inertias[:] = scenario.object.inertias
     for i in range(n):
         _pack_finger(scenario, i, model)
+    for i, surface in enumerate(surfaces):
+        _pack_surface(surface, i, model)
     _pack_unknowns(scenario, model.unknowns)
     _pack_law(scenario, model)
     _pack_sensors(scenario, model)
@@ -192,6 +238,14 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     hand.num_edges[i] = len(edges)
     hand.edges[i, : len(edges)] = edges
     truth.friction[i] = finger.friction
+
+
+def _pack_surface(surface: Surface, i: int, model: Record) -> None:
+    model.truth.friction[i] *= surface.factor
+    model.hand.num_rims[i] = len(surface.rims)
+    for k, rim in enumerate(surface.rims):
+        packed = model.hand.rims[i, k]
+        packed.centre[:], packed.radius, packed.side = rim.centre, rim.radius, rim.side
 
 
 def _pack_unknowns(scenario: SpatialScenario, unknowns: Record) -> None:

@@ -6,11 +6,12 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.elementary import root
+from slipgrasp.core.kernel.elementary import root, square
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.guards import keep_first, spatial_least
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.run import PROGRESS
+from slipgrasp.core.kernel.space.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.space.stepper import (
     longest_step,
     loses_direction,
@@ -22,6 +23,7 @@ from slipgrasp.core.kernel.space.workspace import STICK
 LEAST_STEP = 1e-14
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
+CLOSEST_HALVINGS = 20  # of the step in which a fingertip passes the middle of a patch
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -70,6 +72,56 @@ def _follow_error(
     if run.quiet_steps >= QUIET_STEPS and run.step.rank > 0:
         run.quiet_steps = 0
         run.step.rank -= 1
+
+
+@compiled
+def _outward(model: Record, state: Record, i: int, rim: Record) -> float:
+    """How the square of the distance of contact ``i`` from the middle of a patch grows, halved."""
+    total = 0.0
+    for axis in range(2):
+        away = state.x[slip_at(i, axis)] - rim.centre[axis]
+        total += away * state.x[slip_velocity_at(model.num_fingers, i, axis)]
+    return total
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.int64, types.int64, types.float64)
+def _closest(model: Record, run: Record, i: int, k: int, h: float) -> float:
+    """Size of the step at whose end contact ``i`` is nearest to the middle of patch ``k``."""
+    low, high, rim = 0.0, h, model.hand.rims[i, k]
+    for _ in range(CLOSEST_HALVINGS):
+        size = 0.5 * (low + high)
+        spatial_step(model, run.discrete, size, run.step, run.work)
+        if _outward(model, run.step.end, i, rim) < 0.0:
+            low = size
+        else:
+            high = size
+    return high
+
+
+@compiled
+def stop_in_patch(model: Record, run: Record, h: float) -> float:
+    """Shortens a step that would slide into a patch and out of it again, unseen; its size.
+
+    Nothing of the kind happens to what is inside: like a face, a patch is convex.
+    """
+    start, end, size = run.step.start, run.step.end, h
+    for i in range(model.num_fingers):
+        for k in range(model.hand.num_rims[i]):
+            rim = model.hand.rims[i, k]
+            if rim.side > 0.0 or not _outward(model, start, i, rim) < 0.0:
+                continue
+            if not _outward(model, end, i, rim) > 0.0:
+                continue
+            nearest = _closest(model, run, i, k, size)
+            spatial_step(model, run.discrete, nearest, run.step, run.work)
+            total = 0.0
+            for axis in range(2):
+                total += square(end.x[slip_at(i, axis)] - rim.centre[axis])
+            if total < rim.radius * rim.radius:
+                size = nearest
+            else:
+                spatial_step(model, run.discrete, size, run.step, run.work)
+    return size
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)

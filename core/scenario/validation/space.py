@@ -154,5 +154,3 @@ def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, st
         value, usual = getattr(scenario.sensing, name), getattr(SensingParameters(), name)
         if value != usual:
             yield f"sensing.{name}", f"{value}", "set it to its default"
-    if scenario.patches:
-        yield "patches", f"a list of {len(scenario.patches)}", "leave it out"

@@ -14,6 +14,7 @@ from slipgrasp.core.scenario.spatial_geometry import SpatialContact, base_corner
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.spatial_sampling import SpatialSample
 from slipgrasp.web.scene.detail import Detail
+from slipgrasp.web.scene.disturbance_view import WetSpots
 from slipgrasp.web.scene.dragging import Draggable
 from slipgrasp.web.scene.marks import FullScale, beliefs_of, full_scale, sizes_on_hand
 from slipgrasp.web.scene.space.contact_marks import ContactState, in_face
@@ -25,6 +26,7 @@ from slipgrasp.web.scene.space.lens_view import Leader, SpatialLensView
 from slipgrasp.web.scene.space.object_view import SpatialObjectView
 from slipgrasp.web.scene.space.push_view import SpatialPushView
 from slipgrasp.web.scene.space.solids import Quaternion, quaternion_of, rotation_of
+from slipgrasp.web.scene.space.wet_spots import add_spatial_wet_spots
 from slipgrasp.web.scene.surfaces import Surfaces, surfaces_for
 from slipgrasp.web.scene.view_plane import ViewPlane
 
@@ -50,6 +52,8 @@ class SpatialPicture:
         self._appearance = Appearance()
         self._views: _Views | None = None
         self._shape: object = None
+        self._wet_spots: WetSpots | None = None
+        self._wet: object = None
         self._ghost: SpatialGhostView | None = None
         self._ghost_shape: object = None
         self._full = FullScale(1.0, 1.0)
@@ -78,6 +82,7 @@ class SpatialPicture:
             views.show_parts(appearance)
             for lens in views.lenses:
                 lens.rescale(layout)
+            self._lay_wet_spots(spatial(result), views, layout)
             self._show_ghost(ghost)
         return layout
 
@@ -98,6 +103,8 @@ class SpatialPicture:
             if self._ghost is not None and ghost is not None:
                 self._ghost.update(ghost)
             self._views.update(sample, self._states_of(sample), self._full, self._appearance)
+            if self._wet_spots is not None:
+                self._wet_spots.update(sample.time)
 
     @property
     def draggable(self) -> Draggable | None:
@@ -114,6 +121,7 @@ class SpatialPicture:
         if self._views is not None:
             self._views.root.remove()
         self._views = self._ghost = self._shape = self._ghost_shape = None
+        self._wet_spots = self._wet = None
 
     def _states_of(self, sample: SpatialSample) -> list[ContactState]:
         return [
@@ -139,6 +147,19 @@ class SpatialPicture:
             self._views = _make_views(self._stage.scene, scenario, layout, surfaces, self._detail)
             self._shape = shape
         return self._views
+
+    def _lay_wet_spots(
+        self, scenario: SpatialScenario, views: _Views, layout: SpatialLayout
+    ) -> None:
+        """The nodes of the wet spots, made anew for others or for another magnification."""
+        wet = (scenario.patches, layout.magnification)
+        if self._wet_spots is not None and self._wet == wet:
+            return
+        if self._wet_spots is not None:
+            self._wet_spots.remove()
+        body, board = views.body.body.name, f"{views.lens_root.name}/board"
+        self._wet_spots = add_spatial_wet_spots(self._stage.scene, body, board, scenario, layout)
+        self._wet = wet
 
     def _show_ghost(self, ghost: RunResult | None) -> None:
         """The nodes of the pale run; they stay, hidden, until one of another shape comes."""

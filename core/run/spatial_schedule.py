@@ -1,0 +1,126 @@
+"""What holds when in space, where fingertips may slide over the rims of round patches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from slipgrasp.core.kernel.space.model import Rim, Surface
+from slipgrasp.core.run.schedule import EDGE_WIDTH, Timetable
+from slipgrasp.core.scenario import Change, Scenario
+from slipgrasp.core.scenario.spatial import SpatialScenario, is_there
+from slipgrasp.core.scenario.spatial_geometry import Point, distance_inside, spatial_contact
+
+INSIDE, OUTSIDE = 1.0, -1.0
+
+
+class SpatialSchedule(Timetable):
+    """The stretches of a run in space: one ends too where a fingertip comes to a patch's rim."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        rest = ((0.0, 0.0),) * len(scenario.fingers)
+        # Per finger the side of each patch on its face, by the patch's place in the scenario.
+        self._sides: list[dict[int, float]] = [{} for _ in rest]
+        self._lay_patches(rest, rest)
+
+    def surfaces(self) -> list[Surface]:
+        """What each fingertip stands on during the present stretch."""
+        return [self._surface(i, sides) for i, sides in enumerate(self._sides)]
+
+    def pass_instant(self, slips: Sequence[Point], velocities: Sequence[Point]) -> list[Change]:
+        """Goes over to the stretch that begins where the present one ends.
+
+        Args:
+            slips: Where the fingertips are [m].
+            velocities: Their slip velocities [m/s].
+
+        Returns:
+            The timed changes that take place.
+        """
+        due = self.end_stretch()
+        self._lay_patches(slips, velocities)
+        return due
+
+    def cross_edge(self, contact: int, slips: Sequence[Point], velocities: Sequence[Point]) -> bool:
+        """Goes over to the stretch in which a fingertip is on the other side of a rim.
+
+        All that slide over a rim at this instant do so together.
+
+        Args:
+            contact: Which has come to an edge.
+            slips: Where the fingertips are [m].
+            velocities: Their slip velocities [m/s].
+
+        Returns:
+            False if the face ends there.
+        """
+        depths = {k: abs(self._depth(contact, k, slips[contact])) for k in self._sides[contact]}
+        nearest = min(depths, key=depths.__getitem__, default=None)
+        if nearest is None or self._to_edge(contact, slips[contact]) < depths[nearest]:
+            return False
+        beyond = -self._sides[contact][nearest]
+        for i, (slip, velocity) in enumerate(zip(slips, velocities, strict=True)):
+            for k in self._sides[i]:
+                if any(velocity) and abs(self._depth(i, k, slip)) <= EDGE_WIDTH:
+                    self._sides[i][k] = self._side(i, k, slip, velocity)
+        self._sides[contact][nearest] = beyond
+        return True
+
+    @property
+    def _scenario(self) -> SpatialScenario:
+        assert isinstance(self.present, SpatialScenario), "only scenarios in space come here"
+        return self.present
+
+    def _lay_patches(self, slips: Sequence[Point], velocities: Sequence[Point]) -> None:
+        """Finds on which side of each patch that has come fingertips are; forgets the others."""
+        for i, finger in enumerate(self._scenario.fingers):
+            before = self._sides[i]
+            self._sides[i] = {
+                k: before[k] if k in before else self._side(i, k, slips[i], velocities[i])
+                for k, patch in enumerate(self._scenario.patches)
+                if patch.face == finger.face and is_there(patch, self.begin)
+            }
+
+    def _surface(self, i: int, sides: dict[int, float]) -> Surface:
+        patches = self._scenario.patches
+        inside = [patches[k].friction_factor for k, side in sides.items() if side == INSIDE]
+        rims = (Rim(self._centre(i, k), patches[k].radius, side) for k, side in sides.items())
+        # The same however the patches are listed.
+        return Surface(math.prod(sorted(inside)), tuple(rims))
+
+    def _centre(self, i: int, k: int) -> Point:
+        """Middle of a patch in the slips of a fingertip on its face [m]."""
+        (x, y), (own_x, own_y) = (
+            self._scenario.patches[k].centre,
+            self._scenario.fingers[i].contact_offset,
+        )
+        return x - own_x, y - own_y
+
+    def _depth(self, i: int, k: int, slip: Point) -> float:
+        """How far a fingertip is inside a patch [m]; negative outside."""
+        x, y = self._from_centre(i, k, slip)
+        return self._scenario.patches[k].radius - math.sqrt(x * x + y * y)
+
+    def _from_centre(self, i: int, k: int, slip: Point) -> Point:
+        x, y = self._centre(i, k)
+        return slip[0] - x, slip[1] - y
+
+    def _side(self, i: int, k: int, slip: Point, velocity: Point) -> float:
+        """The side of a patch on which a fingertip is, or slides onto.
+
+        At rest on its rim it has the smaller of both frictions.
+        """
+        depth = self._depth(i, k, slip)
+        if abs(depth) > EDGE_WIDTH:
+            return INSIDE if depth > 0.0 else OUTSIDE
+        x, y = self._from_centre(i, k, slip)
+        outward = x * velocity[0] + y * velocity[1]
+        if outward != 0.0:
+            return OUTSIDE if outward > 0.0 else INSIDE
+        return INSIDE if self._scenario.patches[k].friction_factor < 1.0 else OUTSIDE
+
+    def _to_edge(self, i: int, slip: Point) -> float:
+        """Distance of a fingertip to the nearest edge of its face [m]."""
+        scenario = self._scenario
+        return distance_inside(spatial_contact(scenario.object, scenario.fingers[i]).outline, slip)
