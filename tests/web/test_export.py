@@ -86,7 +86,7 @@ def office(short: RunResult, store: RecordingStore) -> Iterator[Office]:
     yield office
     for worker in office.reducer.workers:
         worker.close()
-        worker.join(30.0)
+        worker.join(PATIENCE)
     assert "export" not in {thread.name for thread in threading.enumerate()}
 
 
@@ -213,7 +213,7 @@ def test_what_goes_wrong_is_told_in_words() -> None:
     worker.start(7, fail(OSError(24, "Too many open files")))
     answer = answers.get(timeout=PATIENCE)
     assert answer == ExportFailed(7, "The file could not be made: Too many open files.")
-    worker.join(30.0)
+    worker.join(PATIENCE)
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
@@ -224,7 +224,7 @@ def test_an_error_of_ours_does_not_leave_the_user_waiting() -> None:
     answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed)
     assert "internal error" in answer.message
-    worker.join(30.0)
+    worker.join(PATIENCE)
 
 
 @pytest.mark.parametrize(
