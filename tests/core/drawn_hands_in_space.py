@@ -58,6 +58,7 @@ def draw_hand_in_space(seed: object, source: type[Random] = Random) -> SpatialSc
             "friction": rng.choice(("cone", "pyramid")),
         },
     }
+    mapping["patches"] = [_patch(rng, faces) for _ in range(rng.choice((0, 0, 1, 2)))]
     scenario = scenario_from_mapping(mapping)
     assert isinstance(scenario, SpatialScenario)
     return scenario
@@ -105,6 +106,19 @@ def _finger(
         "link_lengths": lengths,
         "link_centre_fractions": (rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.7)),
         "link_inertia_fractions": (rng.uniform(0.05, 0.15), rng.uniform(0.05, 0.15)),
+    }
+
+
+def _patch(rng: Random, faces: tuple[str, ...]) -> dict[str, Any]:
+    """A spot of other friction where fingertips may slide, for the whole run or a part of it."""
+    start = rng.choice((0.0, rng.uniform(0.0, 0.5 * DURATION)))
+    return {
+        "face": rng.choice(faces),
+        "centre": (rng.uniform(-0.03, 0.03), rng.uniform(-0.05, 0.05)),
+        "radius": rng.choice((rng.uniform(0.0005, 0.005), rng.uniform(0.005, 0.05))),
+        "friction_factor": rng.choice((0.0, rng.uniform(0.2, 1.0), rng.uniform(1.0, 2.0))),
+        "start_time": start,
+        "end_time": rng.choice((None, start + rng.uniform(0.01, DURATION))),
     }
 
 

@@ -54,22 +54,34 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
             scenario = with_values(scenario, {change.parameter: change.value})
     assert isinstance(scenario, SpatialScenario)
     n = len(scenario.fingers)
+    slip = last.slip[0].reshape(n, 2)
     truth = Parameters(
         np.array([finger.link_masses for finger in scenario.fingers]),
         scenario.object.mass,
         np.array(scenario.object.inertias),
-        np.array([finger.friction for finger in scenario.fingers]),
+        np.array([_friction_at(scenario, i, slip[i], run.end_time) for i in range(n)]),
     )
     pose, friction = last.object_pose[0], scenario.simulation.friction
     moving, directions = moving_directions(last.slip_velocity[0].reshape(n, 2), friction)
     velocity = np.where(moving, last.slip_velocity[0].reshape(n, 2), 0.0)
-    slip = last.slip[0].reshape(n, 2)
     state = State(pose[:3], pose[3:], last.object_velocity[0], slip, velocity)
     hand = hand_of_scenario(scenario)
     kin = hand.kinematics(state)
     G, c = hand.contact_space(kin, state, truth, torques, _load(scenario, run.end_time))
     none = np.zeros((n, 2), bool)
     return Problem(G, c, truth.friction, moving, directions, none, friction)
+
+
+def _friction_at(scenario: SpatialScenario, i: int, slip: Array, t: float) -> float:
+    """The friction coefficient of a fingertip where it is, on patches or beside them."""
+    finger, here = scenario.fingers[i], slip + scenario.fingers[i].contact_offset
+    friction = finger.friction
+    for patch in scenario.patches:
+        is_there = patch.start_time <= t < (np.inf if patch.end_time is None else patch.end_time)
+        is_inside = np.linalg.norm(here - patch.centre) < patch.radius
+        if patch.face == finger.face and is_there and is_inside:
+            friction *= patch.friction_factor
+    return friction
 
 
 def _load(scenario: SpatialScenario, t: float) -> Array:
