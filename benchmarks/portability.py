@@ -41,21 +41,29 @@ def run(_docs: Path | None = None) -> list[Table]:
 
 
 def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
-    """The first digits of the hash under the first engine; where another has others, they too."""
+    """The first digits of the hash under the first engine; where another has others, they too.
+
+    An engine that does not run a case has a dash there.
+    """
     first, *others = hashes.values()
     rows = []
     for case, value in first.items():
         own = value[:_DIGITS]
-        cells = ["same" if other[case] == value else other[case][:_DIGITS] for other in others]
-        rows.append((case, own, *cells))
-    different = sum(other[case] != first[case] for other in others for case in first)
-    total = len(others) * len(first)
+        rows.append((case, own, *(_beside(value, other.get(case)) for other in others)))
+    different = sum(value != first[case] for other in others for case, value in other.items())
+    total = sum(map(len, others))
     note = (
         f"{total - different} of {total} hashes equal that of the first column. "
         f"Run on {platform.system()}, {platform.machine()}, {binding.get_host_cpu_name()}, with "
-        f"{present_provenance().kernel}."
+        f"{present_provenance().kernel}, in space {present_provenance(in_space=True).kernel}."
     )
     return Table("portability", ("runs", *hashes), tuple(rows), (note,), PORTABILITY)
+
+
+def _beside(value: str, other: str | None) -> str:
+    if other is None:
+        return "–"
+    return "same" if other == value else other[:_DIGITS]
 
 
 def _code_variants() -> dict[str, dict[str, str]]:

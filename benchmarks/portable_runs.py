@@ -13,11 +13,16 @@ from benchmarks.hands import holding_hand
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
-from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.loading import (
+    load_scenario,
+    preset_names,
+    spatial_preset_names,
+    with_values,
+)
 
 LAWS, NOISE = "every control law", "noise, filters, latency"
 FINGERS, RANDOM = "two to six fingers", "random scenarios"
-NUM_RANDOM = 200
+NUM_RANDOM, NUM_RANDOM_IN_SPACE = 200, 50
 
 _DURATION = 1.0
 _SEEDS = 5
@@ -53,6 +58,15 @@ def all_hashes(num_random: int = NUM_RANDOM) -> dict[str, str]:
         f"{num_random} {RANDOM}": _random(num_random),
     }
     return preset_hashes() | {name: _hash_of_all(runs) for name, runs in groups.items()}
+
+
+def hashes_in_space(num_random: int = NUM_RANDOM_IN_SPACE) -> dict[str, str]:
+    """The hashes of hands in space, which no engine of WebAssembly runs."""
+    from tests.core.drawn_hands_in_space import draw_hand_in_space
+
+    presets = {name: run_hash(load_scenario(name)) for name in spatial_preset_names()}
+    drawn = (draw_hand_in_space(f"portable {k}") for k in range(num_random))
+    return presets | {f"{num_random} random hands in space": _hash_of_all(drawn)}
 
 
 def _hash_of_all(scenarios: Iterable[Scenario]) -> str:
@@ -104,4 +118,4 @@ def _rounded(scenario: Scenario) -> Scenario:
 
 if __name__ == "__main__":
     prepare_kernel()
-    print(json.dumps(all_hashes()))
+    print(json.dumps(all_hashes() | hashes_in_space()))
