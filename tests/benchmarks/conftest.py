@@ -1,0 +1,19 @@
+"""What tests of benchmarks have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from slipgrasp.core.scenario.own_laws import forget, own_laws
+
+
+@pytest.fixture(autouse=True)
+def _known_laws() -> Iterator[None]:
+    """Forgets the laws of the field afterwards: a recording lists the laws that are known."""
+    before = own_laws()
+    yield
+    for law in own_laws():
+        if law not in before:
+            forget(law.name)
