@@ -25,6 +25,7 @@ from slipgrasp.core.scenario import (
     SetPoint,
     TrajectoryParameters,
 )
+from slipgrasp.core.scenario.own_laws import LAW, law_names
 from slipgrasp.core.scenario.parameters import Parameter, describe
 from slipgrasp.core.scenario.spatial import full_spatial_scenario
 
@@ -96,19 +97,30 @@ def _field_error(key: str, item: Any, in_space: bool) -> FieldError:
     )
 
 
-@cache
-def template_keys(in_space: bool = False) -> dict[str, Parameter]:
+def template_keys(
+    in_space: bool = False, laws: tuple[str, ...] | None = None
+) -> dict[str, Parameter]:
     """Parameters by template key: with 0 for every index of a list.
 
     A component that may be something else than the first of its list, such as the angle of a
     pose, has a key of its own.
+
+    Args:
+        in_space: Whether they are those of a scenario in space.
+        laws: The control laws to choose from; those that are known here if None.
     """
+    return _template_keys(in_space, law_names() if laws is None else laws)
+
+
+@cache
+def _template_keys(in_space: bool, laws: tuple[str, ...]) -> dict[str, Parameter]:
     found: dict[str, Parameter] = {}
     for key, parameter in describe(full_scenario(in_space)).items():
         first, own = _with_zeros(key), key_of_first(key)
         same = found.setdefault(first, replace(parameter, key=first))
         if (parameter.unit, parameter.limit) != (same.unit, same.limit):
             found.setdefault(own, replace(parameter, key=own))
+    found[LAW] = replace(found[LAW], choices=laws)
     return found
 
 

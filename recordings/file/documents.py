@@ -11,7 +11,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -19,10 +19,17 @@ from pydantic import TypeAdapter
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_FINGERS, MAX_UNKNOWNS, Scenario
+from slipgrasp.core.scenario import (
+    CONTROL_LAWS,
+    MAX_DIAGNOSTICS,
+    MAX_FINGERS,
+    MAX_UNKNOWNS,
+    Scenario,
+)
 from slipgrasp.core.scenario.field_errors import template_keys
 from slipgrasp.core.scenario.loading import scenario_from_mapping
-from slipgrasp.core.scenario.own_laws import Diagnostic, LawIdentity
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, Diagnostic, LawIdentity, own_kind_in
+from slipgrasp.core.scenario.parameters import Parameter, iterate_parameters
 from slipgrasp.core.trace.trace import TraceShape
 from slipgrasp.core.trace.types import Outcome, Reason, RunWarning
 from slipgrasp.recordings.file.schemas import format_of
@@ -107,16 +114,28 @@ def read_scenario(document: bytes) -> Scenario:
     return scenario_from_mapping(parse_json(document), with_law=False)
 
 
-@cache
-def parameters_document(in_space: bool) -> bytes:
+def parameters_document(scenario: Scenario) -> bytes:
     """What a scenario's parameters mean: sentence, unit and allowed values, as JSON.
 
-    Args:
-        in_space: Whether it is a scenario in space.
+    The control laws to choose from are the built-in ones and the scenario's own, whatever else
+    this process knows: equal runs have equal bytes.
     """
+    own = own_kind_in(scenario)
+    if own is None:
+        return _parameters_document(scenario.in_space, tuple(CONTROL_LAWS), ())
+    controls = iterate_parameters(scenario.controller, "controller.")
+    declared = (each for each in controls if each.key.startswith(f"{LAW_PARAMETERS}."))
+    return _parameters_document(scenario.in_space, (*CONTROL_LAWS, own), tuple(declared))
+
+
+@lru_cache(maxsize=8)
+def _parameters_document(
+    in_space: bool, laws: tuple[str, ...], own: tuple[Parameter, ...]
+) -> bytes:
+    described = {**template_keys(in_space, laws), **{each.key: each for each in own}}
     table = {
         key: {"text": parameter.text, "unit": parameter.unit, "allowed": parameter.limit}
-        for key, parameter in template_keys(in_space).items()
+        for key, parameter in described.items()
     }
     return json.dumps(table, ensure_ascii=False, indent=1).encode()
 

@@ -217,7 +217,7 @@ class RecordingWriter:
         self._container.add_metadata(START, start)
         scenario = scenario_document(self._scenario)
         self._container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
-        parameters = parameters_document(self._scenario.in_space)
+        parameters = parameters_document(self._scenario)
         self._container.add_attachment(PARAMETERS_ATTACHMENT, "application/json", parameters)
         self._documents = documents_hash(start, scenario)
         display: tuple[DisplayLayout, ...] = ()

@@ -1,10 +1,12 @@
 """Recordings of a law of one's own: read, verified and shown where the law is not installed."""
 
+import json
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
 from slipgrasp import (
     LawParameter,
@@ -18,8 +20,8 @@ from slipgrasp import (
     with_values,
     write_recording,
 )
-from slipgrasp.core.scenario import Change
-from slipgrasp.core.scenario.own_laws import forget
+from slipgrasp.core.scenario import CONTROL_LAWS, Change
+from slipgrasp.core.scenario.own_laws import LAW, forget
 from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.ticks import Ticks
 
@@ -141,3 +143,26 @@ def test_a_built_in_law_records_its_commands_and_runs_itself_when_verified(tmp_p
     assert read.ticks.to_rows().tobytes() == result.ticks.to_rows().tobytes()
     assert read.provenance.law is None
     assert (verify(read).same, verify(read).replayed) == (True, False)
+
+
+def test_parameters_list_the_laws_of_the_run_whatever_else_is_known(tmp_path):
+    alone = _parameters(simulate(BASE), tmp_path / "alone.mcap")
+    register_law(Carry)
+    assert _parameters(simulate(BASE), tmp_path / "beside.mcap") == alone
+    own = _parameters(simulate(with_values(BASE, {LAW: "carry"})), tmp_path / "own.mcap")
+    forget("carry")
+    allowed = alone["controller.kind"]["allowed"]
+    assert allowed == f"one of {', '.join(CONTROL_LAWS)}"
+    assert own.pop("controller.kind")["allowed"] == f"{allowed}, carry"
+    alone.pop("controller.kind")
+    declared = {key: own.pop(key) for key in list(own) if key not in alone}
+    assert own == alone
+    assert set(declared) == {f"controller.parameters.{name}" for name in Carry.parameters}
+
+
+def _parameters(result, path):
+    """What the recording of a run says its parameters mean."""
+    write_recording(result, path)
+    with path.open("rb") as stream:
+        documents = {found.name: found.data for found in make_reader(stream).iter_attachments()}
+    return json.loads(documents["parameters.json"])

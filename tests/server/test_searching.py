@@ -8,6 +8,7 @@ from typing import Any
 import httpx2
 import pytest
 
+from slipgrasp.core.scenario.own_laws import LawIdentity, OwnLaw, forget, remember
 from tests.server.serving import patient_settings, serve
 
 LOST = {"controller.position_gain": 1e6}
@@ -67,6 +68,15 @@ def test_runs_are_found_by_every_field(library, runs, query, expected) -> None:
     listed = answer.json()
     assert listed["data"] == [runs[i] for i in expected]
     assert listed["count"] >= len(expected) and listed["unread"] == 0
+
+
+def test_a_law_that_became_known_later_can_be_searched_for(library, runs) -> None:
+    assert library.get("/runs?controller=late").status_code == 422
+    identity = LawIdentity(name="late", version="1", digest="0" * 64)
+    remember(OwnLaw(identity=identity, summary="It came after the first request."))
+    answer = library.get("/runs?controller=late")
+    forget("late")
+    assert (answer.status_code, answer.json()["data"]) == (200, [])
 
 
 @pytest.mark.parametrize(
