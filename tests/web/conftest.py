@@ -29,6 +29,8 @@ from tests.web.driving import pause
 PATIENCE = 1000 * waiting.PATIENCE  # [ms]
 # viser's page says so when a node is dragged, and nothing comes of it.
 OF_A_DRAG = "Unable to preventDefault inside passive event listener"
+SCRIPT_HAS_RUN = """import(document.querySelector("script[src$='/dashboard.js']").src)
+    .then(() => true)"""
 SMALL = ViewportSize(width=1000, height=700)
 LARGE = ViewportSize(width=1280, height=800)
 
@@ -118,6 +120,8 @@ class Visitors:
         # A fixed resolution: viser else lowers it while the machine is slow.
         page.goto(f"{self.server.url}/?{query}")
         page.locator(".sg-transport").wait_for()
+        # A button can be there before the script that listens to it.
+        page.evaluate(SCRIPT_HAS_RUN)
         hide_warning(page)
         # A picture that plays keeps a machine busy that draws without a graphics card.
         if "t=" in query:

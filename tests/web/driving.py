@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from PIL import Image
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Locator, Page, expect
 
 from slipgrasp.web.panels.strip import clock_words
 from tests.waiting import wait_until
@@ -62,6 +64,12 @@ def wait_until_sent(page: Page) -> None:
     page.evaluate("new Promise(sent => setTimeout(sent, 100))")
 
 
+def told(page: Page) -> dict[str, Any]:
+    """What the session has told the page of itself last."""
+    text = page.locator("#sg-session-state").get_attribute("data-sg-state")
+    return json.loads(text or "{}")
+
+
 def pause(page: Page) -> None:
     button = page.get_by_role("button", name="Pause", exact=True)
     if button.count():
@@ -75,8 +83,22 @@ def pause_at(page: Page, seconds: float) -> None:
     field = page.get_by_label("time [s]", exact=True)
     field.fill(f"{seconds:g}")
     field.press("Enter")
-    page.locator(".sg-clock", has_text=clock_words(seconds)).wait_for()
+    wait_for_time(page, seconds)
     field.blur()
+
+
+def wait_for_time(page: Page, seconds: float) -> None:
+    """Waits until the play head rests at a time, in the session and on the page."""
+
+    def rests_there() -> bool:
+        state = told(page)
+        return not state["playing"] and abs(state["time"] - seconds) < 1e-9
+
+    # The page shows what is typed at once; the scene follows the session.
+    wait_until(rests_there, f"the play head is not at {seconds} s")
+    exact = f"{seconds:.6f}".rstrip("0").rstrip(".")
+    expect(page.get_by_label("time [s]", exact=True)).to_have_value(exact)
+    page.locator(".sg-clock", has_text=clock_words(seconds)).wait_for()
 
 
 def picture(page: Page, height: int = 520) -> np.ndarray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,7 +12,7 @@ from PIL import Image
 from playwright.sync_api import Page, Position
 
 from tests.waiting import wait_until
-from tests.web.driving import SLIP_CHART, pause_at
+from tests.web.driving import SLIP_CHART, pause_at, told
 
 pytestmark = pytest.mark.browser
 
@@ -29,8 +28,8 @@ def shown_times(page: Page) -> tuple[float, float]:
 
 def window(page: Page) -> tuple[float, float]:
     """Which stretch of time the session says that it shows [s]."""
-    told = json.loads(page.locator("#sg-session-state").get_attribute("data-sg-state") or "{}")
-    return told["start"], told["end"]
+    state = told(page)
+    return state["start"], state["end"]
 
 
 def legend(page: Page, chart: str) -> list[str]:

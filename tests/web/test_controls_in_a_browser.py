@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import knob, number_field, pause_at, picture
+from tests.web.driving import knob, number_field, pause_at, picture, told
 
 pytestmark = [
     pytest.mark.browser,
@@ -26,9 +24,26 @@ NAMELESS = """() => [...document.querySelectorAll("input, button, select, textar
     .map(one => one.outerHTML.slice(0, 200))"""
 
 
+BEFORE_THE_SESSION_IS_KNOWN = """async () => {
+    const script = document.querySelector("script[src$='/dashboard.js']").src;
+    const { state } = await import(script.replace("dashboard.js", "session_state.js"));
+    state.session = "";
+    document.querySelector("[aria-label=Pause]").click();
+    return state.session;
+}"""
+
+
 def is_playing(page: Page) -> bool:
-    told = page.locator("#sg-session-state").get_attribute("data-sg-state")
-    return bool(json.loads(told or "{}")["playing"])
+    return told(page)["playing"]
+
+
+def test_what_is_done_before_the_session_is_known_is_not_lost(visitors: Visitors) -> None:
+    page = visitors.open()
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.get_by_role("button", name="Pause", exact=True).wait_for()
+    assert page.evaluate(BEFORE_THE_SESSION_IS_KNOWN) == ""
+    page.get_by_role("button", name="Play", exact=True).wait_for()
+    assert not is_playing(page)
 
 
 def test_space_plays_after_a_click_and_presses_the_button_that_the_keyboard_has_reached(

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.waiting import wait_until
 from tests.web.conftest import Visitors
-from tests.web.driving import knob
+from tests.web.driving import knob, told
 
 MOST_STOPS = 120
-
-
-def told(page: Page) -> dict[str, Any]:
-    """What the session tells of itself."""
-    text = page.locator("#sg-session-state").get_attribute("data-sg-state")
-    return json.loads(text or "{}")
 
 
 def tab_to(page: Page, wanted: Locator) -> None:

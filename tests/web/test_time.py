@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +15,7 @@ from slipgrasp.web.model.playback import slip_window
 from tests.server.serving import RunningServer
 from tests.waiting import wait_until
 from tests.web.conftest import PATIENCE, SMALL, Visitors
-from tests.web.driving import pause_at
+from tests.web.driving import pause_at, told, wait_for_time
 from tests.web.serving_process import ServerProcess
 
 pytestmark = [
@@ -42,28 +41,10 @@ ASKS_AT_ONCE = """() => {
 BACK_WITHOUT_SESSION = {"alive": False, "server": "another", "full": False}
 
 
-def state(page: Page) -> dict:
-    """What the session has told the page last."""
-    told = page.locator("#sg-session-state").get_attribute("data-sg-state")
-    return json.loads(told or "{}")
-
-
-def wait_for_time(page: Page, seconds: float) -> None:
-    """Waits until the play head rests at a time, in the session and on the page."""
-
-    def rests_there() -> bool:
-        told = state(page)
-        return not told["playing"] and abs(told["time"] - seconds) < 1e-9
-
-    wait_until(rests_there, f"the play head is not at {seconds} s")
-    exact = f"{seconds:.6f}".rstrip("0").rstrip(".")
-    expect(page.get_by_label("time [s]", exact=True)).to_have_value(exact)
-
-
 def test_the_keyboard_alone_plays_steps_jumps_and_chooses(
     page: Page, dashboard: RunningServer
 ) -> None:
-    run = RecordingStore(dashboard.data_directory).open(state(page)["run"])
+    run = RecordingStore(dashboard.data_directory).open(told(page)["run"])
     window, keyboard = slip_window(run), page.keyboard
     keyboard.press("Home")
     wait_for_time(page, window.start)
@@ -101,7 +82,7 @@ def test_the_keyboard_alone_plays_steps_jumps_and_chooses(
     field.press("w")
     field.press("Enter")
     wait_for_time(page, 0.05)
-    assert state(page)["end"] == window.end
+    assert told(page)["end"] == window.end
     field.blur()
     keyboard.press("p")
     page.get_by_role("button", name="Pause", exact=True).wait_for()
@@ -120,8 +101,8 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
     x, y = box["x"], box["y"] + 0.5 * box["height"]
 
     def time_at(share: float) -> float:
-        told = state(page)
-        return told["start"] + share * (told["end"] - told["start"])
+        state = told(page)
+        return state["start"] + share * (state["end"] - state["start"])
 
     page.mouse.move(x + 0.2 * box["width"], y)
     page.mouse.down()
@@ -130,7 +111,7 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
     page.mouse.up()
     one_pixel = (time_at(1.0) - time_at(0.0)) / box["width"]
     wait_until(
-        lambda: abs(state(page)["time"] - time_at(0.75)) < one_pixel, "it did not follow the hand"
+        lambda: abs(told(page)["time"] - time_at(0.75)) < one_pixel, "it did not follow the hand"
     )
     head = page.locator("[data-sg-track] .sg-head").bounding_box()
     assert head is not None
@@ -151,17 +132,15 @@ def test_the_play_head_follows_a_hand_on_the_strip_and_the_address_follows_the_p
         page.mouse.click(x + share * box["width"], y)
         page.get_by_role("button", name="Play", exact=True).wait_for()
         wait_until(
-            lambda share=share: abs(state(page)["time"] - time_at(share)) < one_pixel,
+            lambda share=share: abs(told(page)["time"] - time_at(share)) < one_pixel,
             "it was not caught",
         )
         # What the page held back is void by now: it shows what the session says.
         page.wait_for_function("() => !document.querySelector('[data-sg-time]').matches(':focus')")
-        exact = f"{state(page)['time']:.6f}".rstrip("0").rstrip(".")
+        exact = f"{told(page)['time']:.6f}".rstrip("0").rstrip(".")
         expect(page.get_by_label("time [s]", exact=True)).to_have_value(exact)
         clock = page.locator(".sg-clock").inner_text()
-        assert float(clock.removesuffix(" ms")) == pytest.approx(
-            1e3 * state(page)["time"], abs=0.06
-        )
+        assert float(clock.removesuffix(" ms")) == pytest.approx(1e3 * told(page)["time"], abs=0.06)
 
 
 def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_the_page(
@@ -174,11 +153,11 @@ def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_t
     page.get_by_role("button", name="Copy link").click()
     page.locator("[data-sg-copied]").wait_for()
     link = page.evaluate("navigator.clipboard.readText()")
-    run = state(page)["run"]
+    run = told(page)["run"]
     assert link.startswith(f"{dashboard.url}/?run={run}&t=0.08&charts=")
     theirs = visitors.open(link.partition("?")[2])
     wait_for_time(theirs, 0.08)
-    assert state(theirs)["run"] == run
+    assert told(theirs)["run"] == run
     theirs.get_by_text("Replay", exact=True).wait_for()
     hidden = theirs.locator("[data-sg-chart=slip] .sg-line").first
     expect(hidden).to_have_attribute("aria-pressed", "false")
@@ -189,7 +168,7 @@ def test_a_link_shows_the_same_to_somebody_else_and_what_goes_wrong_is_told_on_t
     expect(theirs.locator("#sg-notice")).to_have_count(0)
     pause_at(theirs, 0.05)
     # What a session does when it ends by an error.
-    dashboard.app.state.dashboard.directory.remove(state(theirs)["session"])
+    dashboard.app.state.dashboard.directory.remove(told(theirs)["session"])
     theirs.locator("#sg-alarm").get_by_text("ended by an internal error").wait_for()
     theirs.get_by_role("button", name="Start again").click()
     theirs.locator(".sg-transport").wait_for()
@@ -212,7 +191,7 @@ def test_a_page_survives_its_server_and_shows_the_same_again(
     page.goto(f"{process.url}/?fixedDpr=0.3")
     page.get_by_text("Saved as").wait_for()
     pause_at(page, 0.08)
-    before = state(page)
+    before = told(page)
     page.evaluate("window.sameDocument = true")
     page.evaluate(FAIL_TO_CONNECT)
     process.kill()
@@ -224,13 +203,13 @@ def test_a_page_survives_its_server_and_shows_the_same_again(
     page.wait_for_function(ASKS_AT_ONCE)
     assert attempts == []
     process.start()
-    wait_until(lambda: state(page)["session"] != before["session"], "it did not come back")
-    wait_until(lambda: state(page)["run"] == before["run"], "it shows another run")
+    wait_until(lambda: told(page)["session"] != before["session"], "it did not come back")
+    wait_until(lambda: told(page)["run"] == before["run"], "it shows another run")
     wait_for_time(page, 0.08)
     expect(alarm).to_have_count(0)
     assert page.evaluate("window.sameDocument")
     page.get_by_role("button", name="Next event").click()
-    wait_until(lambda: state(page)["time"] > 0.08, "the page is dead")
+    wait_until(lambda: told(page)["time"] > 0.08, "the page is dead")
 
     # What the page is told between the return of the server and its new session.
     page.route("**/dashboard/sessions/*", lambda route: route.fulfill(json=BACK_WITHOUT_SESSION))

@@ -1,6 +1,6 @@
 // Brings what the user does to the session: one request at a time, in order. Of what would
 // be void by the time it arrives (a play head that is dragged on) only the newest is sent.
-import { state } from "./session_state.js";
+import { onChange, state } from "./session_state.js";
 import { say } from "./banner.js";
 
 const NEWEST_COUNTS = new Set(["seek", "show-window"]);
@@ -8,6 +8,11 @@ const MOST_AT_ONCE = 20;
 const MOST_WAITING = 200;
 const waiting = [];
 let underWay = false;
+
+// What was done before the session was known waits for it.
+onChange((now, before) => {
+  if (now.session !== before.session) send();
+});
 
 /** Sends what the user asks for, such as {kind: "seek", time: 0.08}. */
 export function post(intent) {
