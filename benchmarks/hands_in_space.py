@@ -95,8 +95,10 @@ def _outside_friction(run: RunResult) -> float:
     against = -bound * _directions(run, phases, rows)
     slips = (phases != 0.0)[:, :, None]
     if scenario.has_pyramid:
+        # Beside a slip along one tangent, the other one sticks with static friction.
+        most = bound * np.where(slips, _static_over_kinetic(run)[rows][:, :, None], 1.0)
         slips = against != 0.0
-        excess = np.where(slips, np.abs(forces - against), np.abs(forces) - bound)
+        excess = np.where(slips, np.abs(forces - against), np.abs(forces) - most)
     else:
         size = np.linalg.norm(forces, axis=2, keepdims=True)
         off = np.linalg.norm(forces - against, axis=2, keepdims=True)
@@ -104,6 +106,23 @@ def _outside_friction(run: RunResult) -> float:
     scale = 1.0 + np.linalg.norm(forces, axis=2) + np.abs(normal)
     worst = float((excess / scale[:, :, None]).max(initial=0.0))
     return worst if worst > OUTSIDE_CONE else 0.0
+
+
+def _static_over_kinetic(run: RunResult) -> np.ndarray:
+    """How many times more friction a contact has in stick at every row, ``(rows, n)``."""
+    times, fingers = run.trace.times, run.scenario.fingers
+    ratios = np.ones((len(times), len(fingers)))
+    for i, finger in enumerate(fingers):
+        if finger.static_friction is None:
+            continue
+        key = f"fingers.{i}.friction"
+        changes = [(c.time, float(c.value)) for c in run.scenario.changes if c.parameter == key]
+        for time, friction in [(0.0, finger.friction), *sorted(changes)]:
+            after = finger.static_friction / friction
+            # Of the two rows of an instant either may be the one before.
+            ratios[times == time, i] = max(after, *ratios[times == time, i], 1.0)
+            ratios[times > time, i] = after
+    return ratios
 
 
 def _directions(run: RunResult, phases: np.ndarray, rows: np.ndarray) -> np.ndarray:

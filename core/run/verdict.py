@@ -259,7 +259,7 @@ def _share_of_first_slip(trace: Trace, contact: int, row: int) -> float:
 
 def _static_over_kinetic(finger: FingerParameters | SpatialFinger) -> float:
     """How many times more friction a contact has in stick, the same on a patch."""
-    static = None if isinstance(finger, SpatialFinger) else finger.static_friction
+    static = finger.static_friction
     return static / finger.friction if static is not None and finger.friction > 0.0 else 1.0
 
 

@@ -12,6 +12,51 @@ from slipgrasp.core.scenario.parameters import Quantity
 
 LinkMass = Annotated[float, Ge(1e-3), Le(1e3)]
 LinkLength = Annotated[float, Ge(1e-3), Le(1e2)]
+Friction = Annotated[
+    float,
+    Ge(0.0),
+    Le(10.0),
+    Quantity(
+        "True Coulomb friction coefficient between fingertip and object.",
+        "1",
+        typical=(0.05, 1.0),
+        changeable=True,
+    ),
+]
+StaticFriction = Annotated[
+    float | None,
+    Ge(0.0),
+    Le(10.0),
+    Quantity(
+        "True friction coefficient while the fingertip sticks, at least that of slip; the same "
+        "if left out.",
+        "1",
+        typical=(0.05, 1.0),
+        changeable=True,
+    ),
+]
+JointDamping = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e3),
+    Quantity(
+        "Viscous friction of each joint, torque per joint velocity; no law knows of it.",
+        "N m s",
+        typical=(0.0, 1.0),
+        changeable=True,
+    ),
+]
+JointFriction = Annotated[
+    float,
+    Ge(0.0),
+    Le(1e3),
+    Quantity(
+        "Dry friction of each joint, full from some 0.01 rad/s on; no law knows of it.",
+        "N m",
+        typical=(0.0, 1.0),
+        changeable=True,
+    ),
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -30,51 +75,10 @@ class FingerParameters:
         tuple[Coordinate, Coordinate],
         Quantity("Position (x, y) of the finger's first joint.", "m"),
     ]
-    friction: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "True Coulomb friction coefficient between fingertip and object.",
-            "1",
-            typical=(0.05, 1.0),
-            changeable=True,
-        ),
-    ] = 0.25
-    static_friction: Annotated[
-        float | None,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "True friction coefficient while the fingertip sticks, at least that of slip; the same "
-            "if left out.",
-            "1",
-            typical=(0.05, 1.0),
-            changeable=True,
-        ),
-    ] = None
-    joint_damping: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity(
-            "Viscous friction of both joints, torque per joint velocity; no law knows of it.",
-            "N m s",
-            typical=(0.0, 1.0),
-            changeable=True,
-        ),
-    ] = 0.0
-    joint_friction: Annotated[
-        float,
-        Ge(0.0),
-        Le(1e3),
-        Quantity(
-            "Dry friction of both joints, full from some 0.01 rad/s on; no law knows of it.",
-            "N m",
-            typical=(0.0, 1.0),
-            changeable=True,
-        ),
-    ] = 0.0
+    friction: Friction = 0.25
+    static_friction: StaticFriction = None
+    joint_damping: JointDamping = 0.0
+    joint_friction: JointFriction = 0.0
     face: Annotated[
         Face,
         Quantity(

@@ -19,7 +19,14 @@ from slipgrasp.core.scenario.controller import (
     Weight,
 )
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
-from slipgrasp.core.scenario.finger import LinkLength, LinkMass
+from slipgrasp.core.scenario.finger import (
+    Friction,
+    JointDamping,
+    JointFriction,
+    LinkLength,
+    LinkMass,
+    StaticFriction,
+)
 from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
 from slipgrasp.core.scenario.motion import MAX_SET_POINTS, Acceleration, Amplitude, Angle
@@ -119,17 +126,10 @@ class SpatialFinger:
         tuple[Coordinate, Coordinate, Coordinate],
         Quantity("Position (x, y, z) of the finger's first joint.", "m"),
     ]
-    friction: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "True Coulomb friction coefficient between fingertip and object.",
-            "1",
-            typical=(0.05, 1.0),
-            changeable=True,
-        ),
-    ] = 0.25
+    friction: Friction = 0.25
+    static_friction: StaticFriction = None
+    joint_damping: JointDamping = 0.0
+    joint_friction: JointFriction = 0.0
     face: Annotated[
         SpatialFace,
         Quantity(

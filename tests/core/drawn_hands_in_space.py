@@ -27,7 +27,9 @@ FACES = {
 PRISM = ((-0.5, 0.866), (-0.5, -0.866), (1.0, 0.0))
 
 
-def draw_hand_in_space(seed: object, source: type[Random] = Random) -> SpatialScenario:
+def draw_hand_in_space(
+    seed: object, source: type[Random] = Random, *, whole: bool = True
+) -> SpatialScenario:
     """A scenario of 0.3 s in which all that a user may set is drawn at random.
 
     Bases are placed so that each finger reaches its contact well away from its singular poses, so
@@ -36,6 +38,8 @@ def draw_hand_in_space(seed: object, source: type[Random] = Random) -> SpatialSc
     Args:
         seed: The same seed draws the same scenario.
         source: Where the numbers come from.
+        whole: Whether there are patches, static friction and PD control, too. They are drawn last:
+            without them all else is the same.
     """
     rng = source(f"hand in space {seed}")
     n = rng.choice((2, 3, 4))
@@ -58,7 +62,12 @@ def draw_hand_in_space(seed: object, source: type[Random] = Random) -> SpatialSc
             "friction": rng.choice(("cone", "pyramid")),
         },
     }
-    mapping["patches"] = [_patch(rng, faces) for _ in range(rng.choice((0, 0, 1, 2)))]
+    if whole:
+        mapping["patches"] = [_patch(rng, faces) for _ in range(rng.choice((0, 0, 1, 2)))]
+        for i, finger in enumerate(mapping["fingers"]):
+            finger["static_friction"] = _static_friction(rng, i, mapping)
+        if rng.choice((False, False, False, True)):
+            mapping["controller"] |= _grip(rng, mapping["controller"]["maximum_normal_force"])
     scenario = scenario_from_mapping(mapping)
     assert isinstance(scenario, SpatialScenario)
     return scenario
@@ -107,6 +116,27 @@ def _finger(
         "link_centre_fractions": (rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.7)),
         "link_inertia_fractions": (rng.uniform(0.05, 0.15), rng.uniform(0.05, 0.15)),
     }
+
+
+def _grip(rng: Random, most: float | None) -> dict[str, Any]:
+    """PD control with a grip within its maximum."""
+    grip = rng.uniform(5.0, 40.0)
+    return {
+        "kind": rng.choice(("pd-gravity", "grip-reflex")),
+        "grip_force": grip if most is None else min(grip, most),
+        "grip_rate": rng.uniform(5.0, 100.0),
+    }
+
+
+def _static_friction(rng: Random, i: int, mapping: dict[str, Any]) -> float | None:
+    """None, or more than the friction of slip ever is."""
+    changed = [
+        change["value"]
+        for change in mapping["changes"]
+        if change["parameter"] == f"fingers.{i}.friction"
+    ]
+    most = max(mapping["fingers"][i]["friction"], *changed, 0.0)
+    return rng.choice((None, None, rng.uniform(1.0, 1.5) * most))
 
 
 def _patch(rng: Random, faces: tuple[str, ...]) -> dict[str, Any]:

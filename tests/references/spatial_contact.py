@@ -7,6 +7,7 @@ contact has one phase, and `PYRAMID`, where it has one along every tangent.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import compress, product
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -34,6 +35,7 @@ class Problem(NamedTuple):
         directions: gamma of Eq. 7 there, ``(n, 2)``.
         leaving: Where the boundary was reached from inside, ``(n, 2)``.
         friction: Cone or pyramid.
+        bounds: Friction that a contact (or tangent) at rest has at most, ``(n, 2)``; None: mu.
     """
 
     G: Array
@@ -43,6 +45,13 @@ class Problem(NamedTuple):
     directions: Array
     leaving: Flags
     friction: Friction = "cone"
+    bounds: Array | None = None
+
+    @property
+    def most(self) -> Array:
+        """The largest friction of each contact (or tangent), ``(n, 2)``."""
+        usual = np.repeat(self.mu[:, None], 2, axis=1)
+        return usual if self.bounds is None else np.where(self.moving, usual, self.bounds)
 
 
 class Selection(NamedTuple):
@@ -64,20 +73,62 @@ def moving_directions(slip_velocity: Array, friction: Friction) -> tuple[Flags, 
 
 
 def select(problem: Problem, seed: int = 0) -> Selection:
-    """The phases that agree with the forces they give: all free contacts stick, else Newton's."""
-    sticking = Phase(~problem.moving, np.where(problem.moving, problem.directions, 0.0))
+    """The first of `answers`, or the last candidate without a phase."""
+    last = None
+    for last in _candidates(problem, seed):
+        if last.phase is not None:
+            break
+    assert last is not None, "there is at least one choice of frictions"
+    return last
+
+
+def answers(problem: Problem, seed: int = 0) -> Iterator[Selection]:
+    """Phases that agree with the forces they give."""
+    return (found for found in _candidates(problem, seed) if found.phase is not None)
+
+
+def _candidates(problem: Problem, seed: int) -> Iterator[Selection]:
+    """All free contacts stick if they may, then what Newton's method finds.
+
+    Where more friction holds a contact than it has in slip, it is tried with either: with the
+    greater one it must stick.
+    """
+    sticking = _stuck(problem)
     forces = forces_in(problem, sticking)
     if np.all(forces[:, 2] > 0.0) and not problem.leaving.any() and _may_stick(problem, forces):
-        return Selection(sticking, forces, relative_motion(problem, forces))
-    for start in _starts(forces, seed):
-        solution = solve_by_newton(problem, start)
-        if solution is not None:
-            break
-    else:
+        yield Selection(sticking, forces, relative_motion(problem, forces))
+    for chosen in _choices(problem):
+        yield _solve(chosen, forces, seed)
+
+
+def _stuck(problem: Problem) -> Phase:
+    return Phase(~problem.moving, np.where(problem.moving, problem.directions, 0.0))
+
+
+def _choices(problem: Problem) -> Iterator[Problem]:
+    """The problem with each of the frictions that contacts at rest may have."""
+    slip = np.repeat(problem.mu[:, None], 2, axis=1)
+    more = np.argwhere(problem.most > slip).tolist()
+    groups = [[(i, k)] for i, k in more]
+    if problem.friction == "cone":
+        groups = [[(i, 0), (i, 1)] for i, k in more if k == 0]
+    for loose in product((False, True), repeat=len(groups)):
+        bounds = problem.most.copy()
+        for i, k in (place for group in compress(groups, loose) for place in group):
+            bounds[i, k] = slip[i, k]
+        yield problem._replace(bounds=bounds)
+
+
+def _solve(problem: Problem, forces: Array, seed: int) -> Selection:
+    """The solution of Newton's method; its phase if contacts push and greater friction holds."""
+    solutions = (solve_by_newton(problem, start) for start in _starts(forces, seed))
+    solution = next((found for found in solutions if found is not None), None)
+    if solution is None:
         return Selection(None, forces, relative_motion(problem, forces))
     w = relative_motion(problem, solution)
     phase = _read_phase(problem, solution, w)
-    agrees = np.all(solution[:, 2] > 0.0)
+    held = problem.most > problem.mu[:, None]
+    agrees = np.all(solution[:, 2] > 0.0) and phase.sticks[held].all()
     return Selection(phase if agrees else None, solution, w)
 
 
@@ -99,11 +150,14 @@ def relative_motion(problem: Problem, forces: Array) -> Array:
 
 
 def margins(forces: Array, mu: Array, friction: Friction) -> Array:
-    """Distance from the friction bound, per contact and tangent, ``(n, 2)`` [N]."""
-    bound = (mu * forces[:, 2])[:, None]
+    """Distance from the friction bound, per contact and tangent, ``(n, 2)`` [N].
+
+    ``mu`` is ``(n,)`` or ``(n, 2)``.
+    """
+    bound = np.broadcast_to(mu.reshape(len(forces), -1), (len(forces), 2)) * forces[:, 2:]
     if friction == "pyramid":
         return bound - np.abs(forces[:, :2])
-    return np.repeat(bound - np.linalg.norm(forces[:, :2], axis=1, keepdims=True), 2, axis=1)
+    return bound - np.linalg.norm(forces[:, :2], axis=1, keepdims=True)
 
 
 def solve_by_newton(problem: Problem, start: Array) -> Array | None:
@@ -125,14 +179,12 @@ def solve_by_newton(problem: Problem, start: Array) -> Array | None:
 
 def _residual(problem: Problem, F: Array) -> tuple[Array, Array]:
     """What vanishes at a solution, and its generalised Jacobian."""
-    G, mu = problem.G, problem.mu
+    G, mu, most = problem.G, problem.mu, problem.most
     w, size = G @ F + problem.c, len(F)
     residual, slope = np.empty(size), np.zeros((size, size))
     for i, coefficient in enumerate(mu):
         t, normal = [3 * i, 3 * i + 1], 3 * i + 2
         residual[normal], slope[normal] = w[normal], G[normal]
-        radius = coefficient * max(F[normal], 0.0)
-        rising = coefficient if F[normal] > 0.0 else 0.0
         free = [a for k, a in enumerate(t) if not problem.moving[i, k]]
         for k, a in enumerate(t):
             if problem.moving[i, k]:
@@ -141,6 +193,9 @@ def _residual(problem: Problem, F: Array) -> tuple[Array, Array]:
                 slope[a, a], slope[a, normal] = 1.0, coefficient * gamma
         groups = [[a] for a in free] if problem.friction == "pyramid" else [free] * bool(free)
         for group in groups:
+            bound = most[i, group[0] - 3 * i]
+            radius = bound * max(F[normal], 0.0)
+            rising = bound if F[normal] > 0.0 else 0.0
             rho = 1.0 / max(G[a, a] for a in group)
             pull = F[group] - rho * w[group]
             length = float(np.linalg.norm(pull))
@@ -167,7 +222,7 @@ def _starts(forces: Array, seed: int) -> Iterator[Array]:
 
 
 def _may_stick(problem: Problem, forces: Array) -> bool:
-    spare = margins(forces, problem.mu, problem.friction)
+    spare = margins(forces, problem.most, problem.friction)
     enough = spare >= -FORCE_BAND * (1.0 + forces[:, 2:])
     return bool(np.all(enough | problem.moving))
 

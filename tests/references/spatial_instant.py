@@ -12,10 +12,11 @@ from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from tests.references.spatial_contact import (
     Problem,
+    answers,
     forces_in,
+    margins,
     moving_directions,
     relative_motion,
-    select,
 )
 from tests.references.spatial_plant import Parameters, Phase, State
 from tests.references.spatial_scenarios import hand_of_scenario
@@ -40,9 +41,9 @@ def find_closed_answer(run: RunResult, torques: Array) -> Phase | None:
     if problem.friction == "pyramid":
         return _enumerate(problem)
     for seed in range(SEARCHES):
-        found = select(problem, seed)
-        if found.phase is not None and found.forces[:, 2].min() > _surely(found.forces):
-            return found.phase
+        for found in answers(problem, seed):
+            if found.forces[:, 2].min() > _surely(found.forces):
+                return found.phase
     return None
 
 
@@ -55,12 +56,14 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
     assert isinstance(scenario, SpatialScenario)
     n = len(scenario.fingers)
     slip = last.slip[0].reshape(n, 2)
+    factors = np.array([_factor_at(scenario, i, slip[i], run.end_time) for i in range(n)])
     truth = Parameters(
         np.array([finger.link_masses for finger in scenario.fingers]),
         scenario.object.mass,
         np.array(scenario.object.inertias),
-        np.array([_friction_at(scenario, i, slip[i], run.end_time) for i in range(n)]),
+        np.array([f.friction for f in scenario.fingers]) * factors,
     )
+    static = np.array([f.static_friction or f.friction for f in scenario.fingers]) * factors
     pose, friction = last.object_pose[0], scenario.simulation.friction
     moving, directions = moving_directions(last.slip_velocity[0].reshape(n, 2), friction)
     velocity = np.where(moving, last.slip_velocity[0].reshape(n, 2), 0.0)
@@ -69,19 +72,20 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
     kin = hand.kinematics(state)
     G, c = hand.contact_space(kin, state, truth, torques, _load(scenario, run.end_time))
     none = np.zeros((n, 2), bool)
-    return Problem(G, c, truth.friction, moving, directions, none, friction)
+    bounds = np.repeat(static[:, None], 2, axis=1)
+    return Problem(G, c, truth.friction, moving, directions, none, friction, bounds)
 
 
-def _friction_at(scenario: SpatialScenario, i: int, slip: Array, t: float) -> float:
-    """The friction coefficient of a fingertip where it is, on patches or beside them."""
+def _factor_at(scenario: SpatialScenario, i: int, slip: Array, t: float) -> float:
+    """What the friction of a fingertip is multiplied by where it is, on patches or beside them."""
     finger, here = scenario.fingers[i], slip + scenario.fingers[i].contact_offset
-    friction = finger.friction
+    factor = 1.0
     for patch in scenario.patches:
         is_there = patch.start_time <= t < (np.inf if patch.end_time is None else patch.end_time)
         is_inside = np.linalg.norm(here - patch.centre) < patch.radius
         if patch.face == finger.face and is_there and is_inside:
-            friction *= patch.friction_factor
-    return friction
+            factor *= patch.friction_factor
+    return factor
 
 
 def _load(scenario: SpatialScenario, t: float) -> Array:
@@ -104,7 +108,7 @@ def _enumerate(problem: Problem) -> Phase | None:
 def _agrees(problem: Problem, phase: Phase) -> bool:
     """Whether contacts push, what sticks is inside its pyramid, and what begins slips its way."""
     forces = forces_in(problem, phase)
-    spare = (problem.mu * forces[:, 2])[:, None] - np.abs(forces[:, :2])
+    spare = margins(forces, problem.most, "pyramid")
     along = phase.directions * relative_motion(problem, forces)[:, :2]
     sure = _surely(forces)
     fits = np.where(problem.moving, True, np.where(phase.sticks, spare > sure, along > SURELY))

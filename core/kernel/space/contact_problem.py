@@ -28,6 +28,7 @@ SELECTION_ROOM = np.dtype(
     [
         ("free", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 where the slip velocity is zero
         ("leaving", np.int64, (MAX_FINGERS, 2)),  # 1 where a force on its cone is about to leave it
+        ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction that a free way has at most
         ("concerned", np.int64),  # contact for which nothing is consistent, -1 if none
         ("restarts", np.int64),  # of Newton's method
         ("margins", np.float64, (MAX_FINGERS, 2)),
@@ -180,7 +181,7 @@ def _set_row_of_slip(model: Record, discrete: Record, room: Record, i: int, axis
 @compiled
 def _set_row_of_pyramid(model: Record, room: Record, i: int, axis: int) -> None:
     """What is free along one tangent: F_k = proj(F_k - rho w_k) on |F_k| <= mu F_n."""
-    first, mu, force = 3 * i, model.truth.friction[i], room.force
+    first, mu, force = 3 * i, room.bounds[i, axis], room.force
     row, normal = first + axis, force[first + 2]
     scale, radius = 1.0 / room.mobility[row, row], mu * max(normal, 0.0)
     pull = force[row] - scale * room.opening[row]
@@ -200,7 +201,7 @@ def _set_row_of_pyramid(model: Record, room: Record, i: int, axis: int) -> None:
 def _set_rows_of_cone(model: Record, room: Record, i: int, scale: float) -> None:
     """What is free on the cone: F_t = proj(F_t - rho w_t) on |F_t| <= mu F_n."""
     matrix, right, mobility, force = room.matrix, room.right, room.mobility, room.force
-    first, mu, opening = 3 * i, model.truth.friction[i], room.opening
+    first, mu, opening = 3 * i, room.bounds[i, 0], room.opening
     normal = force[first + 2]
     y0 = force[first] - scale * opening[first]
     y1 = force[first + 1] - scale * opening[first + 1]

@@ -64,7 +64,7 @@ def _phase_value(
 ) -> float:
     """Distance to the bound of friction in stick [N], speed in slip [m/s]."""
     if discrete.slips[i, way] == 0.0:
-        return friction_margin(model, work, i, way)
+        return friction_margin(model, discrete, work, i, way)
     has_begun = discrete.frozen[i, way] == 0
     if has_begun and model.ways == 1:
         return way_speed(model, state, i, way) - LEAST_SPEED

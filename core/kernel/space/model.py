@@ -89,6 +89,7 @@ TRUTH = np.dtype(
         ("object_mass", np.float64),  # [kg]
         ("inertias", np.float64, (3,)),  # about the body axes [kg m^2]
         ("friction", np.float64, (MAX_FINGERS,)),
+        ("static_friction", np.float64, (MAX_FINGERS,)),  # while it sticks; no law knows it
     ],
     align=True,
 )
@@ -238,10 +239,13 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
     hand.num_edges[i] = len(edges)
     hand.edges[i, : len(edges)] = edges
     truth.friction[i] = finger.friction
+    static = finger.static_friction
+    truth.static_friction[i] = finger.friction if static is None else static
 
 
 def _pack_surface(surface: Surface, i: int, model: Record) -> None:
     model.truth.friction[i] *= surface.factor
+    model.truth.static_friction[i] *= surface.factor
     model.hand.num_rims[i] = len(surface.rims)
     for k, rim in enumerate(surface.rims):
         packed = model.hand.rims[i, k]

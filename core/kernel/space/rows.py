@@ -35,7 +35,7 @@ from slipgrasp.core.kernel.space.state import (
     slip_velocity_at,
     supplied_at,
 )
-from slipgrasp.core.kernel.space.ways import least_margin
+from slipgrasp.core.kernel.space.ways import least_margin, present_friction
 from slipgrasp.core.kernel.space.workspace import (
     DISCRETE,
     MAX_FORCES,
@@ -159,8 +159,8 @@ def _set_contact(model: Record, row: Record, work: Record, i: int) -> None:
     _set(model, row, AT.phase, i, discrete.phases[i])
     _set(model, row, AT.believed_phase, i, discrete.beliefs[i])
     _set(model, row, AT.normal_force, i, work.forces[i, 2])
-    _set(model, row, AT.friction_margin, i, least_margin(model, work, i))
-    _set(model, row, AT.friction_coefficient, i, model.truth.friction[i])
+    _set(model, row, AT.friction_margin, i, least_margin(model, discrete, work, i))
+    _set(model, row, AT.friction_coefficient, i, present_friction(model, discrete, i))
     for joint in range(3):
         k = 3 * i + joint
         _set(model, row, AT.joint_position, k, joint_angle(work.kin, i, joint))

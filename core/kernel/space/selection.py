@@ -52,6 +52,7 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
             # A slower one takes another direction at once: within 1e-8 s of 1 m/s^2 across it.
             free = speed < SURE_SPEED
             room.free[i, way] = 1 if free else 0
+            room.bounds[i, way] = model.truth.static_friction[i]
             discrete.frozen[i, way] = 0
             for axis in axes_of(model, way):
                 at = slip_velocity_at(n, i, axis)
@@ -63,17 +64,18 @@ def _free_contacts(model: Record, discrete: Record, state: Record, room: Record)
 
 
 @compiled
-def _all_consistent(model: Record, work: Record, room: Record) -> bool:
+def _all_consistent(model: Record, discrete: Record, work: Record, room: Record) -> bool:
     """Whether all that is free may stick, judged by the forces alone."""
+    consistent = True
     for i in range(model.num_fingers):
         for way in range(model.ways):
             if room.free[i, way] == 0:
                 continue
-            normal, margin = work.forces[i, 2], friction_margin(model, work, i, way)
+            normal, margin = work.forces[i, 2], friction_margin(model, discrete, work, i, way)
             room.margins[i, way] = margin
             if not normal > 0.0 or margin < -FORCE_BAND * (1.0 + normal):
-                return False
-    return True
+                consistent = False
+    return consistent
 
 
 @compiled
@@ -125,7 +127,7 @@ def _probe_slopes(
     spatial_plant(model, discrete, room.probe, work)
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            after = friction_margin(model, work, i, way)
+            after = friction_margin(model, discrete, work, i, way)
             slope = (after - room.margins[i, way]) / PROBE_TIME
             least = -MARGIN_SLOPE * (1.0 + work.forces[i, 2])
             if _is_near(work, room, i, way) and slope < least:
@@ -168,6 +170,115 @@ def _begin_slip(
 
 
 @compiled
+def _has_static_excess(model: Record, i: int) -> bool:
+    """Whether contact ``i`` has more friction in stick than in slip."""
+    return model.truth.static_friction[i] > model.truth.friction[i]
+
+
+@compiled
+def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
+    """Leaves the friction of slip where static friction is overcome while all that is free sticks.
+
+    So a contact that might stick or slip slips then; whether there is such a one.
+    """
+    found = False
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if _has_static_excess(model, i) and _is_near(work, room, i, way):
+                room.bounds[i, way] = model.truth.friction[i]
+                found = True
+    return found
+
+
+@compiled
+def _loosen_slipping(model: Record, discrete: Record, room: Record) -> bool:
+    """The same where the solution with static friction slips; all that is free rests again then."""
+    found = False
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            begins = room.free[i, way] == 1 and discrete.slips[i, way] == 1.0
+            if begins and room.bounds[i, way] > model.truth.friction[i]:
+                room.bounds[i, way] = model.truth.friction[i]
+                found = True
+    if found:
+        _let_rest(model, discrete, room)
+    return found
+
+
+@compiled
+def _let_rest(model: Record, discrete: Record, room: Record) -> None:
+    """All that is free sticks."""
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if room.free[i, way] == 1:
+                discrete.frozen[i, way] = 0
+                for axis in axes_of(model, way):
+                    discrete.slips[i, axis] = discrete.directions[i, axis] = 0.0
+
+
+@compiled
+def _let_stick(model: Record, discrete: Record, state: Record, work: Record, room: Record) -> int:
+    """All that is free sticks if it may, or begins to slip smoothly; `NONE_CONSISTENT` if not."""
+    consistent = _all_consistent(model, discrete, work, room)
+    if not consistent or _find_leaving(model, discrete, state, work, room):
+        if _loosen_overcome(model, work, room) or not consistent:
+            return NONE_CONSISTENT
+        _let_leave(model, discrete, work, room)
+        spatial_phases(model, discrete, state, work)
+    return _opens(model.num_fingers, work, room)
+
+
+@compiled
+def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
+    """Phases and directions by the contact problem, each slip with its own friction."""
+    while True:
+        if solve_contacts(model, discrete, work, room) == 0:
+            return NONE_CONSISTENT
+        status = _take_solution(model, discrete, room)
+        if not _loosen_slipping(model, discrete, room):
+            return status
+
+
+@compiled
+def _find_closed(model: Record, discrete: Record, work: Record, room: Record) -> bool:
+    """Whether all contacts push where others give their static friction up: each choice is tried.
+
+    More than one may agree with its forces where friction in stick is greater than in slip.
+    """
+    concerned, restarts = room.concerned, room.restarts
+    for choice in range(1 << (model.ways * model.num_fingers)):
+        if _choose_bounds(model, room, choice) and _is_held(model, discrete, work, room):
+            return True
+    room.concerned, room.restarts = concerned, restarts
+    return False
+
+
+@compiled
+def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
+    """Friction of slip for the ways that are bits of ``choice``; False if any has no other one."""
+    truth, has_excess = model.truth, False
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            is_loose = (choice >> (model.ways * i + way)) & 1 == 1
+            has_choice = _has_static_excess(model, i) and room.free[i, way] == 1
+            if is_loose and not has_choice:
+                return False
+            has_excess = has_excess or has_choice
+            room.bounds[i, way] = truth.friction[i] if is_loose else truth.static_friction[i]
+    return has_excess
+
+
+@compiled
+def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
+    """Whether a solution has closed contacts, and sticks where it has the friction of stick."""
+    _let_rest(model, discrete, room)
+    if solve_contacts(model, discrete, work, room) == 0:
+        return False
+    status = _take_solution(model, discrete, room)
+    return status == SELECTED and not _loosen_slipping(model, discrete, room)
+
+
+@compiled
 def _take_solution(model: Record, discrete: Record, room: Record) -> int:
     """Phases and directions from the solved forces and accelerations."""
     status = SELECTED
@@ -192,7 +303,7 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
     mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
     x, y = room.opening[first], room.opening[first + 1]
     fx, fy, normal = room.force[first], room.force[first + 1], room.force[first + 2]
-    force, cone = way_size(model, way, fx, fy), model.truth.friction[i] * normal
+    force, cone = way_size(model, way, fx, fy), room.bounds[i, way] * normal
     accelerates = mass * way_size(model, way, x, y) > REST_FORCE * (1.0 + normal)
     is_on_cone = force >= cone * (1.0 - FORCE_BAND) and force > 0.0
     if is_on_cone and (accelerates or room.leaving[i, way] == 1):
@@ -225,25 +336,20 @@ def spatial_select(
         work: For the evaluation.
         room: Of ways whose force has just reached its bound ``leaving`` is 1.
     """
-    n = model.num_fingers
     _free_contacts(model, discrete, state, room)
     spatial_plant(model, discrete, state, work)
     room.concerned = -1
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
-    if _all_consistent(model, work, room):
-        if not _find_leaving(model, discrete, state, work, room):
-            return _opens(n, work, room)
-        _let_leave(model, discrete, work, room)
-        spatial_phases(model, discrete, state, work)
-        return _opens(n, work, room)
-    spatial_contacts(model, state, work, room)
-    if solve_contacts(model, discrete, work, room) == 0:
-        return NONE_CONSISTENT
-    status = _take_solution(model, discrete, room)
-    spatial_phases(model, discrete, state, work)
-    if status != SELECTED:
+    status = _let_stick(model, discrete, state, work, room)
+    if status == SELECTED:
         return status
+    spatial_contacts(model, state, work, room)
+    if status == NONE_CONSISTENT:
+        status = _let_slip(model, discrete, work, room)
+    if status != SELECTED and not _find_closed(model, discrete, work, room):
+        return status
+    spatial_phases(model, discrete, state, work)
     if not work.system.determinant > 0.0:
         return NONE_REGULAR
-    return SELECTED if _agrees(n, work, room) else NONE_CONSISTENT
+    return SELECTED if _agrees(model.num_fingers, work, room) else NONE_CONSISTENT

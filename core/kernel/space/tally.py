@@ -57,7 +57,8 @@ def spatial_tally(model: Record, row: Record, work: Record, tally: Record) -> No
         if tally.rows == 0 or work.forces[i, 2] > tally.peak_normal_force[i]:
             tally.peak_normal_force[i] = work.forces[i, 2]
         if discrete.phases[i] == STICK:
-            tally.least_margin[i] = min(tally.least_margin[i], least_margin(model, work, i))
+            margin = least_margin(model, discrete, work, i)
+            tally.least_margin[i] = min(tally.least_margin[i], margin)
         else:
             tally.slipping += 1
         for joint in range(3):

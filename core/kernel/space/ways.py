@@ -43,17 +43,28 @@ def way_speed(model: Record, state: Record, i: int, way: int) -> float:
 
 
 @compiled
-def friction_margin(model: Record, work: Record, i: int, way: int) -> float:
+def friction_margin(model: Record, discrete: Record, work: Record, i: int, way: int) -> float:
     """Mu F_n less the friction force along a way of contact ``i`` [N], positive inside."""
+    truth, sticks = model.truth, discrete.slips[i, way] == 0.0
     size = way_size(model, way, work.forces[i, 0], work.forces[i, 1])
-    return model.truth.friction[i] * work.forces[i, 2] - size
+    friction = truth.static_friction[i] if sticks else truth.friction[i]
+    return friction * work.forces[i, 2] - size
 
 
 @compiled
-def least_margin(model: Record, work: Record, i: int) -> float:
+def least_margin(model: Record, discrete: Record, work: Record, i: int) -> float:
     """The least of these over the ways of contact ``i`` [N]."""
-    margin = friction_margin(model, work, i, 0)
-    return min(margin, friction_margin(model, work, i, 1)) if model.ways == 2 else margin
+    margin = friction_margin(model, discrete, work, i, 0)
+    if model.ways == 1:
+        return margin
+    return min(margin, friction_margin(model, discrete, work, i, 1))
+
+
+@compiled
+def present_friction(model: Record, discrete: Record, i: int) -> float:
+    """The friction coefficient of contact ``i``: that of slip as soon as any way slips."""
+    truth = model.truth
+    return truth.static_friction[i] if discrete.phases[i] == STICK else truth.friction[i]
 
 
 @compiled

@@ -72,6 +72,7 @@ _SPATIAL_CHECKS = (
     check_latency,
     check_known_in_space,
     check_times,
+    check_static_friction,
     check_patches,
     check_pulses,
 )
