@@ -18,6 +18,7 @@ from tests.references.spatial_hands import (
     random_state,
 )
 from tests.references.spatial_law import regressor, tracking_errors
+from tests.references.spatial_plant import finger_dynamics
 from tests.references.spatial_run import Simulator
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
 from tests.spatial_evaluation import SpatialEvaluation
@@ -62,6 +63,29 @@ def test_plant_agrees_in_every_phase(n, seed, friction):
         assert_close(motion.forces, wanted.forces)
         reduced = world.hand.reduced_form(kin, world.truth, phase, spin)
         assert_close(motion.determinant, np.linalg.det(reduced.M))
+
+
+@pytest.mark.parametrize(("n", "seed"), HANDS)
+def test_friction_in_the_joints_is_a_torque_against_each_rate(n, seed):
+    rng, scenario, world, state = sample(n, seed)
+    damping, dry = rng.uniform(0.1, 1.0, n), rng.uniform(0.1, 1.0, n)
+    rough = with_values(
+        scenario,
+        {f"fingers.{i}.joint_damping": float(damping[i]) for i in range(n)}
+        | {f"fingers.{i}.joint_friction": float(dry[i]) for i in range(n)},
+    )
+    for phase in cone_phases(state):
+        torques = rng.uniform(-20.0, 20.0, (n, 3))
+        at = at_rest_where_stuck(state, phase)
+        kin, spin = world.hand.kinematics(at), at.velocity[3:]
+        rates = kin.qd
+        rubbing = damping[:, None] * rates + dry[:, None] * rates / np.sqrt(rates**2 + 0.01**2)
+        wanted = world.hand.solve_all_unknowns(
+            kin, world.truth, phase, torques - rubbing, spin=spin
+        )
+        motion = SpatialEvaluation(rough, at, phase, world.estimates).plant(torques)
+        assert_close(motion.acceleration, wanted.acceleration)
+        assert_close(motion.forces, wanted.forces)
 
 
 @FRICTIONS
@@ -149,6 +173,34 @@ def test_the_law_commands_the_same_torques_and_learns_at_the_same_rates(
         gradient = U.T @ world.law.weighted_errors(reduced, errors)
         pull = world.law.leakage(world.estimates) * world.estimates
         assert_close(evaluation.learn(), world.law.adaptation_gain * gradient - pull)
+
+
+@pytest.mark.parametrize(("n", "seed"), HANDS)
+def test_pd_control_takes_the_forces_nearest_to_its_grip_and_carries_the_links(n, seed):
+    """F = F_g + W^+ (d - W F_g) by NumPy's pseudoinverse, d = M_o (K_p e + K_v e') + weight."""
+    grip = 25.0
+    values = {"controller.kind": "pd-gravity", "controller.grip_force": grip}
+    rng, scenario, world, state = sample(n, seed, **values)
+    turned = world.quaternion + rng.uniform(-0.05, 0.05, 4)
+    state = state._replace(
+        position=world.position + rng.uniform(-0.01, 0.01, 3),
+        quaternion=turned / np.linalg.norm(turned),
+    )
+    believed, gravity = world.unknowns.fill(world.estimates), world.hand.gravity
+    for phase in cone_phases(state):
+        at = at_rest_where_stuck(state, phase)
+        still = at._replace(velocity=np.zeros(6), slip_velocity=np.zeros((n, 2)))
+        kin = world.hand.kinematics(at)
+        errors = tracking_errors(at, kin.rotation, world.desired(0.0))
+        feedback = world.law.position_gain * errors.e + world.law.velocity_gain * errors.rate
+        M_o, _ = world.hand.object_dynamics(kin, believed, np.zeros(3))
+        wrench = M_o @ feedback[:6] + [0.0, 0.0, believed.object_mass * gravity, 0.0, 0.0, 0.0]
+        squeeze = np.tile([0.0, 0.0, grip], n)
+        forces = squeeze + np.linalg.pinv(kin.W, rcond=1e-9) @ (wrench - kin.W @ squeeze)
+        _, weights = finger_dynamics(world.hand.kinematics(still), believed)
+        tips = kin.frames @ forces.reshape(n, 3, 1)
+        wanted = (kin.jacobians.transpose(0, 2, 1) @ tips)[:, :, 0] + weights
+        assert_close(SpatialEvaluation(scenario, at, phase, world.estimates).command(), wanted)
 
 
 RUNS = [

@@ -11,6 +11,7 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     scenario_from_mapping,
@@ -240,6 +241,66 @@ def test_two_fingers_in_a_plane_do_what_the_planar_hand_does(friction):
         out_of_plane = spatial.trace.tracking_error[:, [1, 3, 5]]
         assert np.abs(out_of_plane).max() < 1e-12
         assert "free_rotation" in {warning.code for warning in spatial.warnings}
+
+
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+@pytest.mark.parametrize(
+    ("law", "grip"), [("pd-gravity", 30.0), ("pd-gravity", 20.0), ("grip-reflex", 18.0)]
+)
+def test_two_fingers_in_a_plane_grip_as_the_planar_hand_does(law, grip, friction):
+    values = {
+        "controller.kind": law,
+        "controller.grip_force": grip,
+        "controller.grip_rate": 40.0,
+        "simulation.duration": 2.0,
+    }
+    scenario = with_values(planar_limit(False), {**values, "simulation.friction": friction})
+    in_plane = with_values(
+        load_scenario("paper-case-1"), {**values, "controller.control_period": 0.001}
+    )
+    spatial, planar = simulate(scenario), simulate(in_plane)
+    assert spatial.outcome is planar.outcome
+    assert spatial.outcome is (Outcome.LEFT_FACE if grip == 20.0 else Outcome.COMPLETED)
+    assert math.isclose(spatial.end_time, planar.end_time, rel_tol=1e-8)
+    # The slips of the plane end 1e-9 s apart from these.
+    assert_allclose(spatial.metrics.slip_path, planar.metrics.slip_path, rtol=1e-8, atol=1e-10)
+    assert_allclose(spatial.trace.normal_force[-1], planar.trace.normal_force[-1], rtol=1e-8)
+    assert np.abs(spatial.trace.tracking_error[:, [1, 3, 5]]).max() < 1e-12
+
+
+def test_joints_that_rub_in_a_plane_do_what_those_of_the_planar_hand_do():
+    rough = {
+        **{f"fingers.{i}.joint_damping": 0.3 for i in range(2)},
+        "fingers.0.joint_friction": 0.5,
+        "simulation.duration": 1.0,
+    }
+    spatial = simulate(with_values(planar_limit(False), rough))
+    in_plane = {**rough, "controller.control_period": 0.001}
+    planar = simulate(with_values(load_scenario("paper-case-1"), in_plane))
+    assert spatial.outcome is planar.outcome is Outcome.COMPLETED
+    assert_allclose(spatial.metrics.slip_path, planar.metrics.slip_path, rtol=1e-6)
+    for signal in ("dissipated_energy", "supplied_energy"):
+        own, other = getattr(spatial.trace, signal), getattr(planar.trace, signal)
+        assert_allclose(own[-1], other[-1], rtol=1e-6)
+    stops = sum(change.to_phase is ContactPhase.STICK for change in spatial.phase_changes)
+    assert np.abs(spatial.trace.energy_residual).max() < 5e-10 * stops  # left of each slip
+
+
+def test_under_pd_control_a_believed_mass_too_small_leaves_the_object_too_low():
+    """g dm / (m K_p) at rest, with the weights of the links known."""
+    scenario = with_values(
+        with_law(load_scenario("spatial-prism"), "pd-gravity"),
+        {
+            **{f"estimates.{k}.initial": 1.0 for k in range(6)},
+            "estimates.6.initial": 0.9,
+            "controller.velocity_gain": 20.0,
+            "trajectory.acceleration.2": 0.0,
+            "simulation.duration": 5.0,
+        },
+    )
+    result = simulate(scenario)
+    assert result.metrics.slip_path == (0.0, 0.0, 0.0)
+    assert_allclose(result.trace.tracking_error[-1, 2], 9.81 * 0.1 / (0.9 * 100.0), rtol=1e-7)
 
 
 def test_a_hand_relabelled_by_a_third_of_a_turn_does_the_same():

@@ -1,9 +1,10 @@
 """The torque that a control law commands in space (docs/space.md, Distribution).
 
-Every law here commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^ that its model of the finger
-needs for the demanded acceleration, and contact forces F^ that give the demanded wrench. A law that
-holds asks W F^ = d with every contact inside its cone; the paper's asks the slipping contacts for
-forces on their cones too, G = [W; -D], so that their slip follows as well.
+A law that knows the equations of motion commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^
+that its model of the finger needs for the demanded acceleration, and contact forces F^ that give
+the demanded wrench. One that holds asks W F^ = d with every contact inside its cone; the paper's
+asks the slipping contacts for forces on their cones too, G = [W; -D], so that their slip follows as
+well. PD control has a grip instead (`slipgrasp.core.kernel.space.grip`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.dynamics import combine_links, multiply, update_unit_dynamics
 from slipgrasp.core.kernel.space.grasp import spatial_grasp
+from slipgrasp.core.kernel.space.grip import fill_wrench, spatial_grip
 from slipgrasp.core.kernel.space.kinematics import forces_to_torques, update_kinematics
 from slipgrasp.core.kernel.space.law import (
     LARGEST_TILT,
@@ -67,29 +69,44 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
         1, or 0 where the law has no answer: its model is singular, or the object has turned so far
         that the coordinates of its law end.
     """
-    n, room = model.num_fingers, work.room
+    law = model.law
     spatial_believe(model, discrete, t, senses, work)
-    if not abs(work.believed_system.determinant) > 0.0 or not tilt(room) < LARGEST_TILT:
+    if not tilt(work.room) < LARGEST_TILT:
         return 0
-    _ask_wrench(model, senses.measured, work)
+    discrete.violation = 0.0
+    if not law.facts.uses_friction:
+        added = discrete.added_grip if law.facts.reacts_to_slip else 0.0
+        spatial_grip(model, work, law.grip_force + added)
+    elif abs(work.believed_system.determinant) > 0.0:
+        _command_forces(model, discrete, senses.measured, work)
+    else:
+        return 0
+    total = 0.0
+    for i in range(model.num_fingers):
+        for k in range(3):
+            total += work.tip_forces[i, k]
+    if not abs(total) < np.inf:
+        return 0
+    forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.commanded)
+    return 1
+
+
+@compiled
+def _command_forces(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Tip forces that ask for the demanded motion by the model, with forces inside their cones."""
+    n, force, own = model.num_fingers, work.grasp.force, work.room.own_force
+    _ask_wrench(model, state, work)
     num_rows = _fill_rows(model, work)
     _set_limits(model, work)
     violation = spatial_grasp(work.grasp, n, num_rows, model.law.grasp_force)
     discrete.violation = violation
     if violation > 0.0 and model.law.acceleration_variance > 0.0:
         _widen_cones(model, work)
-    total = 0.0
     for i in range(n):
-        force = work.grasp.force
         x, y, z = to_world(work.kin, i, force[3 * i], force[3 * i + 1], force[3 * i + 2])
-        work.tip_forces[i, 0] = x + room.own_force[i, 0]
-        work.tip_forces[i, 1] = y + room.own_force[i, 1]
-        work.tip_forces[i, 2] = z + room.own_force[i, 2]
-        total += x + y + z
-    if not abs(total) < np.inf:
-        return 0
-    forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.commanded)
-    return 1
+        work.tip_forces[i, 0] = x + own[i, 0]
+        work.tip_forces[i, 1] = y + own[i, 1]
+        work.tip_forces[i, 2] = z + own[i, 2]
 
 
 @compiled
@@ -109,20 +126,8 @@ def _ask_wrench(model: Record, state: Record, work: Record) -> None:
 @compiled
 def _fill_rows(model: Record, work: Record) -> int:
     """[G | d]: the wrench, and where the law does not hold a row per slipping direction."""
-    n, kin, rows, room = model.num_fingers, work.kin, work.grasp.rows, work.room
-    right = work.believed_system.right
-    for k in range(6):
-        rows[k, MAX_FORCES] = right[k]
-    for i in range(n):
-        for k in range(3):
-            sign = 1.0 if k == 2 else -1.0
-            x, y, z = kin.frames[i, k, 0], kin.frames[i, k, 1], kin.frames[i, k, 2]
-            rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
-            column = 3 * i + k
-            rows[0, column], rows[1, column], rows[2, column] = sign * x, sign * y, sign * z
-            rows[3, column] = sign * (ry * z - rz * y)
-            rows[4, column] = sign * (rz * x - rx * z)
-            rows[5, column] = sign * (rx * y - ry * x)
+    n, rows, room = model.num_fingers, work.grasp.rows, work.room
+    fill_wrench(n, work)
     work.grasp.softens, num_rows = model.law.softens, 6
     if model.law.softens == 1:
         _scale_moments(model, work)

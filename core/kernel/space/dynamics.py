@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.dynamics import joint_friction
 from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.space.state import POSITION, SPIN, VELOCITY
@@ -143,6 +144,31 @@ def _see_at_tip(
     tip_bias[0] = cosine * outwards - sine * across - ax
     tip_bias[1] = sine * outwards + cosine * across - ay
     tip_bias[2] = i01 * h1 + i11 * h2 - az
+
+
+@compiled
+def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
+    """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
+    for i in range(hand.num_fingers):
+        yaw = joint_friction(hand, i, kin.rates[i, 0]) / kin.reaches[i, 0]
+        first = joint_friction(hand, i, kin.rates[i, 1])
+        second = joint_friction(hand, i, kin.rates[i, 2])
+        outwards = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
+        cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+        total.bias[i, 0] += cosine * outwards - sine * yaw
+        total.bias[i, 1] += sine * outwards + cosine * yaw
+        total.bias[i, 2] += kin.inverses[i, 0, 1] * first + kin.inverses[i, 1, 1] * second
+
+
+@compiled
+def joint_friction_power(hand: Record, kin: Record) -> float:
+    """Power lost to friction in the joints [W]."""
+    total = 0.0
+    for i in range(hand.num_fingers):
+        for joint in range(3):
+            rate = kin.rates[i, joint]
+            total += joint_friction(hand, i, rate) * rate
+    return total
 
 
 @compiled

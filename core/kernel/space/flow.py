@@ -7,7 +7,11 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.records import Floats, Record
-from slipgrasp.core.kernel.space.dynamics import update_tip_dynamics
+from slipgrasp.core.kernel.space.dynamics import (
+    add_joint_friction,
+    joint_friction_power,
+    update_tip_dynamics,
+)
 from slipgrasp.core.kernel.space.kinematics import torques_to_forces, update_kinematics
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.plant import assemble, solve_plant
@@ -66,6 +70,8 @@ def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) 
     """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
     update_kinematics(model.hand, state, work.kin)
     update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
+    if model.hand.joints_rub == 1:
+        add_joint_friction(model.hand, work.kin, work.dynamics)
     torques_to_forces(model.hand, work.kin, discrete.torques, work.tip_forces)
     spatial_phases(model, discrete, state, work)
 
@@ -107,5 +113,7 @@ def set_derivative(model: Record, state: Record, derivative: Record, work: Recor
         both = model.ways == 2 and work.gamma[i, 0] != 0.0 and work.gamma[i, 1] != 0.0
         rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
         dissipated += model.truth.friction[i] * work.forces[i, 2] * along
+    if model.hand.joints_rub == 1:
+        dissipated += joint_friction_power(model.hand, work.kin)
     rate[supplied_at(n)] = supplied
     rate[dissipated_at(n)] = dissipated

@@ -11,6 +11,7 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.controllers.grip_reflex import squeeze_harder
 from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
@@ -105,6 +106,8 @@ def spatial_learn(
         memory: Of the composite law, with trust, slips and their directions.
     """
     law, count = model.law, model.num_unknowns
+    if law.facts.reacts_to_slip:
+        squeeze_harder(model, discrete)
     if not law.facts.learns:
         for k in range(count):
             work.rates[k] = 0.0

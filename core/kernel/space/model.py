@@ -59,7 +59,7 @@ RIM = np.dtype(
     align=True,
 )
 
-# Geometry of fingers, contacts and faces.
+# Geometry of fingers, contacts and faces; friction of joints.
 HAND = np.dtype(
     [
         ("num_fingers", np.int64),
@@ -76,6 +76,9 @@ HAND = np.dtype(
         ("edges", np.float64, (MAX_FINGERS, MAX_EDGES, 3)),  # a s_x + b s_y + c >= 0 on the face
         ("num_rims", np.int64, (MAX_FINGERS,)),
         ("rims", RIM, (MAX_FINGERS, MAX_PATCHES)),  # of the patches on its face
+        ("joint_damping", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m s]
+        ("joint_friction", np.float64, (MAX_FINGERS,)),  # of the plant alone [N m]
+        ("joints_rub", np.int64),  # whether any of these is not 0
         ("gravity", np.float64),  # [m/s^2]
     ],
     align=True,
@@ -113,6 +116,8 @@ LAW = np.dtype(
         ("grip_safety", np.float64),
         ("minimum_normal_force", np.float64),  # [N]
         ("maximum_normal_force", np.float64),  # inf where none [N]
+        ("grip_force", np.float64),  # [N]
+        ("grip_rate", np.float64),  # [N/s]
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("latency", np.float64),  # [s]
@@ -229,6 +234,8 @@ def _pack_finger(scenario: SpatialScenario, i: int, model: Record) -> None:
         hand.own_moments[i, link] = own * (length * length)
         hand.link_moments[i, link] = (fraction * fraction + own) * (length * length)
         truth.link_masses[i, link] = finger.link_masses[link]
+    hand.joint_damping[i], hand.joint_friction[i] = finger.joint_damping, finger.joint_friction
+    hand.joints_rub |= int(finger.joint_damping + finger.joint_friction > 0.0)
     hand.bases[i] = finger.base
     hand.elbows[i] = -1.0 if finger.elbow == "up" else 1.0
     hand.least_radii[i] = 1e-3 * (finger.link_lengths[0] + finger.link_lengths[1])
@@ -285,6 +292,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     law.minimum_normal_force = controller.minimum_normal_force
     most = controller.maximum_normal_force
     law.maximum_normal_force = np.inf if most is None else most
+    law.grip_force, law.grip_rate = controller.grip_force, controller.grip_rate
     law.estimate_norm_bound = controller.estimate_norm_bound
     law.latency = controller.latency
     _pack_learning(controller, model)

@@ -152,6 +152,9 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
     for k in range(model.num_unknowns):
         target.estimates[k] = source.estimates[k]
     target.violation, target.piece = source.violation, source.piece
+    target.added_grip = source.added_grip
+    for k in range(model.num_diagnostics):
+        target.diagnostics[k] = source.diagnostics[k]
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, DISCRETE)

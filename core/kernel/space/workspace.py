@@ -9,7 +9,7 @@ from slipgrasp.core.kernel.space.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
 from slipgrasp.core.kernel.space.kinematics import KINEMATICS
 from slipgrasp.core.kernel.space.model import MAX_COORDINATES, TRUTH
 from slipgrasp.core.kernel.space.plant import SYSTEM
-from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
 # `slipgrasp.core.trace.types.ContactPhase`; to the last the signs (3, 1) of both slips are added.
 STICK, SLIP, SLIPS_ALONG_TANGENTS = 0, 2, 7
@@ -28,6 +28,8 @@ DISCRETE = np.dtype(
         ("commanded", np.float64, (MAX_FINGERS, 3)),  # at the last tick, before limits [N m]
         ("estimates", np.float64, (MAX_UNKNOWNS,)),
         ("violation", np.float64),  # of the estimated cones by the last command [N]
+        ("added_grip", np.float64),  # what the grip reflex has added [N]
+        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),  # of a law of one's own
         ("piece", np.int64),  # of the desired motion
     ],
     align=True,

@@ -24,7 +24,6 @@ from slipgrasp.core.scenario.validation.trajectory import (
 UNIT_LENGTH = 1e-6
 LEAST_SINE = 1e-3
 LEAST_RADIUS = 1e-3  # share of the links' lengths, from the yaw axis
-LAWS = ("theorem-3", "theorem-4", "certainty-equivalence", "composite")
 
 
 def check_body(scenario: SpatialScenario) -> Iterator[FieldError]:
@@ -141,8 +140,6 @@ def check_known_in_space(scenario: SpatialScenario) -> Iterator[FieldError]:
 def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, str]]:
     """Key, value and way out of everything that is asked for and not computed in space."""
     controller = scenario.controller
-    if controller.kind not in LAWS:
-        yield "controller.kind", f"'{controller.kind}'", f"choose one of {', '.join(LAWS)}"
     if controller.control_period == 0.0:
         way_out = "set it to the time between control updates, for example 0.001 s"
         yield "controller.control_period", "0 s (continuous control)", way_out
