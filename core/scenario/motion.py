@@ -13,6 +13,12 @@ from slipgrasp.core.scenario.parameters import Quantity
 MAX_SET_POINTS = 50
 MAX_TABLE_ROWS = 250
 
+TABLE_COLUMNS = {
+    3: ("t", "x", "y", "theta"),
+    6: ("t", "x", "y", "z", "rx", "ry", "rz"),
+}
+"""Columns of a table of poses, by the number of coordinates of a pose."""
+
 # Times closer than this are one time: 0.1 + 0.2 and 0.3 [s].
 SAME_TIME = 1e-12
 

@@ -11,9 +11,13 @@ from typing import Any
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import MAX_TABLE_ROWS
 from slipgrasp.core.scenario.field_errors import shortened, single_error
+from slipgrasp.core.scenario.motion import TABLE_COLUMNS
+from slipgrasp.core.scenario.spatial import is_spatial
+
+Columns = tuple[str, ...]
 
 _FIELD = "trajectory.table"
-_COLUMNS = ("t", "x", "y", "theta")
+_COUNTS = {4: "four", 7: "seven"}
 _MAX_BYTES = 200_000
 _MOST = f"{MAX_TABLE_ROWS} rows"
 
@@ -30,7 +34,8 @@ def fill_in_table(mapping: dict[str, Any], folder: Path) -> None:
     """
     name = _table_name(mapping)
     if name is not None:
-        mapping["trajectory"]["table"] = _parse(_read(name, folder), shortened(name))
+        columns = _columns(mapping)
+        mapping["trajectory"]["table"] = _parse(_read(name, folder), shortened(name), columns)
 
 
 def refuse_table_name(mapping: Any) -> None:
@@ -43,7 +48,7 @@ def refuse_table_name(mapping: Any) -> None:
     if name is not None:
         raise _error(
             name,
-            "rows of t, x, y, theta",
+            f"rows of {', '.join(_columns(mapping))}",
             "a file name is looked up only for a scenario file on the disk of the program; give "
             "the rows themselves",
         )
@@ -53,6 +58,11 @@ def _table_name(mapping: Any) -> str | None:
     trajectory = mapping.get("trajectory") if isinstance(mapping, dict) else None
     table = trajectory.get("table") if isinstance(trajectory, dict) else None
     return table if isinstance(table, str) else None
+
+
+def _columns(mapping: dict[str, Any]) -> Columns:
+    """What stands in the columns of a table of poses, in the plane or in space."""
+    return TABLE_COLUMNS[6 if is_spatial(mapping) else 3]
 
 
 def _read(name: str, folder: Path) -> str:
@@ -81,37 +91,38 @@ def _read(name: str, folder: Path) -> str:
         raise _error(name, "a CSV file", "not a text file (UTF-8)") from error
 
 
-def _parse(text: str, name: str) -> list[list[float]]:
-    """Rows of four numbers; a first line with the names of the columns is passed over."""
+def _parse(text: str, name: str, columns: Columns) -> list[list[float]]:
+    """Rows of numbers; a first line with the names of the columns is passed over."""
     rows: list[list[float]] = []
     reader = csv.reader(io.StringIO(text))
     try:
         for cells in reader:
             cells = [cell.strip() for cell in cells]
-            if not any(cells) or (not rows and _is_header(cells)):
+            if not any(cells) or (not rows and _is_header(cells, columns)):
                 continue
             if len(rows) == MAX_TABLE_ROWS:
                 raise _error(name, _MOST, f"line {reader.line_num}: more than {_MOST}; keep fewer")
-            rows.append(_parse_row(cells, name, reader.line_num))
+            rows.append(_parse_row(cells, name, reader.line_num, columns))
     except csv.Error as error:
         raise _error(name, "a CSV file", f"line {reader.line_num}: {error}") from error
     return rows
 
 
-def _is_header(cells: list[str]) -> bool:
+def _is_header(cells: list[str], columns: Columns) -> bool:
     """Whether these are the columns' names, perhaps with units: ``t [s]``."""
-    return [cell.lower().split("[")[0].split("(")[0].strip() for cell in cells] == list(_COLUMNS)
+    return [cell.lower().split("[")[0].split("(")[0].strip() for cell in cells] == list(columns)
 
 
-def _parse_row(cells: list[str], name: str, line: int) -> list[float]:
-    if len(cells) != len(_COLUMNS):
+def _parse_row(cells: list[str], name: str, line: int, columns: Columns) -> list[float]:
+    if len(cells) != len(columns):
+        wanted = f"the {_COUNTS[len(columns)]} {', '.join(columns)} with commas between"
         raise _error(
             name,
-            "4 columns",
-            f"line {line}: {len(cells)} columns, not the four t, x, y, theta with commas between",
+            f"{len(columns)} columns",
+            f"line {line}: {len(cells)} columns, not {wanted}",
         )
     return [
-        _parse_number(cell, name, f"line {line}, column {k + 1} ({_COLUMNS[k]})")
+        _parse_number(cell, name, f"line {line}, column {k + 1} ({columns[k]})")
         for k, cell in enumerate(cells)
     ]
 

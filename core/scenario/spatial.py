@@ -29,7 +29,14 @@ from slipgrasp.core.scenario.finger import (
 )
 from slipgrasp.core.scenario.held_object import MAX_CORNERS, Corner
 from slipgrasp.core.scenario.laws import CONTROL_LAWS
-from slipgrasp.core.scenario.motion import MAX_SET_POINTS, Acceleration, Amplitude, Angle
+from slipgrasp.core.scenario.motion import (
+    MAX_SET_POINTS,
+    MAX_TABLE_ROWS,
+    Acceleration,
+    Amplitude,
+    Angle,
+    Time,
+)
 from slipgrasp.core.scenario.numerics import Change, SimulationParameters
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.whole import MAX_FINGERS, Scenario
@@ -183,9 +190,10 @@ class SpatialTrajectory:
     """The desired motion: positions x, y, z, and a rotation vector from the start attitude."""
 
     kind: Annotated[
-        Literal["coast", "set-points", "shake"],
+        Literal["coast", "set-points", "circle", "rotation", "shake", "table"],
         Quantity(
-            "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points or shake."
+            "Shape of the motion: coast (accelerate, coast, brake, Eq. 64), set-points, circle, "
+            "rotation (turn and back), shake, or a table of poses."
         ),
     ] = "coast"
     start: Annotated[
@@ -209,7 +217,9 @@ class SpatialTrajectory:
         float,
         Ge(0.0),
         Le(1e3),
-        Quantity("How long it speeds up, and how long it brakes: coast, shake.", "s"),
+        Quantity(
+            "How long it speeds up, and how long it brakes: coast, circle, rotation, shake.", "s"
+        ),
     ] = 1.0
     coast_time: Annotated[
         float,
@@ -221,14 +231,32 @@ class SpatialTrajectory:
         float,
         Ge(0.01),
         Le(600.0),
-        Quantity("time of one cycle at full speed.", "s", used_by=("shake",)),
+        Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
     ] = 2.0
     cycles: Annotated[
         float,
         Ge(1e-3),
         Le(1e4),
-        Quantity("how many cycles until it rests.", "1", used_by=("shake",)),
+        Quantity("how many cycles until it rests.", "1", used_by=("circle", "rotation", "shake")),
     ] = 2.0
+    radius: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Quantity(
+            "its radius; it stands upright along x, and begins at the bottom.",
+            "m",
+            used_by=("circle",),
+        ),
+    ] = 0.05
+    angle: Annotated[
+        tuple[Angle, Angle, Angle],
+        Quantity(
+            "rotation vector by which it turns before it turns back.",
+            "rad",
+            used_by=("rotation",),
+        ),
+    ] = (0.0, 0.0, 0.3)
     amplitude: Annotated[
         tuple[Amplitude, Amplitude, Amplitude, Amplitude, Amplitude, Amplitude],
         Quantity(
@@ -241,6 +269,19 @@ class SpatialTrajectory:
         tuple[SpatialSetPoint, ...],
         Len(0, MAX_SET_POINTS),
         Quantity("the moves, one after another.", used_by=("set-points",)),
+    ] = ()
+    table: Annotated[
+        tuple[
+            tuple[Time, Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
+            ...,
+        ],
+        Len(0, MAX_TABLE_ROWS),
+        Quantity(
+            "rows of time, position and rotation vector (t, x, y, z, rx, ry, rz), joined by a "
+            "smooth curve; in a scenario file also the name of a CSV file beside it.",
+            "s, m, m, m, rad, rad, rad",
+            used_by=("table",),
+        ),
     ] = ()
 
 
@@ -415,6 +456,7 @@ def full_spatial_scenario() -> SpatialScenario:
             set_points=(
                 SpatialSetPoint(time=0.0, duration=1.0, pose=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
             ),
+            table=((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),),
         ),
         pulses=(SpatialPulse(time=0.0),),
         patches=(SpatialPatch(face="side-0"),),

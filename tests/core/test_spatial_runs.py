@@ -6,7 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
+from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate

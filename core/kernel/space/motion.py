@@ -7,16 +7,18 @@ R_des = exp(r) R_start; its angular velocity and acceleration are A(r) r' and A(
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from slipgrasp.core.kernel.motion import DEGREE
-from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.scenario import MAX_SET_POINTS
+from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
 from slipgrasp.core.scenario.motion import SAME_TIME
 from slipgrasp.core.scenario.spatial import SpatialTrajectory
 
-MAX_PIECES = 2 * MAX_SET_POINTS + 1
+MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 _MINIMUM_JERK = (10.0, -15.0, 6.0)
 
 MOTION = np.dtype(
@@ -46,8 +48,10 @@ def pack_motion(path: SpatialTrajectory, motion: Record) -> None:
         motion.breaks[:3] = first, second, second + path.acceleration_time
     elif path.kind == "set-points":
         _pack_moves(path, motion)
+    elif path.kind == "table":
+        _pack_spline(path, motion)
     else:
-        _pack_shake(path, motion)
+        _pack_cycles(path, motion)
 
 
 def _rest(motion: Record, piece: int, start: float, pose: tuple[float, ...]) -> None:
@@ -76,8 +80,43 @@ def _pack_moves(path: SpatialTrajectory, motion: Record) -> None:
     _rest(motion, piece, now, pose)
 
 
-def _pack_shake(path: SpatialTrajectory, motion: Record) -> None:
-    """The angle psi of the oscillation speeds up from rest, runs evenly and brakes alike."""
+def _pack_spline(path: SpatialTrajectory, motion: Record) -> None:
+    """The cubic spline through the rows of the table, at rest at both ends."""
+    last, times = len(path.table) - 1, [row[0] for row in path.table]
+    _rest(motion, 0, 0.0, tuple(motion.start.tolist()))
+    for k, row in enumerate(path.table[1:], 1):
+        _rest(motion, k, row[0], row[1:])
+    steps = [after - before for before, after in pairwise(times)]
+    poses = motion.polynomials[: last + 1, :, 0]
+    secants = [(poses[k + 1] - poses[k]) / step for k, step in enumerate(steps)]
+    speeds = _speeds(steps, secants)
+    for k, (step, secant) in enumerate(zip(steps, secants, strict=True)):
+        here, there = speeds[k], speeds[k + 1]
+        motion.polynomials[k, :, 1] = here
+        motion.polynomials[k, :, 2] = (3.0 * secant - 2.0 * here - there) / step
+        motion.polynomials[k, :, 3] = (here + there - 2.0 * secant) / (step * step)
+
+
+def _speeds(steps: Sequence[float], secants: Sequence[Floats]) -> list[Floats]:
+    """Velocities at the rows with which the acceleration does not jump, zero at both ends.
+
+    Their equations are tridiagonal and dominated by the diagonal: Thomas's elimination.
+    """
+    ratios, rights = [0.0], [np.zeros(6)]
+    for k in range(1, len(steps)):
+        inverse, next_inverse = 1.0 / steps[k - 1], 1.0 / steps[k]
+        pivot = 2.0 * (inverse + next_inverse) - inverse * ratios[-1]
+        right = 3.0 * (inverse * secants[k - 1] + next_inverse * secants[k])
+        rights.append((right - inverse * rights[-1]) / pivot)
+        ratios.append(next_inverse / pivot)
+    speeds = [np.zeros(6)]
+    for ratio, right in zip(ratios[:0:-1], rights[:0:-1], strict=True):
+        speeds.append(right - ratio * speeds[-1])
+    return [*([np.zeros(6)] if steps else []), *speeds[::-1]]
+
+
+def _pack_cycles(path: SpatialTrajectory, motion: Record) -> None:
+    """Circle, rotation and shake: psi speeds up from rest, runs evenly and brakes alike."""
     speed, ramp = 2.0 * math.pi / path.period, path.acceleration_time
     even = max(path.cycles * path.period - ramp, 0.0)
     curve, swept = 0.5 * speed / ramp, 0.5 * speed * ramp
@@ -89,4 +128,9 @@ def _pack_shake(path: SpatialTrajectory, motion: Record) -> None:
     angles[1, :2] = swept, speed
     angles[2] = swept + speed * even, speed, -curve
     angles[3, 0] = 2.0 * math.pi * path.cycles
-    motion.sine[:] = path.amplitude
+    if path.kind == "circle":
+        motion.sine[0] = motion.cosine[2] = path.radius
+    elif path.kind == "rotation":
+        motion.cosine[3:] = [0.5 * angle for angle in path.angle]
+    else:
+        motion.sine[:] = path.amplitude

@@ -18,6 +18,7 @@ from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.trajectory import (
     check_cycles,
     check_moves,
+    check_table,
     nothing_to_do,
 )
 
@@ -122,7 +123,9 @@ def check_spatial_motion(scenario: SpatialScenario) -> Iterator[FieldError]:
         if not trajectory.set_points:
             yield nothing_to_do("set_points", "set-points", "at least one move")
         yield from check_moves(trajectory.set_points)
-    elif trajectory.kind == "shake":
+    elif trajectory.kind == "table":
+        yield from check_table(trajectory.table, (*trajectory.start[:3], 0.0, 0.0, 0.0))
+    elif trajectory.kind != "coast":
         yield from check_cycles(trajectory)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario import Scenario, SetPoint, TrajectoryParameters
-from slipgrasp.core.scenario.motion import SAME_TIME
+from slipgrasp.core.scenario.motion import SAME_TIME, TABLE_COLUMNS
 from slipgrasp.core.scenario.spatial import SpatialSetPoint, SpatialTrajectory
 
 MIN_RAMP = 1e-3
@@ -20,7 +20,7 @@ def check_trajectory(scenario: Scenario) -> Iterator[FieldError]:
     if trajectory.kind == "set-points":
         yield from _check_set_points(trajectory)
     elif trajectory.kind == "table":
-        yield from _check_table(trajectory)
+        yield from check_table(trajectory.table, trajectory.start)
     elif trajectory.kind != "coast":
         yield from check_cycles(trajectory)
 
@@ -77,10 +77,16 @@ def check_cycles(trajectory: TrajectoryParameters | SpatialTrajectory) -> Iterat
         )
 
 
-def _check_table(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
-    table = trajectory.table
+def check_table(table: Sequence[Sequence[float]], start: Sequence[float]) -> Iterator[FieldError]:
+    """The rows begin at the start pose and follow one another.
+
+    Args:
+        table: Rows of time and pose.
+        start: The start pose, as rows have it.
+    """
     if not table:
-        yield nothing_to_do("table", "table", "rows of t, x, y, theta")
+        columns = ", ".join(TABLE_COLUMNS[len(start)])
+        yield nothing_to_do("table", "table", f"rows of {columns}")
         return
     if table[0][0] != 0.0:
         yield FieldError(
@@ -91,16 +97,18 @@ def _check_table(trajectory: TrajectoryParameters) -> Iterator[FieldError]:
                 f"trajectory.table.0.0 is {table[0][0]:g} s; the first row is the start, at 0 s"
             ),
         )
-    for axis, (value, start) in enumerate(zip(table[0][1:], trajectory.start, strict=True)):
-        if abs(value - start) > SAME_POSE:
+    for axis, (value, begin) in enumerate(zip(table[0][1:], start, strict=True)):
+        if abs(value - begin) > SAME_POSE:
             key = f"trajectory.table.0.{axis + 1}"
+            # A rotation vector counts from the start attitude, whatever that is.
+            other = "" if len(start) > 3 <= axis else f", or set trajectory.start.{axis} to it"
             yield FieldError(
                 field=key,
                 value=value,
-                limit=f"{start:.10g}",
+                limit=f"{begin:.10g}",
                 message=(
-                    f"{key} is {value:.10g}, but the object starts at {start:.10g}; let the first "
-                    f"row be the start pose, or set trajectory.start.{axis} to it"
+                    f"{key} is {value:.10g}, but the object starts at {begin:.10g}; let the first "
+                    f"row be the start pose{other}"
                 ),
             )
     for i in range(1, len(table)):
