@@ -404,6 +404,96 @@ def test_a_push_and_a_timed_change_act_and_the_ledger_stays_closed():
     assert np.abs(result.trace.energy_residual).max() < 2e-9
 
 
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+def test_probing_releases_a_grip_that_is_too_strong_for_less_than_a_micrometre(friction):
+    low = {
+        **{f"estimates.{i}.initial": 0.1 for i in range(3)},
+        "simulation.friction": friction,
+        "simulation.duration": 3.0,
+    }
+    scenario = with_values(load_scenario("spatial-composite"), low)
+    stubborn, probing = (
+        simulate(with_values(scenario, {"controller.probing": rate})) for rate in (0.0, 2.0)
+    )
+    assert stubborn.metrics.slip_path == (0.0, 0.0, 0.0)
+    assert grip_over_least(stubborn).min() > 1.8
+    assert grip_over_least(probing).min() < 1.1
+    assert 0.0 < max(probing.metrics.slip_path) < 1e-6
+
+
+def grip_over_least(result):
+    """Normal force at the end over the least that friction allows, per contact."""
+    last = result.trace[-1:]
+    across = np.linalg.norm(last.tangential_force.reshape(3, 2), axis=1)
+    return last.normal_force[0] * last.friction_coefficient[0] / across
+
+
+KNOWING = with_values(
+    with_law(load_scenario("spatial-prism"), "certainty-equivalence"),
+    {
+        **{f"estimates.{k}.initial": 1.0 for k in range(7)},
+        "trajectory.period": 1.0,
+        "trajectory.acceleration_time": 0.5,
+        "trajectory.cycles": 2.0,
+        "simulation.duration": 3.0,
+    },
+)
+
+
+def test_a_circle_is_round_stands_upright_and_is_followed():
+    scenario = with_values(KNOWING, {"trajectory.kind": "circle", "trajectory.radius": 0.02})
+    trace = simulate(scenario).trace
+    assert np.abs(trace.tracking_error).max() < 1e-4
+    desired = trace.object_pose[:, :3] + trace.tracking_error[:, :3]
+    x, y, z = (desired - trace.object_pose[0, :3]).T
+    assert_allclose(x**2 + (z - 0.02) ** 2, 0.02**2, rtol=1e-12)
+    assert np.abs(y).max() < 1e-15
+    assert (x.max(), z.max()) == pytest.approx((0.02, 0.04), rel=1e-3)
+    assert (x[-1], z[-1]) == pytest.approx((0.0, 0.0), abs=1e-15)
+
+
+def test_a_rotation_turns_by_its_vector_and_back_on_the_spot():
+    angle = np.array([0.1, -0.05, 0.2])
+    values = {"trajectory.kind": "rotation", "trajectory.angle": angle.tolist()}
+    trace = simulate(with_values(KNOWING, values)).trace
+    assert np.abs(trace.tracking_error).max() < 1e-3
+    turned = Rotation.from_quat(trace.object_pose[:, [4, 5, 6, 3]])
+    desired = (Rotation.from_rotvec(trace.tracking_error[:, 3:]) * turned).as_rotvec()
+    shares = desired @ angle / (angle @ angle)
+    assert_allclose(desired, shares[:, None] * angle, atol=1e-12)
+    assert (shares.min(), shares.max()) == pytest.approx((0.0, 1.0), abs=1e-4)
+    assert shares[-1] == pytest.approx(0.0, abs=1e-12)
+    moved = trace.object_pose[:, :3] + trace.tracking_error[:, :3] - trace.object_pose[0, :3]
+    assert_allclose(moved, 0.0, atol=1e-15)
+
+
+def test_a_table_of_poses_is_followed_along_scipys_spline():
+    start = load_scenario("spatial-prism").trajectory.start[:3]
+    times = [0.0, 0.3, 0.5, 1.1, 1.5, 2.0]
+    moves = np.random.default_rng(3).uniform(-0.005, 0.005, (6, 6))
+    moves[0] = 0.0
+    poses = moves + np.append(start, np.zeros(3))
+    table = [(t, *pose) for t, pose in zip(times, poses.tolist(), strict=True)]
+    values = {"trajectory.kind": "table", "trajectory.table": table}
+    trace = simulate(with_values(KNOWING, values)).trace
+    assert np.abs(trace.tracking_error).max() < 2e-4
+    spline = CubicSpline(times, poses, bc_type="clamped")
+    wanted = np.where((trace.times < 2.0)[:, None], spline(trace.times), poses[-1])
+    desired = trace.object_pose[:, :3] + trace.tracking_error[:, :3]
+    assert_allclose(desired, wanted[:, :3], rtol=0.0, atol=1e-14)
+    actual = Rotation.from_quat(trace.object_pose[:, [4, 5, 6, 3]])
+    # The error is the rotation vector that turns the actual attitude into the desired one.
+    turned = (Rotation.from_rotvec(trace.tracking_error[:, 3:]) * actual).as_rotvec()
+    assert_allclose(turned, wanted[:, 3:], rtol=0.0, atol=1e-12)
+
+
+def test_a_table_that_does_not_begin_at_the_start_pose_is_refused():
+    row = (0.0, 0.0, 0.0, 0.366, 0.0, 0.1, 0.0)
+    values = {"trajectory.kind": "table", "trajectory.table": [row]}
+    with pytest.raises(ScenarioError, match=r"table\.0\.5 is 0\.1, but .* be the start pose$"):
+        with_values(KNOWING, values)
+
+
 def test_an_object_turns_as_it_should():
     scenario = with_values(
         load_scenario("spatial-composite"),

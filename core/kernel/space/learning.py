@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.space.law import (
 from slipgrasp.core.kernel.space.model import MAX_COORDINATES, MODEL
 from slipgrasp.core.kernel.space.plant import own_force, to_contact_frame, weigh_error
 from slipgrasp.core.kernel.space.state import SPIN, STATE, slip_velocity_at
-from slipgrasp.core.kernel.space.ways import axes_of
+from slipgrasp.core.kernel.space.ways import axes_of, way_size
 from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import MAX_UNKNOWNS
 
@@ -46,11 +46,13 @@ MEMORY = np.dtype(
         ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~ as believed
         ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
         ("wrench", np.float64, (6,)),
+        ("known", np.int64, (MAX_FINGERS,)),  # 1 once a contact has told its friction by a slip
     ],
     align=True,
 )
 
 LEAST_TRUST = 1e-3
+ACTIVE_BAND = 1e-6  # share of its cone within which a force counts as on it
 SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
 
 
@@ -163,6 +165,23 @@ def _learn_composite(
     for k in range(count):
         learnt = (memory.estimates[k] - discrete.estimates[k]) / law.period
         work.rates[k] = learnt + memory.gain[k]
+        if _is_probed(model, work, memory, k):
+            work.rates[k] += law.probing * discrete.estimates[k]
+
+
+@compiled
+def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
+    """Whether unknown ``k`` is the friction of a contact that never slipped and bounds the grip."""
+    i, force = model.unknowns.fingers[k], work.grasp.force
+    slips = memory.slips[i, 0] != 0.0 or memory.slips[i, 1] != 0.0
+    if model.unknowns.kinds[k] != FRICTION or memory.known[i] == 1 or slips:
+        return False
+    bound = (1.0 - ACTIVE_BAND) * work.believed.friction[i] / model.law.grip_safety
+    for way in range(model.ways):
+        size = way_size(model, way, force[3 * i], force[3 * i + 1])
+        if size > bound * force[3 * i + 2]:
+            return True
+    return False
 
 
 @compiled
@@ -296,6 +315,7 @@ def _take_slip_rows(
             error = _along(model, memory, i, way, force) - mu * force[2]
             variance = model.law.force_variance + _slip_noise(model, work, memory, i, way)
             spatial_take_row(model, discrete, memory, error, variance / square(trust))
+            memory.known[i] = 1
 
 
 @compiled

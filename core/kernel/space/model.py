@@ -120,6 +120,7 @@ LAW = np.dtype(
         ("grip_rate", np.float64),  # [N/s]
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
+        ("probing", np.float64),  # [1/s]
         ("latency", np.float64),  # [s]
         ("forgetting", np.float64),  # per control period
         ("force_variance", np.float64),  # [N^2]
@@ -322,6 +323,7 @@ def _pack_learning(controller: SpatialController, model: Record) -> None:
     law, unknowns = model.law, model.unknowns
     has_memory = bool(law.facts.has_memory)
     law.slip_stop = controller.slip_stop if has_memory else 0.0
+    law.probing = controller.probing
     spans = controller.control_period / FORGETTING_TIME
     law.forgetting = call(spatial_power, controller.forgetting, spans)
     law.force_variance = controller.force_noise * controller.force_noise

@@ -146,7 +146,7 @@ def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, st
     if controller.control_period == 0.0:
         way_out = "set it to the time between control updates, for example 0.001 s"
         yield "controller.control_period", "0 s (continuous control)", way_out
-    for name in ("prediction", "probing", "link_length_ratio"):
+    for name in ("prediction", "link_length_ratio"):
         value, usual = getattr(controller, name), getattr(ControllerParameters(), name)
         if value != usual:
             yield f"controller.{name}", f"{value:g}", f"set it to {usual:g}"
