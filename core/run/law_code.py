@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import INTERPRETED, OPTIONS
-from slipgrasp.core.kernel.controllers.own_law import ANSWER, SEEN
-from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.scenario.field_types import FrozenMapping
 from slipgrasp.core.scenario.own_laws import Diagnostic, OwnLaw
 from slipgrasp.core.trace.ticks import Ticks
@@ -28,12 +27,22 @@ FAILED = 1
 WORD = 8
 _MOST_WORDS = 200  # of what numba says of types
 _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 3)
-_MODEL_NAMES = (
-    *("friction", "object_mass", "object_inertia", "link_masses", "link_lengths"),
-    *("link_centres", "gravity", "torque_limit"),
-)
-_SEEN_NAMES = tuple(n for n in SEEN.names or () if n not in ("parameters", *_MODEL_NAMES))
 _GROUPS = ("model", "parameters")
+# What of the model of hand and object a law is shown, in the plane or in space.
+_OF_MODEL = frozenset(
+    (
+        *("friction", "object_mass", "object_inertia", "object_inertias", "link_masses"),
+        *("link_lengths", "link_centres", "gravity", "torque_limit"),
+    )
+)
+_PER_FINGER = frozenset(
+    (
+        *("joint_position", "joint_velocity", "joint_torque", "slip", "slip_velocity"),
+        *("believed_phase", "slip_direction", "contact_force", "jacobian", "jacobian_inverse"),
+        *("link_direction", "contact_arm", "contact_tangent", "contact_tangents"),
+        *("contact_normal", "friction", "link_masses", "link_lengths", "link_centres"),
+    )
+)
 
 Shape = tuple[int, int]
 Entry = Callable[[int, int, int], int]
@@ -84,7 +93,7 @@ class LawCode:
     def _compile(self) -> Any:
         """The entry of a compiled law; where numba refuses its code, one that always fails."""
         try:
-            return _compiled_entry(self._law, self._compiled, self._shape)
+            return _compiled_entry(self._law, self._compiled, self._own, self._shape)
         except Exception as error:
             self._refusal = f"it cannot be compiled: {_first_reason(error)}"
             return _PROTOTYPE(lambda _seen, _memory, _answer: FAILED)
@@ -121,18 +130,19 @@ class Replay:
     def __init__(self, ticks: Ticks, own: Record, shape: Shape) -> None:
         n, p = shape
         table = ticks.to_rows()[:, 1:]
-        torque = own.answer["torque"].reshape(-1)[: 2 * n]
+        joints = n * own.answer["torque"].shape[1]
+        torque = own.answer["torque"].reshape(-1)[:joints]
         estimates = own.answer["estimates"][:p]
-        diagnostics = own.answer["diagnostics"][: table.shape[1] - 2 * n - p]
+        diagnostics = own.answer["diagnostics"][: table.shape[1] - joints - p]
 
         def entry(_seen: int, _memory: int, _answer: int) -> int:
             tick = int(own.seen["tick"])
             if tick >= len(table):
                 return FAILED
             row = table[tick]
-            torque[:] = row[: 2 * n]
-            estimates[:] = row[2 * n : 2 * n + p]
-            diagnostics[:] = row[2 * n + p :]
+            torque[:] = row[:joints]
+            estimates[:] = row[joints : joints + p]
+            diagnostics[:] = row[joints + p :]
             return 0
 
         self._entry = _PROTOTYPE(entry)
@@ -151,15 +161,16 @@ def set_parameters(law: OwnLaw | None, values: Mapping[str, float], own: Record)
 
 def seer(law: OwnLaw, own: Record, shape: Shape) -> Callable[[], Any]:
     """Gives what the law sees at a tick: views of its arrays, and its numbers as of now."""
-    seen = own.seen
+    seen, kind = own.seen, own.seen.dtype
     words = np.frombuffer(seen, np.float64)
-    tuple_of, model_of = _tuple("Seen", (*_SEEN_NAMES, *_GROUPS)), _tuple("Model", _MODEL_NAMES)
+    own_names, model_names = _names(kind)
+    tuple_of, model_of = _tuple("Seen", (*own_names, *_GROUPS)), _tuple("Model", model_names)
     parameters_of = _tuple("Parameters", tuple(law.parameters))
-    names: tuple[Any, ...] = (*_SEEN_NAMES, *_MODEL_NAMES)
+    names: tuple[Any, ...] = (*own_names, *model_names)
     values = [_part(seen[name], name, shape) for name in names]
-    places = [k for k, name in enumerate(names) if not SEEN[name].shape and name != "tick"]
-    numbers = [(k, (SEEN.fields or {})[names[k]][1] // WORD) for k in places]
-    tick, count = names.index("tick"), len(_SEEN_NAMES)
+    places = [k for k, name in enumerate(names) if not kind[name].shape and name != "tick"]
+    numbers = [(k, kind.fields[names[k]][1] // WORD) for k in places]
+    tick, count = names.index("tick"), len(own_names)
     parameters = seen["parameters"][: len(law.parameters)]
 
     def look() -> Any:
@@ -175,7 +186,8 @@ def seer(law: OwnLaw, own: Record, shape: Shape) -> Callable[[], Any]:
 def answer_views(diagnostics: tuple[Diagnostic, ...], own: Record, shape: Shape) -> Any:
     """Where the law's answer goes.
 
-    ``torque`` ``(n, 2)``, ``estimates`` ``(p,)``, and each diagnostic under its name ``(1,)``.
+    ``torque`` ``(n, 2)``, in space ``(n, 3)``, ``estimates`` ``(p,)``, and each diagnostic under
+    its name ``(1,)``.
     """
     names = tuple(each.name for each in diagnostics)
     answer = own.answer
@@ -194,6 +206,15 @@ def _memory_views(law: OwnLaw, block: Floats) -> Any:
     return _tuple("Memory", tuple(law.memory))(*parts)
 
 
+def _names(seen: np.dtype) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What a law is shown beside its model and its parameters, and what the model is of."""
+    names = [name for name in seen.names or () if name != "parameters"]
+    return (
+        tuple(name for name in names if name not in _OF_MODEL),
+        tuple(name for name in names if name in _OF_MODEL),
+    )
+
+
 @cache
 def _tuple(name: str, fields: tuple[str, ...]) -> Any:
     """A class of named tuples; one for equal names, so that compiled code is not made twice."""
@@ -210,7 +231,7 @@ def _used(name: str, shape: Shape) -> int | None:
     """How many entries of an array are used, None for all."""
     if name == "estimates":
         return shape[1]
-    return shape[0] if SEEN[name].shape[:1] == (MAX_FINGERS,) else None
+    return shape[0] if name in _PER_FINGER else None
 
 
 def _address(entry: Any) -> int:
@@ -258,39 +279,46 @@ def entry(seen_at, memory_at, answer_at):
 """
 
 
-def _compiled_entry(law: OwnLaw, command: Any, shape: Shape) -> Any:
+def _compiled_entry(law: OwnLaw, command: Any, own: Record, shape: Shape) -> Any:
     """Machine code with the address that the kernel calls, for a function numba compiles."""
     names = tuple(each.name for each in law.diagnostics)
+    kinds = own.seen.dtype, own.answer.dtype
+    own_names, model_names = _names(kinds[0])
     tuples = {
-        "Seen": _tuple("Seen", (*_SEEN_NAMES, *_GROUPS)),
-        "Model": _tuple("Model", _MODEL_NAMES),
+        "Seen": _tuple("Seen", (*own_names, *_GROUPS)),
+        "Model": _tuple("Model", model_names),
         "Parameters": _tuple("Parameters", tuple(law.parameters)),
         "Memory": _tuple("Memory", tuple(law.memory)),
         "Out": _tuple("Out", ("torque", "estimates", *names)),
     }
-    return _compile(command, _entry_source(law, shape), FrozenMapping(tuples))
+    source = _entry_source(law, own_names, model_names, shape)
+    return _compile(command, source, FrozenMapping(tuples), kinds)
 
 
 @cache
-def _compile(command: Any, source: str, tuples: Mapping[str, Any]) -> Any:
+def _compile(
+    command: Any, source: str, tuples: Mapping[str, Any], kinds: tuple[np.dtype, np.dtype]
+) -> Any:
     """The same function for the same hand is compiled once in a process."""
     numba: Any = import_module("numba")  # which has no types of what is used of it here
     types = numba.types
     scope = {**tuples, "carray": numba.carray, "command": command}
     exec(source, scope)
-    seen, answer = (types.CPointer(numba.from_dtype(kind)) for kind in (SEEN, ANSWER))
+    seen, answer = (types.CPointer(numba.from_dtype(kind)) for kind in kinds)
     signature = types.int64(seen, types.CPointer(types.float64), answer)
     return numba.cfunc(signature, **OPTIONS)(scope["entry"])
 
 
-def _entry_source(law: OwnLaw, shape: Shape) -> str:
+def _entry_source(
+    law: OwnLaw, own_names: tuple[str, ...], model_names: tuple[str, ...], shape: Shape
+) -> str:
     """The lines that lay out the named tuples in compiled code, as Python does with views."""
     parts_seen = {}
-    for name in (*_SEEN_NAMES, *_MODEL_NAMES):
+    for name in (*own_names, *model_names):
         count = _used(name, shape)
         parts_seen[name] = f"shown.{name}" + ("" if count is None else f"[:{count}]")
-    seen = [parts_seen[name] for name in _SEEN_NAMES]
-    seen.append(f"Model({', '.join(parts_seen[name] for name in _MODEL_NAMES)})")
+    seen = [parts_seen[name] for name in own_names]
+    seen.append(f"Model({', '.join(parts_seen[name] for name in model_names)})")
     parameters = (f"shown.parameters[{k}]" for k in range(len(law.parameters)))
     seen.append(f"Parameters({', '.join(parameters)})")
     memory, start = [], 0

@@ -305,8 +305,6 @@ class Simulation:
     def _pack(self) -> Record:
         """The constants of the present stretch."""
         model, present = self._engine.pack(), self._timetable.present
-        if present.in_space:
-            return model
         model.num_diagnostics = len(self.shape.diagnostics)
         model.law.facts.is_own |= self._replays_all
         set_parameters(own_law_in(present), present.controller.parameters, self._run.own)

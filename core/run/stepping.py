@@ -37,7 +37,7 @@ class Tick:
 
     @property
     def torque(self) -> Floats:
-        """Commanded torque, ``(n, 2)``; unless it is set that of the tick before [N m]."""
+        """Torque ``(n, 2)``, in space ``(n, 3)``; where it is not set, that before [N m]."""
         return self._out.torque
 
     @torque.setter

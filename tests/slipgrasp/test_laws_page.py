@@ -38,10 +38,17 @@ def test_the_examples_of_the_page_run_in_their_order():
     assert names["result"].outcome == "completed"
 
 
-@pytest.mark.parametrize("specification", ["declared.py:Squeeze", "compiled.py:Fast"])
-def test_the_other_laws_of_the_page_hold_the_object(specification):
+@pytest.mark.parametrize(
+    ("specification", "preset"),
+    [
+        ("declared.py:Squeeze", "composite-case-2"),
+        ("compiled.py:Fast", "composite-case-2"),
+        ("my_law_in_space.py:CarryInSpace", "spatial-composite"),
+    ],
+)
+def test_the_other_laws_of_the_page_hold_the_object(specification, preset):
     law = slipgrasp.load_law(specification)
-    scenario = slipgrasp.with_law(slipgrasp.load_scenario("composite-case-2"), law.name)
+    scenario = slipgrasp.with_law(slipgrasp.load_scenario(preset), law.name)
     assert slipgrasp.simulate(scenario).outcome == "completed"
 
 
@@ -50,11 +57,14 @@ def test_the_first_law_takes_ten_lines():
     assert len([line for line in first.splitlines() if line.strip()]) <= 10
 
 
-def test_the_page_tells_everything_that_a_law_sees_and_its_shape():
-    scenario = slipgrasp.load_scenario("composite-case-2")
-    own = Simulation(scenario)._run.own
-    seen = seer(own_law(OUTSIDE), own, (2, 4))()
-    table = TEXT.partition("<!-- seen -->")[2].partition("<!-- end seen -->")[0]
+@pytest.mark.parametrize(
+    ("preset", "mark", "n"),
+    [("composite-case-2", "seen", 2), ("spatial-composite", "seen in space", 3)],
+)
+def test_the_page_tells_everything_that_a_law_sees_and_its_shape(preset, mark, n):
+    own = Simulation(slipgrasp.load_scenario(preset))._run.own
+    seen = seer(own_law(OUTSIDE), own, (n, 4))()
+    table = TEXT.partition(f"<!-- {mark} -->")[2].partition(f"<!-- end {mark} -->")[0]
     told = set(re.findall(r"`(\w+)`", table))
     assert {*seen._fields, *seen.model._fields} <= told
     for line in table.splitlines():
@@ -62,7 +72,7 @@ def test_the_page_tells_everything_that_a_law_sees_and_its_shape():
             shape = re.search(r"\| (\([^|]*?\)) \|", line)
             actual = getattr(seen, name, None)
             if shape and hasattr(actual, "shape") and "," not in shape[1].strip("()").strip(","):
-                wanted = shape[1].replace("n", "2").replace("p", "4")
+                wanted = shape[1].replace("n", str(n)).replace("p", "4")
                 assert actual.shape == eval(wanted), name
 
 

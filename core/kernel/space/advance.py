@@ -9,6 +9,7 @@ from __future__ import annotations
 from numba import types
 
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
+from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.jump import (
     EVENT_STALL,
     LEFT_FACE,
@@ -175,6 +176,8 @@ def _is_stiff(run: Record) -> bool:
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
 def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
     """One step, cut at the first event in it, and the jump at its end if there is one."""
+    if run.own.asked == ANSWERED:
+        return spatial_tick(model, run, outlet, 0, 0)
     if next_tick(model, run) <= run.now:
         return spatial_tick(model, run, outlet, 0, 0)
     if next_command(run) <= run.now:
@@ -250,6 +253,8 @@ def _advance_steps(
         if status != RUNNING:
             return status
     for _ in range(max_steps):
+        if run.own.asked == ASKED:
+            return RUNNING
         if outlet.num_rows > ROWS_BEFORE_PAUSE or outlet.num_ticks >= TICKS_BEFORE_PAUSE:
             return RUNNING
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:

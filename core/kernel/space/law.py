@@ -192,20 +192,30 @@ def leave_stuck(n: int, slips: Floats, room: Record) -> None:
 
 
 @compiled
-def _update_turn(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Attitude error, its rate and the angular acceleration that is demanded."""
-    x, law, motion = state.x, model.law, model.motion
+def desired_turn(
+    model: Record, piece: int, t: float
+) -> tuple[
+    tuple[float, float, float, float], tuple[float, float, float], tuple[float, float, float]
+]:
+    """Desired attitude exp(r) R_start, and its angular velocity A r' and acceleration."""
+    motion = model.motion
     rx, vx, ax = desired_motion(motion, piece, t, 3)
     ry, vy, ay = desired_motion(motion, piece, t, 4)
     rz, vz, az = desired_motion(motion, piece, t, 5)
     turned, rates = (rx, ry, rz), (vx, vy, vz)
     own = _coefficients(np.sqrt(rx * rx + ry * ry + rz * rz))
-    wx, wy, wz = _jacobian_times(own[0], own[1], turned, vx, vy, vz)
+    spin = _jacobian_times(own[0], own[1], turned, vx, vy, vz)
     bx, by, bz = _jacobian_times(own[0], own[1], turned, ax, ay, az)
     cx, cy, cz = _jacobian_rate_times(own, turned, rates, vx, vy, vz)
-    bx, by, bz = bx + cx, by + cy, bz + cz
     start = (model.attitude[0], model.attitude[1], model.attitude[2], model.attitude[3])
-    desired = product(exponential(turned), start)
+    return product(exponential(turned), start), spin, (bx + cx, by + cy, bz + cz)
+
+
+@compiled
+def _update_turn(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
+    """Attitude error, its rate and the angular acceleration that is demanded."""
+    x, law = state.x, model.law
+    desired, (wx, wy, wz), (bx, by, bz) = desired_turn(model, piece, t)
     present = (x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2], x[ATTITUDE + 3])
     back = (desired[0], -desired[1], -desired[2], -desired[3])
     error = product(present, back)

@@ -42,19 +42,24 @@ from slipgrasp.core.kernel.space.workspace import (
     MAX_ROWS,
     WORKSPACE,
 )
-from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
+from slipgrasp.core.scenario.own_laws import Diagnostic
 from slipgrasp.core.trace.trace import SIGNALS, Signal, TraceShape
 
 
-def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int]:
-    """Columns of signals: a number, and how many more per finger and unknown."""
+def _shape(n: int, p: int, d: int) -> TraceShape:
+    return TraceShape(n, ("",) * p, (Diagnostic("", "", ""),) * d, in_space=True)
 
-    def columns(n: int, p: int) -> int:
-        shape = TraceShape(n, ("",) * p, in_space=True)
+
+def _columns_before(signals: Sequence[Signal]) -> tuple[int, int, int, int]:
+    """Columns of signals: a number, and how many more per finger, unknown and diagnostic."""
+
+    def columns(n: int, p: int, d: int) -> int:
+        shape = _shape(n, p, d)
         return sum(shape.width(signal) for signal in signals)
 
-    none = columns(0, 0)
-    return none, columns(1, 0) - none, columns(0, 1) - none
+    none = columns(0, 0, 0)
+    return none, columns(1, 0, 0) - none, columns(0, 1, 0) - none, columns(0, 0, 1) - none
 
 
 # First column of every signal, by its name, and the end of a row.
@@ -64,7 +69,7 @@ END = _columns_before(SIGNALS)
 
 LARGEST = 1e300
 DEPENDENT = 1e-10
-MAX_COLUMNS = TraceShape(MAX_FINGERS, ("",) * MAX_UNKNOWNS, in_space=True).num_columns
+MAX_COLUMNS = _shape(MAX_FINGERS, MAX_UNKNOWNS, MAX_DIAGNOSTICS).num_columns
 
 # The state of one row with all that belongs to it, and the row itself.
 ROW = np.dtype(
@@ -134,13 +139,16 @@ def spatial_fill(model: Record, row: Record, work: Record) -> None:
 
 
 @compiled
-def column_of(model: Record, place: tuple[int, int, int]) -> int:
+def column_of(model: Record, place: tuple[int, int, int, int]) -> int:
     """Column at which a signal begins, by its entry in `AT`."""
-    return place[0] + place[1] * model.num_fingers + place[2] * model.num_unknowns
+    n, p, d = model.num_fingers, model.num_unknowns, model.num_diagnostics
+    return place[0] + place[1] * n + place[2] * p + place[3] * d
 
 
 @compiled
-def _set(model: Record, row: Record, place: tuple[int, int, int], k: int, value: float) -> None:
+def _set(
+    model: Record, row: Record, place: tuple[int, int, int, int], k: int, value: float
+) -> None:
     """Writes entry ``k`` of a signal."""
     row.values[column_of(model, place) + k] = value
 
@@ -175,6 +183,8 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
     for k in range(model.num_unknowns):
         _set(model, row, AT.estimates, k, discrete.estimates[k])
         _set(model, row, AT.true_parameters, k, true_value(truth, unknowns, k))
+    for k in range(model.num_diagnostics):
+        _set(model, row, AT.diagnostics, k, discrete.diagnostics[k])
     value = lyapunov_value(model, discrete.estimates, work.room)
     _set(model, row, AT.lyapunov_value, 0, _finite(value))
     _set(model, row, AT.grasp_violation, 0, discrete.violation)

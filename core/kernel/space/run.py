@@ -24,6 +24,7 @@ from slipgrasp.core.kernel.run import (
 from slipgrasp.core.kernel.space.guards import GUARDS
 from slipgrasp.core.kernel.space.learning import MEMORY
 from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.own_law import OWN_LAW
 from slipgrasp.core.kernel.space.rows import (
     MAX_COLUMNS,
     ROW,
@@ -36,13 +37,13 @@ from slipgrasp.core.kernel.space.state import STATE, parts_of
 from slipgrasp.core.kernel.space.stepper import STEP
 from slipgrasp.core.kernel.space.tally import TALLY, spatial_tally
 from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
-from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_UNKNOWNS
+from slipgrasp.core.scenario import MAX_CHATTER_CHANGES, MAX_DIAGNOSTICS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.spatial import SpatialScenario
 
 ROWS_BEFORE_PAUSE = 2048
 TICKS_BEFORE_PAUSE = 2048
 ROW_CAPACITY = ROWS_BEFORE_PAUSE + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
-TICK_COLUMNS = 1 + 3 * MAX_FINGERS + MAX_UNKNOWNS
+TICK_COLUMNS = 1 + 3 * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
 
 # Everything that changes during a run, but for the outlet.
 PROGRESS = np.dtype(
@@ -58,6 +59,7 @@ PROGRESS = np.dtype(
         ("slip", slip_room(STATE, DISCRETE, ROW, WORKSPACE)),
         ("senses", SENSES),
         ("memory", MEMORY),
+        ("own", OWN_LAW),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
         ("quiet_steps", np.int64),  # in a row, far within tolerance
@@ -179,15 +181,20 @@ def spatial_emit(model: Record, run: Record, outlet: Record, discrete: Record) -
 
 @compiled
 def store_tick(model: Record, run: Record, outlet: Record) -> None:
-    """Appends what the law answered at this tick."""
+    """Appends what the law answered: with it the run can be made again without the law."""
     if outlet.keeps_rows == 0:
         return
     n, p, discrete = model.num_fingers, model.num_unknowns, run.discrete
-    at = outlet.num_ticks * (1 + 3 * n + p)
+    at = outlet.num_ticks * (1 + 3 * n + p + model.num_diagnostics)
     outlet.ticks[at] = run.now
+    at += 1
     for i in range(n):
         for joint in range(3):
-            outlet.ticks[at + 1 + 3 * i + joint] = discrete.commanded[i, joint]
+            outlet.ticks[at + 3 * i + joint] = discrete.commanded[i, joint]
+    at += 3 * n
     for k in range(p):
-        outlet.ticks[at + 1 + 3 * n + k] = discrete.estimates[k]
+        told = model.law.facts.is_own
+        outlet.ticks[at + k] = run.own.answer.estimates[k] if told else discrete.estimates[k]
+    for k in range(model.num_diagnostics):
+        outlet.ticks[at + p + k] = discrete.diagnostics[k]
     outlet.num_ticks += 1

@@ -5,8 +5,9 @@ from __future__ import annotations
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED, NOTHING, ask
 from slipgrasp.core.kernel.elementary import nearest
-from slipgrasp.core.kernel.jump import MODEL_SINGULAR, RUNNING
+from slipgrasp.core.kernel.jump import LAW_FAILED, MODEL_SINGULAR, RUNNING
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import CLAMPED, SATURATED, phases_changed, warn
 from slipgrasp.core.kernel.sensing import trust, trust_in_contact
@@ -24,6 +25,7 @@ from slipgrasp.core.kernel.space.jump import (
 from slipgrasp.core.kernel.space.kinematics import torques_to_forces
 from slipgrasp.core.kernel.space.learning import spatial_learn
 from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.own_law import is_answer_finite, look
 from slipgrasp.core.kernel.space.run import (
     OUTLET,
     PROGRESS,
@@ -38,14 +40,20 @@ from slipgrasp.core.kernel.tick import SAME_TICK
 @compiled
 def _advance_estimates(model: Record, run: Record) -> None:
     """One Euler step of the estimates over the period that ends now, projected on their bounds."""
-    elapsed, unknowns = run.now - run.last_tick, model.unknowns
+    elapsed = run.now - run.last_tick
     run.last_tick = run.now
     for k in range(model.num_unknowns):
         value = run.discrete.estimates[k] + elapsed * run.pending_rates[k]
-        bounded = min(max(value, unknowns.minimum[k]), unknowns.maximum[k])
-        if bounded != value:
-            warn(run, CLAMPED)
-        run.discrete.estimates[k] = bounded
+        _set_estimate(model, run, k, value)
+
+
+@compiled
+def _set_estimate(model: Record, run: Record, k: int, value: float) -> None:
+    """Sets an estimate, projected on its bounds."""
+    bounded = min(max(value, model.unknowns.minimum[k]), model.unknowns.maximum[k])
+    if bounded != value:
+        warn(run, CLAMPED)
+    run.discrete.estimates[k] = bounded
 
 
 @compiled
@@ -165,6 +173,47 @@ def _finish(model: Record, run: Record, outlet: Record, status: int, before: boo
     return RUNNING
 
 
+@compiled
+def _sense(model: Record, run: Record) -> None:
+    """New estimates, and what is measured at a tick."""
+    senses, start = run.senses, run.step.start
+    keep_old(model, run)
+    _advance_estimates(model, run)
+    run.ticks += 1
+    measure(model, senses, start, run.discrete.torques, run.now)
+    detect_slip(model, run.discrete, senses, start, run.now)
+
+
+@compiled
+def _evaluate_law(model: Record, run: Record) -> int:
+    """The command of a built-in law, if it has one."""
+    grasp = run.work.grasp
+    if spatial_command(model, run.discrete, run.now, run.senses, run.work) == 0:
+        return MODEL_SINGULAR
+    if grasp.rank < 6:
+        warn(run, FREE_ROTATION)
+    if grasp.soft > 0:
+        warn(run, SOFTENED)
+    return RUNNING
+
+
+@compiled
+def _answer(model: Record, run: Record) -> int:
+    """What a law of one's own answers: torque, estimates within their bounds, diagnostics."""
+    answer, discrete = run.own.answer, run.discrete
+    if ask(run.own) != 0 or not is_answer_finite(model, answer):
+        return LAW_FAILED
+    discrete.violation = 0.0
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            discrete.commanded[i, joint] = answer.torque[i, joint]
+    for k in range(model.num_diagnostics):
+        discrete.diagnostics[k] = answer.diagnostics[k]
+    for k in range(model.num_unknowns):
+        _set_estimate(model, run, k, answer.estimates[k])
+    return RUNNING
+
+
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.int64, types.int64)
 def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch: int) -> int:
     """One tick of sampled control: measure, command, act (at once or later), select, learn.
@@ -176,26 +225,28 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
         first: 1 at the start of the run.
         stretch: 1 at the start of a stretch, which gives two rows.
     """
-    discrete, senses, work, start = run.discrete, run.senses, run.work, run.step.start
-    keep_old(model, run)
-    _advance_estimates(model, run)
-    run.ticks += 1
-    measure(model, senses, start, discrete.torques, run.now)
-    detect_slip(model, discrete, senses, start, run.now)
-    regular = spatial_command(model, discrete, run.now, senses, work)
-    if regular == 0:
+    discrete = run.discrete
+    if run.own.asked == ANSWERED:
+        first, stretch = run.own.first, run.own.stretch
+        run.own.asked = NOTHING
+    else:
+        _sense(model, run)
+        if model.law.facts.is_own:
+            spatial_believe(model, discrete, run.now, run.senses, run.work)
+            look(model, run)
+            if run.own.address == 0:
+                run.own.asked, run.own.first, run.own.stretch = ASKED, first, stretch
+                return RUNNING
+    status = _answer(model, run) if model.law.facts.is_own else _evaluate_law(model, run)
+    if status != RUNNING:
         spatial_emit(model, run, outlet, run.old)
-        return MODEL_SINGULAR
+        return status
     store_tick(model, run, outlet)
-    if work.grasp.rank < 6:
-        warn(run, FREE_ROTATION)
-    if work.grasp.soft > 0:
-        warn(run, SOFTENED)
     _limit_torques(model, run)
     if model.law.latency > 0.0 and run.acting == 1:
         _let_wait(model, run)
         if stretch == 0:
-            spatial_plant(model, discrete, start, work)
+            spatial_plant(model, discrete, run.step.start, run.work)
             _learn(model, run)
             return RUNNING
     else:

@@ -67,6 +67,7 @@ _SPATIAL_CHECKS = (
     check_gains,
     check_least_gain,
     check_lyapunov_matrix,
+    check_law_parameters,
     check_control,
     check_normal_forces,
     check_latency,

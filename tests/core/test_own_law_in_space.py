@@ -1,0 +1,263 @@
+"""Laws of one's own for hands in space: what they see, their front ends, and how they fail."""
+
+from typing import ClassVar
+
+import numba
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from slipgrasp import (
+    LawParameter,
+    Simulation,
+    load_scenario,
+    open_recording,
+    register_law,
+    simulate,
+    verify,
+    with_law,
+    with_values,
+    write_recording,
+)
+from slipgrasp.core.scenario.own_laws import forget, own_laws
+from slipgrasp.core.trace.columns import columns_of
+from slipgrasp.core.trace.types import Outcome
+
+GRIP = 30.0
+BASE = with_values(
+    with_law(load_scenario("spatial-composite"), "pd-gravity"),
+    {
+        "controller.grip_force": GRIP,
+        "simulation.duration": 0.3,
+        "trajectory.kind": "set-points",
+        "trajectory.set_points.0.time": 0.0,
+        "trajectory.set_points.0.duration": 0.25,
+        "trajectory.set_points.0.pose": (0.01, 0.005, 0.37, 0.02, -0.05, 0.1),
+    },
+)
+
+
+@pytest.fixture(autouse=True)
+def _known_laws():
+    before = own_laws()
+    yield
+    for law in own_laws():
+        if law not in before:
+            forget(law.name)
+
+
+def of_law(law, scenario=BASE, **values):
+    register_law(law)
+    return with_values(scenario, {"controller.kind": law.name, **values})
+
+
+def cross_matrices(vectors):
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+
+
+def link_torques(seen):
+    """What carries the links: from the heights of their centres of mass."""
+    yaw = seen.joint_position[:, 0]
+    radial = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=1)
+    ahead = np.einsum("nlc,nc->nl", seen.link_direction, radial)
+    masses, centres, lengths = (
+        seen.model.link_masses,
+        seen.model.link_centres,
+        seen.model.link_lengths,
+    )
+    outer = masses[:, 1] * centres[:, 1] * ahead[:, 1]
+    inner = (masses[:, 0] * centres[:, 0] + masses[:, 1] * lengths[:, 0]) * ahead[:, 0]
+    return seen.model.gravity * np.stack([np.zeros_like(outer), inner + outer, outer], axis=1)
+
+
+class Pd:
+    """The law pd-gravity, from what a law is shown alone."""
+
+    name = "pd"
+
+    def command(self, seen, memory, out):
+        n, model = len(seen.slip), seen.model
+        pull = seen.position_gain * seen.error + seen.velocity_gain * seen.error_rate
+        R = Rotation.from_quat(seen.pose[[4, 5, 6, 3]]).as_matrix()
+        inertia = R @ np.diag(model.object_inertias) @ R.T
+        weight = [0.0, 0.0, model.object_mass * model.gravity]
+        wrench = np.append(model.object_mass * pull[:3] + weight, inertia @ pull[3:])
+        arms = np.concatenate(list(cross_matrices(seen.contact_arm)), axis=1)
+        W = np.vstack([np.tile(np.eye(3), n), arms])
+        squeeze = (seen.grip_force * seen.contact_normal).ravel()
+        forces = (squeeze + np.linalg.pinv(W) @ (wrench - W @ squeeze)).reshape(n, 3)
+        out.torque[:] = np.einsum("nij,ni->nj", seen.jacobian, forces) + link_torques(seen)
+
+
+class Reflex(Pd):
+    """The law grip-reflex: it presses harder while it sees a slip."""
+
+    name = "reflex"
+    parameters: ClassVar = {
+        "rate": LawParameter(value=50.0, unit="N/s", minimum=0.0, maximum=1e3, text="Of the grip.")
+    }
+    memory: ClassVar = {"added": 1}
+
+    def command(self, seen, memory, out):
+        super().command(seen._replace(grip_force=seen.grip_force + memory.added[0]), memory, out)
+        if (seen.believed_phase != 0).any():
+            memory.added[0] += seen.parameters.rate * seen.period
+
+
+def hold(seen, memory, out):
+    """Forces that carry the object, damped joints, and how often it was asked."""
+    memory.count[0] += 1
+    lift = seen.model.object_mass * seen.model.gravity / len(seen.slip)
+    for i in range(len(seen.slip)):
+        for joint in range(3):
+            carried = seen.jacobian[i, 2, joint] * lift
+            for axis in range(3):
+                carried += 20.0 * seen.contact_normal[i, axis] * seen.jacobian[i, axis, joint]
+            damped = seen.parameters.damping * seen.joint_velocity[i, joint]
+            out.torque[i, joint] = carried - damped
+    out.asked[0] = memory.count[0]
+
+
+class Hold:
+    """Holds the object, and tells how often it was asked."""
+
+    name = "hold"
+    parameters: ClassVar = {
+        "damping": LawParameter(value=0.1, unit="N m s", minimum=0.0, maximum=1.0, text="Joints.")
+    }
+    diagnostics: ClassVar = {"asked": ("1", "How often.")}
+    memory: ClassVar = {"count": 1}
+
+    def command(self, seen, memory, out):
+        hold(seen, memory, out)
+
+
+class CompiledHold(Hold):
+    """The same, compiled."""
+
+    name = "compiled-hold"
+    command = staticmethod(numba.njit(hold))
+
+
+class Look(Pd):
+    """Grips the object, and checks what it is shown against closed forms."""
+
+    name = "look"
+
+    def command(self, seen, memory, out):
+        super().command(seen, memory, out)
+        n, near = len(seen.slip), {"rtol": 0.0, "atol": 1e-12}
+        moving = np.einsum("nij,nj->ni", seen.jacobian, seen.joint_velocity)
+        sliding = np.einsum("nk,nkc->nc", seen.slip_velocity, seen.contact_tangents)
+        rigid = seen.velocity[:3] + np.cross(seen.velocity[3:], seen.contact_arm)
+        np.testing.assert_allclose(moving, rigid + sliding, **near)
+        inverse = np.einsum("nij,njk->nik", seen.jacobian_inverse, seen.jacobian)
+        np.testing.assert_allclose(inverse, np.broadcast_to(np.eye(3), (n, 3, 3)), **near)
+        np.testing.assert_allclose(seen.error[:3], (seen.desired_pose - seen.pose)[:3], **near)
+        actual, desired = (
+            Rotation.from_quat(pose[[4, 5, 6, 3]]) for pose in (seen.pose, seen.desired_pose)
+        )
+        np.testing.assert_allclose(-seen.error[3:], (actual * desired.inv()).as_rotvec(), **near)
+        faces = np.concatenate((seen.contact_tangents, seen.contact_normal[:, None]), axis=1)
+        unit = np.einsum("nac,nbc->nab", faces, faces)
+        np.testing.assert_allclose(unit, np.broadcast_to(np.eye(3), (n, 3, 3)), **near)
+        lengths = np.linalg.norm(seen.link_direction, axis=2)
+        np.testing.assert_allclose(lengths, 1.0, **near)
+        slips = np.linalg.norm(seen.slip_direction, axis=1)
+        np.testing.assert_allclose(slips, (seen.believed_phase != 0).astype(float), **near)
+
+
+class Late(Hold):
+    """Works until it raises."""
+
+    name = "late"
+
+    def command(self, seen, memory, out):
+        super().command(seen, memory, out)
+        if seen.tick == 5:
+            raise ValueError("no torque left")
+
+
+class Unbounded(Hold):
+    """Answers with a number that is not finite."""
+
+    name = "unbounded"
+
+    def command(self, seen, memory, out):
+        super().command(seen, memory, out)
+        if seen.tick == 3:
+            out.torque[1, 2] = np.inf
+
+
+@pytest.mark.parametrize(("law", "grip"), [(Pd, GRIP), (Reflex, 8.0)])
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+def test_grip_laws_from_what_is_shown_do_what_the_built_in_laws_do(law, grip, friction):
+    values = {"controller.grip_force": grip, "simulation.friction": friction}
+    built_in = {Pd: {}, Reflex: {"controller.kind": "grip-reflex", "controller.grip_rate": 50.0}}
+    own = simulate(of_law(law, **values))
+    built_in = simulate(with_values(BASE, {**values, **built_in[law]}))
+    assert (own.trace.phase != 0).any() == (law is Reflex)
+    assert own.outcome is built_in.outcome is Outcome.COMPLETED
+    np.testing.assert_allclose(own.ticks.commands, built_in.ticks.commands, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(
+        own.trace.object_pose[-1], built_in.trace.object_pose[-1], rtol=0.0, atol=1e-10
+    )
+
+
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+def test_what_is_shown_agrees_with_itself_in_stick_and_slip(friction):
+    slippery = {f"fingers.{i}.friction": 0.05 for i in range(3)}
+    result = simulate(of_law(Look, **slippery, **{"simulation.friction": friction}))
+    assert result.reason is None or result.reason.code != "law_failed", result.reason
+    assert (result.trace.phase != 0).any() and len(result.ticks) > 50
+
+
+def test_python_compiled_code_and_torques_from_outside_give_the_same_bits():
+    python, compiled = simulate(of_law(Hold)), simulate(of_law(CompiledHold))
+    assert python.trace.to_rows().tobytes() == compiled.trace.to_rows().tobytes()
+    stepped = Simulation(BASE)
+    for tick, command in zip(stepped.ticks(), python.ticks.commands, strict=True):
+        tick.torque = command.reshape(3, 3)
+    again = {c.name: c.values for c in columns_of(stepped.result().trace)}
+    columns = {c.name: c.values for c in columns_of(python.trace)}
+    assert columns.pop("law_asked")[-1] == len(python.ticks)
+    assert columns.keys() == again.keys()
+    for name, values in columns.items():
+        assert values.tobytes() == again[name].tobytes(), name
+
+
+def test_its_parameters_act_and_change_during_a_run():
+    change = {"changes.0.time": 0.1, "changes.0.parameter": "controller.parameters.damping"}
+    plain = simulate(of_law(Hold))
+    damped = simulate(of_law(Hold, **change, **{"changes.0.value": 1.0}))
+    early = plain.trace.times < 0.1
+    np.testing.assert_array_equal(
+        plain.trace.joint_torque[early], damped.trace.joint_torque[damped.trace.times < 0.1]
+    )
+    assert np.abs(plain.ticks.commands[150] - damped.ticks.commands[150]).max() > 1e-6
+
+
+def test_its_run_is_made_again_bit_for_bit_without_it(tmp_path):
+    result = simulate(
+        of_law(Hold, **{"controller.latency": 0.0015, "sensing.position_noise": 1e-5})
+    )
+    write_recording(result, tmp_path / "run.mcap")
+    forget("hold")
+    read = open_recording(tmp_path / "run.mcap")
+    assert read.provenance.law == result.provenance.law
+    found = verify(read)
+    assert (found.same, found.bit_for_bit, found.replayed) == (True, True, True)
+    register_law(Hold)
+    assert verify(read, with_law=True).same
+
+
+@pytest.mark.parametrize(
+    ("law", "end", "words"),
+    [(Late, 0.005, "ValueError: no torque left"), (Unbounded, 0.003, "out.torque is not finite")],
+)
+def test_a_law_that_fails_ends_its_run_with_a_reason(law, end, words):
+    result = simulate(of_law(law))
+    assert (result.outcome, result.reason.code) == (Outcome.FAILED, "law_failed")
+    assert result.end_time == end and words in result.reason.message
