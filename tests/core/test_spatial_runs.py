@@ -22,6 +22,8 @@ from slipgrasp.core.scenario.loading import (
     with_values,
 )
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.references.spatial_plant import State, cone_phase
+from tests.references.spatial_scenarios import world_of
 
 TIMES = (0.05, 0.2, 0.5, 2.0, 6.9)
 # Slip ends [ms], paths [mm], final slips [mm] and errors along z [mm], as two prototypes printed
@@ -370,6 +372,29 @@ def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
     assert np.abs(margin[slips]).max() < 1e-9 * (1.0 + cone.max())
     # Before the first selection stick is only assumed.
     assert margin[1:][~slips[1:]].min() > -1e-8
+
+
+@pytest.mark.parametrize("name", ["spatial-prism", "spatial-composite", "spatial-box"])
+def test_the_conditions_of_the_inertia_are_those_of_eq_18_as_printed(name):
+    scenario = with_values(load_scenario(name), {"simulation.duration": 0.3})
+    trace, world, n = simulate(scenario).trace, world_of(scenario), len(scenario.fingers)
+    slips = trace.phase != ContactPhase.STICK
+    speeds = np.linalg.norm(trace.slip_velocity.reshape(*slips.shape, 2), axis=2)
+    # A slip that has just begun may still have the direction of its onset.
+    rows = np.flatnonzero((~slips | (speeds > 1e-6)).all(axis=1))[::7]
+    assert slips[rows].any() and not slips[rows].all()
+    for row in rows:
+        velocity = trace.slip_velocity[row].reshape(n, 2)
+        told = [velocity[i] / speeds[row, i] if slips[row, i] else None for i in range(n)]
+        pose, motion = trace.object_pose[row], trace.object_velocity[row]
+        state = State(pose[:3], pose[3:], motion, trace.slip[row].reshape(n, 2), velocity)
+        kin, phase = world.hand.kinematics(state), cone_phase(told)
+        for parameters, signal in (
+            (world.truth, trace.inertia_condition),
+            (world.unknowns.fill(trace.estimates[row]), trace.estimated_inertia_condition),
+        ):
+            M = world.hand.reduced_form(kin, parameters, phase, motion[3:]).M
+            assert_allclose(signal[row], np.linalg.cond(M, 1), rtol=1e-9)
 
 
 def test_a_summary_without_trace_is_that_of_the_run():

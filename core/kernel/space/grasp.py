@@ -27,11 +27,17 @@ from slipgrasp.core.kernel.space.grasp_limits import (
     slope_of_limit,
     tangential,
 )
-from slipgrasp.core.kernel.space.linear import factor_dense, make_rows_orthogonal, solve_dense
+from slipgrasp.core.kernel.space.linear import (
+    factor_dense,
+    make_rows_orthogonal,
+    make_rows_orthonormal,
+    solve_dense,
+)
 from slipgrasp.core.kernel.space.workspace import GRASP, MAX_FORCES
 
 RANK_SHARE = 1e-9
-NEWTON_STEPS, NEWTON_ERROR = 30, 1e-13
+NEWTON_STEPS = 30
+SHORT = 1e-8  # share of the forces: behind a shorter step of Newton's method its square is left
 MAX_CHANGES = 40
 WEAK, DAMPING = 0.1, 0.1  # sigma_0 and delta_0, moments over the mean arm
 
@@ -43,7 +49,9 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
     Free is what G does not see and, where the law softens, what weak rows see.
     """
     size, rows = 3 * n, grasp.rows
-    make_rows_orthogonal(rows, num_rows, size)
+    plain = grasp.softens == 0 and make_rows_orthonormal(rows, num_rows, size, grasp.matrix)
+    if not plain:
+        make_rows_orthogonal(rows, num_rows, size)
     largest = 0.0
     for p in range(num_rows):
         total = 0.0
@@ -80,12 +88,12 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
         for k in range(size):
             basis[k] = 0.0
         basis[best] = 1.0
-        for _ in range(2):
-            for p in range(num_rows):
-                if grasp.right[p] > square(RANK_SHARE) * largest:
-                    _remove(basis, rows[p], size)
-            for earlier in range(soft, j):
-                _remove(basis, grasp.basis[earlier], size)
+        # Once is enough: of the freest unit vector at least 1 / 3n of its square is left.
+        for p in range(num_rows):
+            if grasp.right[p] > square(RANK_SHARE) * largest:
+                _remove(basis, rows[p], size)
+        for earlier in range(soft, j):
+            _remove(basis, grasp.basis[earlier], size)
         total = 0.0
         for k in range(size):
             total += basis[k] * basis[k]
@@ -166,7 +174,7 @@ def spatial_follow(grasp: Record, n: int) -> int:
                 row += 1
         if not moved < 1e12:
             return 0
-        if moved <= NEWTON_ERROR * (1.0 + scale):
+        if moved <= SHORT * (1.0 + scale):
             set_force(grasp, n)
             return 1
     return 0

@@ -22,7 +22,7 @@ from slipgrasp.core.kernel.space.law import (
     true_value,
     update_errors,
 )
-from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
+from slipgrasp.core.kernel.space.linear import invert_dense
 from slipgrasp.core.kernel.space.model import MAX_COORDINATES, MODEL
 from slipgrasp.core.kernel.space.plant import assemble
 from slipgrasp.core.kernel.space.state import (
@@ -84,8 +84,6 @@ ROW = np.dtype(
         ("vectors", np.float64, (MAX_FORCES, MAX_ROWS)),  # columns of B~ J_c^T
         ("matrix", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),
         ("order", np.int64, (MAX_COORDINATES,)),
-        ("right", np.float64, (MAX_COORDINATES,)),
-        ("solution", np.float64, (MAX_COORDINATES,)),
     ],
     align=True,
 )
@@ -222,24 +220,24 @@ def _finite(value: float) -> float:
 
 @compiled
 def _condition(model: Record, row: Record) -> float:
-    """Condition in the 1-norm of ``row.matrix``, which is factored in its place."""
-    size, largest, inverse = 6 + 2 * model.num_fingers, 0.0, 0.0
-    for b in range(size):
-        total = 0.0
-        for a in range(size):
-            total += abs(row.matrix[a, b])
-        largest = max(largest, total)
-    if not abs(factor_dense(row.matrix, size, row.order)) > 0.0:
+    """Condition in the 1-norm of ``row.matrix``, which is inverted in its place."""
+    size = 6 + 2 * model.num_fingers
+    largest = _one_norm(row.matrix, size)
+    if not invert_dense(row.matrix, size, row.order):
         return LARGEST
+    return _finite(largest * _one_norm(row.matrix, size))
+
+
+@compiled
+def _one_norm(matrix: Floats, size: int) -> float:
+    """The largest sum of a column."""
+    largest = 0.0
     for b in range(size):
-        for a in range(size):
-            row.right[a] = 1.0 if a == b else 0.0
-        solve_dense(row.matrix, size, row.order, row.right, row.solution)
         total = 0.0
         for a in range(size):
-            total += abs(row.solution[a])
-        inverse = max(inverse, total)
-    return _finite(largest * inverse)
+            total += abs(matrix[a, b])
+        largest = max(largest, total)
+    return largest
 
 
 @compiled

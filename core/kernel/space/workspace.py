@@ -46,7 +46,6 @@ LAW_ROOM = np.dtype(
         ("slips", np.float64, (MAX_FINGERS, 2)),  # believed
         ("gamma", np.float64, (MAX_FINGERS, 2)),  # believed directions
         ("own_force", np.float64, (MAX_FINGERS, 3)),  # f^ of the demand, world axes
-        ("contact_force", np.float64, (MAX_FORCES,)),  # F^ that the torque asks for
         ("weights", np.float64, (MAX_COORDINATES,)),  # E^T P xi
         ("weighted", np.float64, (MAX_COORDINATES,)),  # r of Eq. 46
         ("bias", np.float64, (6,)),  # h_o, and what a vector takes meanwhile
