@@ -252,6 +252,7 @@ def solve_plant(model: Record, state: Record, work: Record) -> None:
     solve_dense(system.sigma, 6, system.order, right, work.acceleration)
     for i in range(n):
         _solve_contact(kin, dynamics, system, i, work)
+        _put_on_cone(system, model.truth.friction[i], i, work)
 
 
 @compiled
@@ -295,6 +296,14 @@ def _solve_contact(kin: Record, dynamics: Record, system: Record, i: int, work: 
         fz - first * moved[0, 2] - second * moved[1, 2],
     )
     work.forces[i, 0], work.forces[i, 1], work.forces[i, 2] = x, y, z
+
+
+@compiled
+def _put_on_cone(system: Record, friction: float, i: int, work: Record) -> None:
+    """F_k = -gamma_k mu F_n where contact ``i`` slips: to rounding, however straight its finger."""
+    for k in range(2):
+        if system.inverse[i, k, k] != 0.0:
+            work.forces[i, k] = -friction * work.gamma[i, k] * work.forces[i, 2]
 
 
 @compiled
