@@ -22,8 +22,9 @@ SEED = 3
 # Slips that begin or turn slowly, that end near their onset, contacts with hardly any force; steps
 # of another order than the one before.
 ONCE_WRONG = (8, 39, 141, 186, 203, 235, 248, 287, 1502, 1518)
-# Contacts that need not open where others give their static friction up.
-ONCE_OPENED = (706, 2871, 3353)
+# As they are drawn now: contacts that need not open where others give their static friction up, a
+# finger that ends straight, and slips that creep.
+ONCE_WRONG_SINCE = (706, 2871, 3353, 1354, 1680, 4626)
 
 
 @pytest.fixture(scope="module", params=["spatial-prism", "spatial-pyramid"])
@@ -48,9 +49,10 @@ def test_hands_in_space_that_ended_falsely_once_end_truly(index):
     assert not judge_in_space(draw_hand_in_space(f"14 {index}", AtEnds, whole=False)).missed
 
 
-@pytest.mark.parametrize("index", ONCE_OPENED)
-def test_a_contact_opens_only_where_no_choice_of_frictions_keeps_it_closed(index):
-    assert not judge_in_space(draw(IN_SPACE, 14, index)).missed
+@pytest.mark.parametrize("index", ONCE_WRONG_SINCE)
+def test_hands_in_space_that_ended_falsely_since_end_truly(index):
+    judgement = judge_in_space(draw(IN_SPACE, 14, index))
+    assert not judgement.missed and judgement.outcome != "limit"
 
 
 def test_draws_have_both_frictions_and_all_numbers_of_fingers():

@@ -26,6 +26,7 @@ from slipgrasp.core.kernel.model import (
 )
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
 from slipgrasp.core.kernel.space.motion import MOTION, pack_motion
+from slipgrasp.core.kernel.space.rosenbrock import ROS34PW2
 from slipgrasp.core.kernel.space.state import count_states
 from slipgrasp.core.scenario import LAW_FACTS, MAX_UNKNOWNS
 from slipgrasp.core.scenario.own_laws import law_of
@@ -132,6 +133,8 @@ LAW = np.dtype(
     align=True,
 )
 
+IMPLICIT = 3  # rank of the method for slips that creep
+
 # Everything constant over one stretch of a run.
 MODEL = np.dtype(
     [
@@ -151,7 +154,7 @@ MODEL = np.dtype(
         ("actuators", ACTUATORS),
         ("numerics", NUMERICS),
         ("num_methods", np.int64),
-        ("methods", METHOD, (3,)),  # in rising order
+        ("methods", METHOD, (IMPLICIT + 1,)),  # in rising order, then the implicit one
     ],
     align=True,
 )
@@ -381,5 +384,5 @@ def _pack_numerics(scenario: SpatialScenario, model: Record) -> None:
         numerics[name] = getattr(simulation, name)
     methods = (BS32, RK43, DOPRI5)
     model.num_methods = len(methods)
-    for rank, method in enumerate(methods):
+    for rank, method in enumerate((*methods, ROS34PW2)):
         model["methods"][rank] = method

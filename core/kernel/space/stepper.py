@@ -1,8 +1,9 @@
-"""One step of an explicit Runge-Kutta method in space, its error and its largest size.
+"""One step in space, its error and its largest size.
 
 The direction of a slow slip is stiff: it relaxes at the rate mu F_n / (m |s'|), and a step that
 passed |s'| = 0 would never know. So no step is longer than a share of the time in which a slip
-would stop, and slip velocities have a tolerance of their own.
+would stop, and slip velocities have a tolerance of their own. The steps of an explicit method
+follow a slip that stops; for one that creeps they would be too many.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.flow import flow, slip_speed
-from slipgrasp.core.kernel.space.model import MODEL
-from slipgrasp.core.kernel.space.selection import normalise
+from slipgrasp.core.kernel.space.implicit import STIFFNESS, implicit_step, set_stage
+from slipgrasp.core.kernel.space.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.space.state import MAX_STATE, STATE, slip_velocity_at
 from slipgrasp.core.kernel.space.ways import axes_of, way_of, way_speed
 from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
@@ -26,6 +27,7 @@ STOP_SHARE = 0.6  # of the time in which a slip would stop
 SHORT_STEP, LONG_STEP = 1e-6, 2e-5  # while a slip has just begun [s]
 BRISK = 0.1  # [m/s^2]
 FASTEST_KEPT = 1e-7  # up to which a slip may keep the direction in which it began [m/s]
+CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed outlasts so many
 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
@@ -37,6 +39,7 @@ STEP = np.dtype(
         ("slopes", STATE, (MAX_SLOPES,)),
         ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
         ("prepared", np.int64),  # 1 where the terms are those of this step
+        ("stiffness", STIFFNESS),  # at the start of an implicit step
     ],
     align=True,
 )
@@ -45,17 +48,12 @@ STEP = np.dtype(
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, STEP, WORKSPACE)
 def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
     """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
-    method, size = model.methods[step.rank], model.num_states
-    step.prepared, step.last = 0, method.last
-    for row in range(1, method.last + 1):
-        for j in range(size):
-            step.end.x[j] = step.start.x[j]
-        for k in range(row):
-            weight = h * method.matrix[row, k]
-            if weight != 0.0:
-                for j in range(size):
-                    step.end.x[j] += weight * step.slopes[k].x[j]
-        normalise(step.end)
+    step.prepared, step.last = 0, model.methods[step.rank].last
+    if step.rank == IMPLICIT:
+        implicit_step(model, discrete, h, step, work)
+        return
+    for row in range(1, step.last + 1):
+        set_stage(model, h, row, step)
         flow(model, discrete, step.end, step.slopes[row], work)
 
 
@@ -109,6 +107,23 @@ def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: i
     until_stop = STOP_SHARE * speeds / -powers
     # The sign of a slip in the pyramid tells that it has ended: the last step may pass that.
     return until_stop if model.ways == 1 else max(until_stop, SHORT_STEP)
+
+
+@compiled
+def creeps(model: Record, discrete: Record, step: Record, h: float) -> bool:
+    """Whether a step of size ``h`` is short for the direction of a slip, not for its speed."""
+    n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
+    if model.ways == 2 or not h < CREEP_STEP:
+        return False
+    slowest, power = np.inf, 0.0
+    for i in range(n):
+        if discrete.slips[i, 0] == 0.0:
+            continue
+        first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
+        squared = x[first] * x[first] + x[second] * x[second]
+        if discrete.frozen[i, 0] == 0 and squared < slowest:
+            slowest, power = squared, x[first] * slope[first] + x[second] * slope[second]
+    return slowest < np.inf and slowest > CREEP_STEPS * h * abs(power)
 
 
 @compiled

@@ -9,10 +9,12 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import root, square
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.guards import keep_first, spatial_least
-from slipgrasp.core.kernel.space.model import MODEL
+from slipgrasp.core.kernel.space.implicit import find_stiffness
+from slipgrasp.core.kernel.space.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.space.run import PROGRESS
 from slipgrasp.core.kernel.space.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.space.stepper import (
+    creeps,
     longest_step,
     loses_direction,
     spatial_error,
@@ -21,6 +23,8 @@ from slipgrasp.core.kernel.space.stepper import (
 from slipgrasp.core.kernel.space.workspace import STICK
 
 LEAST_STEP = 1e-14
+STIFF = 1.0  # steps times the rate of a slip that creeps, from which on they are implicit
+CAUTION = 30.0  # with the error of these, which is not much smaller than its estimate
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
 CLOSEST_HALVINGS = 20  # of the step in which a fingertip passes the middle of a patch
@@ -32,26 +36,42 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
     step, discrete, rest = run.step, run.discrete, until - run.now
     sticks = _all_stick(model, run)
     h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
-    if not sticks:
-        step.rank = model.num_methods - 1
+    largest = model.num_methods - 1
+    _choose_method(model, run, h, sticks)
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
         spatial_step(model, discrete, size, step, run.work)
         run.steps += 1
         error = spatial_error(model, size, step)
+        if step.rank == IMPLICIT:
+            error *= CAUTION
         if error <= 1.0 and loses_direction(model, discrete, step):
             error = 16.0
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
             return size
-        if sticks and step.rank + 1 < model.num_methods:
+        if sticks and step.rank < largest:
             run.quiet_steps = 0
             step.rank += 1
             continue
         shrink = max(0.2, 0.9 / root(error, 2)) if error < np.inf else 0.1
         h = size * shrink
+        if step.rank == IMPLICIT and h * step.stiffness.rate < STIFF:
+            step.rank = largest
         if h < LEAST_STEP * max(1.0, run.now) and h < rest:
             return 0.0
+
+
+@compiled
+def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
+    """In stick the last explicit one, in slip the largest, where that creeps the implicit one."""
+    step, largest = run.step, model.num_methods - 1
+    crept = step.rank == IMPLICIT
+    step.rank = min(step.rank, largest) if sticks else largest
+    if not sticks and (crept or creeps(model, run.discrete, step, h)):
+        find_stiffness(model, run.discrete, step, run.work)
+        if h * step.stiffness.rate > STIFF:
+            step.rank = IMPLICIT
 
 
 @compiled
