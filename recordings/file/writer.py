@@ -221,7 +221,7 @@ class RecordingWriter:
         self._container.add_attachment(PARAMETERS_ATTACHMENT, "application/json", parameters)
         self._documents = documents_hash(start, scenario)
         display: tuple[DisplayLayout, ...] = ()
-        if self._display_rate > 0.0 and not self._scenario.in_space:
+        if self._display_rate > 0.0:
             display = display_layouts(self._scenario, len(OWN_TOPICS) + 1)
         clock = FrameClock(self._display_rate)
         self._chunks = ChunkWriter(self._container, self._shape, self._documents, display, clock)

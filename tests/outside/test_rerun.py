@@ -166,3 +166,25 @@ def test_the_scene_arrives_in_rerun_with_all_its_entities(converted, run):
     ids = {entity["id"] for message in messages for entity in message["entities"]}
     links = {f"finger_{i}/{part}" for i in (0, 1) for part in ("mount", "link_0", "link_1")}
     assert ids == {"object", "desired", "contact_0", "contact_1", *links}
+
+
+def test_rerun_finds_no_fault_with_a_hand_in_space_and_draws_its_frames(rerun, tmp_path):
+    from rerun.chunk import RrdReader
+
+    result = simulate(with_values(load_scenario("spatial-prism"), {"simulation.duration": 0.2}))
+    path, target = tmp_path / "run.mcap", tmp_path / "run.rrd"
+    write_recording(result, path)
+    report = rerun("mcap", "check", "--full", path)
+    lines = [line.split() for line in report.splitlines() if " /" in line]
+    assert len(lines) == 10 and all(line[0] == "ok" and line[-1] == "—" for line in lines)
+    rerun("mcap", "convert", path, "--output", target)
+    places = []
+    for chunk in RrdReader(target).stream():
+        if chunk.entity_path == "/tf" and not chunk.is_static:
+            table = chunk.to_record_batch().to_pydict()
+            for child, place in zip(
+                table["Transform3D:child_frame"], table["Transform3D:translation"], strict=True
+            ):
+                places += [place[0]] if child == ["object"] else []
+    expected = shown_rows(result).object_pose[:, :3].astype(np.float32)
+    np.testing.assert_array_equal(places, expected)

@@ -7,55 +7,40 @@ outlines float before the object, towards the eye of who looks at the plane from
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
-from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
-from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
-from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
-from google.protobuf.duration_pb2 import Duration
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import inner_radius, outline
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings import palette
+from slipgrasp.recordings.file.foxglove.shapes import (
+    LONGEST_ARROW,
+    ball,
+    colour,
+    finger,
+    phase_colour,
+    place,
+    scene_of,
+)
 from slipgrasp.recordings.file.foxglove.template import Blanks, Template
 from slipgrasp.recordings.file.foxglove.transforms import (
     DESIRED,
     OBJECT,
-    base_frame,
     contact_frame_name,
-    link_frame,
     turn,
 )
-
-_FOR_EVER = Duration()
-"""Until the entity is replaced."""
-
-_ALONG_X = Quaternion(y=math.sqrt(0.5), w=math.sqrt(0.5))
-"""Turns the z of a cylinder to x."""
-
-_PHASES = (ContactPhase.STICK, ContactPhase.SLIP_FORWARD, ContactPhase.SLIP_BACKWARD)
-_PHASE_COLOURS = np.array([palette.PHASES[phase] for phase in _PHASES]) / 255.0
-"""Indexed by phase; backward is -1 and so the last."""
-
-_TAPER = 0.7
-_LONGEST_ARROW = 100.0
-"""Longest arrow, as a multiple of the object's size: a run that diverges stays drawable."""
 
 
 def scene_template(scenario: Scenario) -> Template:
@@ -63,14 +48,11 @@ def scene_template(scenario: Scenario) -> Template:
     blanks = Blanks()
     sizes = sizes_of(scenario)
     entities = [_object(scenario, sizes), _desired(scenario, sizes)]
-    for i in range(len(scenario.fingers)):
-        entities += _finger(scenario, sizes, i)
+    below = place(0.0, -1.5 * sizes.link_radius)
+    for i, each in enumerate(scenario.fingers):
+        entities += finger(i, each.link_lengths, sizes.link_radius, sizes.tip_radius, below)
         entities.append(_contact(blanks, sizes, i))
-    for entity in entities:
-        entity.timestamp.CopyFrom(blanks.time())
-        entity.lifetime.CopyFrom(_FOR_EVER)
-        entity.frame_locked = True
-    return Template(SceneUpdate(entities=entities), blanks)
+    return scene_of(blanks, entities)
 
 
 def _object(scenario: Scenario, sizes: Sizes) -> SceneEntity:
@@ -86,7 +68,7 @@ def _object(scenario: Scenario, sizes: Sizes) -> SceneEntity:
 def _block(scenario: Scenario, sizes: Sizes) -> CubePrimitive:
     body = scenario.object
     size = Vector3(x=2.0 * body.half_width, y=2.0 * body.face_half_length, z=2.0 * sizes.half_depth)
-    return CubePrimitive(pose=_place(0.0, 0.0), size=size, color=_colour(palette.OBJECT))
+    return CubePrimitive(pose=place(0.0, 0.0), size=size, color=colour(palette.OBJECT))
 
 
 def _prism(scenario: Scenario, sizes: Sizes) -> TriangleListPrimitive:
@@ -101,7 +83,7 @@ def _prism(scenario: Scenario, sizes: Sizes) -> TriangleListPrimitive:
         following = (k + 1) % count
         indices += [k, following, count + following, k, count + following, count + k]
     return TriangleListPrimitive(
-        pose=_place(0.0, 0.0), points=points, color=_colour(palette.OBJECT), indices=indices
+        pose=place(0.0, 0.0), points=points, color=colour(palette.OBJECT), indices=indices
     )
 
 
@@ -114,46 +96,10 @@ def _outline(scenario: Scenario, sizes: Sizes, depth: float, rgb: palette.Rgb) -
     corners = outline(scenario.object).tolist()
     return LinePrimitive(
         type=LinePrimitive.LINE_LOOP,
-        pose=_place(0.0, 0.0),
+        pose=place(0.0, 0.0),
         thickness=sizes.thickness,
         points=[Point3(x=px, y=py, z=depth) for px, py in corners],
-        color=_colour(rgb),
-    )
-
-
-def _finger(scenario: Scenario, sizes: Sizes, index: int) -> Iterator[SceneEntity]:
-    """The mount, and every link with the joint that it turns about; the last ends at the tip."""
-    radius = sizes.link_radius
-    mount = CubePrimitive(
-        pose=_place(0.0, -1.5 * radius),
-        size=Vector3(x=4.0 * radius, y=2.0 * radius, z=2.0 * radius),
-        color=_colour(palette.MOUNT),
-    )
-    yield SceneEntity(id=f"finger_{index}/mount", frame_id=base_frame(index), cubes=[mount])
-    lengths = scenario.fingers[index].link_lengths
-    for k, length in enumerate(lengths):
-        end, reach = _TAPER * radius, length
-        if k == len(lengths) - 1:
-            end = min(end, sizes.tip_radius)
-            reach = max(length - sizes.tip_radius, 0.5 * length)
-        joint = _ball(_place(0.0, 0.0), 1.1 * radius, _colour(palette.JOINT))
-        yield SceneEntity(
-            id=f"finger_{index}/link_{k}",
-            frame_id=link_frame(index, k),
-            cylinders=[_bar(reach, radius, end)],
-            spheres=[joint],
-        )
-        radius = end
-
-
-def _bar(reach: float, radius: float, end_radius: float) -> CylinderPrimitive:
-    """A round bar along x that tapers."""
-    return CylinderPrimitive(
-        pose=Pose(position=Vector3(x=0.5 * reach), orientation=_ALONG_X),
-        size=Vector3(x=2.0 * radius, y=2.0 * radius, z=reach),
-        bottom_scale=1.0,
-        top_scale=end_radius / radius,
-        color=_colour(palette.LINK),
+        color=colour(rgb),
     )
 
 
@@ -163,12 +109,12 @@ def _contact(blanks: Blanks, sizes: Sizes, index: int) -> SceneEntity:
     def phase(samples: Trace) -> NDArray[np.int8]:
         return samples.phase[:, index]
 
-    tip = _ball(_place(0.0, -sizes.tip_radius), sizes.tip_radius, _phase_colour(blanks, phase))
+    tip = ball(place(0.0, -sizes.tip_radius), sizes.tip_radius, phase_colour(blanks, phase))
     return SceneEntity(
         id=f"contact_{index}",
         frame_id=contact_frame_name(index),
         spheres=[tip],
-        arrows=[_force(blanks, sizes, index, _phase_colour(blanks, phase))],
+        arrows=[_force(blanks, sizes, index, phase_colour(blanks, phase))],
         lines=[_cone(blanks, sizes, index), _trail(blanks, sizes, index)],
     )
 
@@ -176,7 +122,7 @@ def _contact(blanks: Blanks, sizes: Sizes, index: int) -> SceneEntity:
 def _force(blanks: Blanks, sizes: Sizes, index: int, colour: Color) -> ArrowPrimitive:
     """The force of the fingertip on the object, (F_x, F_n) in this frame."""
     head = 0.3 * sizes.mark
-    longest = _LONGEST_ARROW * sizes.mark
+    longest = LONGEST_ARROW * sizes.mark
 
     def angle(samples: Trace) -> NDArray[np.float64]:
         return np.arctan2(samples.normal_force[:, index], samples.tangential_force[:, index])
@@ -211,10 +157,10 @@ def _cone(blanks: Blanks, sizes: Sizes, index: int) -> LinePrimitive:
     )
     return LinePrimitive(
         type=LinePrimitive.LINE_STRIP,
-        pose=_place(0.0, 0.0),
+        pose=place(0.0, 0.0),
         thickness=sizes.thickness,
         points=[left, Point3(z=sizes.front), right],
-        color=_colour(palette.CONE),
+        color=colour(palette.CONE),
     )
 
 
@@ -227,32 +173,11 @@ def _trail(blanks: Blanks, sizes: Sizes, index: int) -> LinePrimitive:
     touched = Point3(x=blanks.number(lambda samples: samples.slip[:, index]), z=sizes.front)
     return LinePrimitive(
         type=LinePrimitive.LINE_STRIP,
-        pose=_place(0.0, 0.0),
+        pose=place(0.0, 0.0),
         thickness=2.0 * sizes.thickness,
         points=[touched, Point3(z=sizes.front)],
-        color=_phase_colour(blanks, direction),
+        color=phase_colour(blanks, direction),
     )
-
-
-def _ball(pose: Pose, radius: float, colour: Color) -> SpherePrimitive:
-    size = Vector3(x=2.0 * radius, y=2.0 * radius, z=2.0 * radius)
-    return SpherePrimitive(pose=pose, size=size, color=colour)
-
-
-def _place(x: float, y: float) -> Pose:
-    return Pose(position=Vector3(x=x, y=y), orientation=Quaternion(w=1.0))
-
-
-def _colour(rgb: palette.Rgb) -> Color:
-    red, green, blue = (channel / 255.0 for channel in rgb)
-    return Color(r=red, g=green, b=blue, a=1.0)
-
-
-def _phase_colour(blanks: Blanks, phase: Callable[[Trace], NDArray[np.int8]]) -> Color:
-    red, green, blue = (
-        blanks.number(lambda samples, k=k: _PHASE_COLOURS[phase(samples), k]) for k in range(3)
-    )
-    return Color(r=red, g=green, b=blue, a=1.0)
 
 
 _LINK_RADIUS = 0.05

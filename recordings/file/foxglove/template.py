@@ -33,6 +33,20 @@ _ALWAYS = Timestamp(seconds=(1 << 14) - 1, nanos=(1 << 31) - 1)
 """The placeholder of all times: the largest numbers of 2 and 5 bytes that its fields can hold."""
 
 
+def once(column: Column) -> Column:
+    """A column of which several numbers are parts, evaluated once for the same samples."""
+    seen: Trace | None = None
+    found = np.empty(0)
+
+    def evaluate(samples: Trace) -> NDArray[np.float64]:
+        nonlocal seen, found
+        if samples is not seen:
+            seen, found = samples, column(samples)
+        return found
+
+    return evaluate
+
+
 class Blanks:
     """Hands out placeholders for an example and remembers what belongs there."""
 
