@@ -291,6 +291,57 @@ def test_joints_that_rub_in_a_plane_do_what_those_of_the_planar_hand_do():
     assert np.abs(spatial.trace.energy_residual).max() < 5e-10 * stops  # left of each slip
 
 
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+@pytest.mark.parametrize(("unknown", "latency"), [(False, 0.002), (True, 0.0035)])
+def test_two_fingers_in_a_plane_foresee_what_the_planar_hand_does(unknown, latency, friction):
+    values = {
+        "controller.latency": latency,
+        "controller.prediction": True,
+        "simulation.duration": 0.5,
+    }
+    scenario = with_values(planar_limit(unknown), {**values, "simulation.friction": friction})
+    in_plane = {**values, "controller.control_period": 0.001}
+    preset = load_scenario("paper-case-2" if unknown else "paper-case-1")
+    spatial, planar = simulate(scenario), simulate(with_values(preset, in_plane))
+    assert spatial.outcome is planar.outcome is Outcome.COMPLETED
+    assert_allclose(slip_ends(spatial), slip_ends(planar), rtol=1e-7)
+    assert_allclose(spatial.metrics.slip_path, planar.metrics.slip_path, rtol=1e-6)
+    measured = simulate(with_values(scenario, {"controller.prediction": False}))
+    assert np.abs(np.subtract(measured.metrics.slip_path, spatial.metrics.slip_path)).max() > 1e-6
+
+
+def test_what_is_foreseen_comes_true_up_to_the_kinematics_that_are_kept():
+    """Frozen kinematics err with the distance travelled, so the errors fall with the latency."""
+    values = {
+        "controller.prediction": True,
+        "controller.grip_safety": 2.0,
+        "trajectory.kind": "rotation",
+        "trajectory.angle": [0.2, -0.1, 0.3],
+        "simulation.output_rate": 1000.0,
+    }
+    moving, errors = with_values(KNOWING, values), []
+    for latency in (0.02, 0.01, 0.005):
+        scenario = with_values(moving, {"controller.latency": latency})
+        simulation = Simulation(with_values(scenario, {"simulation.duration": 0.4}))
+        while not simulation.finished:
+            simulation.advance()
+        last = simulation.result()
+        assert last.metrics.slip_path == (0.0, 0.0, 0.0)
+        true = simulate(with_values(scenario, {"simulation.duration": 0.5})).trace
+        row = row_at(true, last.ticks.times[-1] + latency)
+        expected = simulation._run.prediction.state.x
+        turned, ahead = (
+            Rotation.from_quat(q, scalar_first=True)
+            for q in (true.object_pose[row, 3:], expected[3:7])
+        )
+        found = np.concatenate([expected[:3], expected[7:13]])
+        come = np.concatenate([true.object_pose[row, :3], true.object_velocity[row]])
+        errors.append([*(found - come), *(ahead * turned.inv()).as_rotvec()])
+    sizes = np.linalg.norm(errors, axis=1)
+    assert sizes[-1] < 5e-3
+    assert (sizes[1:] < sizes[:-1] / 3.5).all()
+
+
 def test_under_pd_control_a_believed_mass_too_small_leaves_the_object_too_low():
     """g dm / (m K_p) at rest, with the weights of the links known."""
     scenario = with_values(

@@ -117,7 +117,7 @@ def test_the_start_attitude_turns_the_contacts():
         ("trajectory.start.3", 0.5, "trajectory.start.3", "a rotation has length 1"),
         ("fingers.2.face", "side-5", "fingers.2.face", "side-0, side-1, side-2, top, bottom"),
         ("fingers.1.contact_offset.0", 0.16, "fingers.1.contact_offset", "0.01 m beyond the edge"),
-        ("controller.prediction", True, "controller.prediction", "not computed for hands in space"),
+        ("controller.link_length_ratio", 1.1, "controller.link_length_ratio", "not computed for"),
         ("controller.control_period", 0.0, "controller.control_period", "continuous control"),
         ("sensing.force_noise", 0.1, "sensing.force_noise", "not computed for hands in space yet"),
         ("controller.velocity_gain", [1.0, 2.0], "controller.velocity_gain", "one number, or 12"),

@@ -122,6 +122,7 @@ LAW = np.dtype(
         ("estimate_norm_bound", np.float64),  # phi_0
         ("slip_stop", np.float64),  # K_f [m/s^2]
         ("probing", np.float64),  # [1/s]
+        ("predicts", np.bool_),  # commands for the state when the torque acts
         ("latency", np.float64),  # [s]
         ("forgetting", np.float64),  # per control period
         ("force_variance", np.float64),  # [N^2]
@@ -297,6 +298,7 @@ def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     most = controller.maximum_normal_force
     law.maximum_normal_force = np.inf if most is None else most
     law.grip_force, law.grip_rate = controller.grip_force, controller.grip_rate
+    law.predicts = controller.prediction > 0.0 and controller.latency > 0.0
     law.estimate_norm_bound = controller.estimate_norm_bound
     law.latency = controller.latency
     _pack_learning(controller, model)

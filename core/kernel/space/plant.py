@@ -224,11 +224,27 @@ def to_world(
 @compiled
 def solve_plant(model: Record, state: Record, work: Record) -> None:
     """Accelerations and contact forces under the tip forces u in ``work.tip_forces`` (Eq. 17)."""
-    n, kin, dynamics, system = model.num_fingers, work.kin, work.dynamics, work.system
-    right = system.right
-    object_bias(state, system, model.truth, model.hand.gravity, work.column)
+    system = work.system
+    solve_motion(model, state, work, work.dynamics, system, model.truth, model.load)
+    for i in range(model.num_fingers):
+        _put_on_cone(system, model.truth.friction[i], i, work)
+
+
+@compiled
+def solve_motion(
+    model: Record,
+    state: Record,
+    work: Record,
+    dynamics: Record,
+    system: Record,
+    masses: Record,
+    load: Floats,
+) -> None:
+    """The same for fingers, equations and masses as they are, or as they are believed to be."""
+    n, kin, right = model.num_fingers, work.kin, system.right
+    object_bias(state, system, masses, model.hand.gravity, work.column)
     for k in range(6):
-        right[k] = model.load[k] - work.column[k]
+        right[k] = load[k] - work.column[k]
     for i in range(n):
         bx, by, bz = multiply(dynamics.inertia[i], kin.bias[i, 0], kin.bias[i, 1], kin.bias[i, 2])
         gx = work.tip_forces[i, 0] - dynamics.bias[i, 0] - bx
@@ -252,7 +268,6 @@ def solve_plant(model: Record, state: Record, work: Record) -> None:
     solve_dense(system.sigma, 6, system.order, right, work.acceleration)
     for i in range(n):
         _solve_contact(kin, dynamics, system, i, work)
-        _put_on_cone(system, model.truth.friction[i], i, work)
 
 
 @compiled

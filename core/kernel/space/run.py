@@ -25,6 +25,7 @@ from slipgrasp.core.kernel.space.guards import GUARDS
 from slipgrasp.core.kernel.space.learning import MEMORY
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.own_law import OWN_LAW
+from slipgrasp.core.kernel.space.prediction import PREDICTION
 from slipgrasp.core.kernel.space.rows import (
     MAX_COLUMNS,
     ROW,
@@ -60,6 +61,7 @@ PROGRESS = np.dtype(
         ("senses", SENSES),
         ("memory", MEMORY),
         ("own", OWN_LAW),
+        ("prediction", PREDICTION),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
         ("quiet_steps", np.int64),  # in a row, far within tolerance

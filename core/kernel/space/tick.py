@@ -26,6 +26,7 @@ from slipgrasp.core.kernel.space.kinematics import torques_to_forces
 from slipgrasp.core.kernel.space.learning import spatial_learn
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.own_law import is_answer_finite, look
+from slipgrasp.core.kernel.space.prediction import add_up_impulses, spatial_predict
 from slipgrasp.core.kernel.space.run import (
     OUTLET,
     PROGRESS,
@@ -77,6 +78,8 @@ def _learn(model: Record, run: Record) -> None:
         measure_acceleration(model, senses, discrete, work)
         spatial_believe(model, discrete, run.now, senses, work)
         _take_measured(model, senses, work)
+    elif model.law.predicts:
+        spatial_believe(model, discrete, run.now, senses, work)
     spatial_learn(model, discrete, senses.measured, work, memory)
     # Differences of the velocity say nothing before there are two of them.
     informed = sensors.true_accelerations == 1 or senses.num_filtered > 1
@@ -190,11 +193,37 @@ def _evaluate_law(model: Record, run: Record) -> int:
     grasp = run.work.grasp
     if spatial_command(model, run.discrete, run.now, run.senses, run.work) == 0:
         return MODEL_SINGULAR
+    if model.law.predicts and run.acting == 1 and _command_ahead(model, run) == 0:
+        return MODEL_SINGULAR
     if grasp.rank < 6:
         warn(run, FREE_ROTATION)
     if grasp.soft > 0:
         warn(run, SOFTENED)
     return RUNNING
+
+
+@compiled
+def _command_ahead(model: Record, run: Record) -> int:
+    """Commands for the state that is expected when the torque acts."""
+    discrete, senses, ahead, now = run.discrete, run.senses, run.prediction, run.discrete.piece
+    then = run.now + model.law.latency
+    add_up_impulses(model, run)
+    spatial_predict(model, senses, run.work, ahead)
+    while then > model.motion.breaks[discrete.piece]:
+        discrete.piece += 1
+    _swap(model, senses.measured, ahead.state)
+    answered = spatial_command(model, discrete, then, senses, run.work)
+    _swap(model, senses.measured, ahead.state)
+    discrete.piece = now
+    return answered
+
+
+@compiled
+def _swap(model: Record, state: Record, other: Record) -> None:
+    for k in range(model.num_states):
+        value = state.x[k]
+        state.x[k] = other.x[k]
+        other.x[k] = value
 
 
 @compiled

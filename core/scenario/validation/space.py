@@ -146,10 +146,9 @@ def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, st
     if controller.control_period == 0.0:
         way_out = "set it to the time between control updates, for example 0.001 s"
         yield "controller.control_period", "0 s (continuous control)", way_out
-    for name in ("prediction", "link_length_ratio"):
-        value, usual = getattr(controller, name), getattr(ControllerParameters(), name)
-        if value != usual:
-            yield f"controller.{name}", f"{value:g}", f"set it to {usual:g}"
+    ratio, usual = controller.link_length_ratio, ControllerParameters().link_length_ratio
+    if ratio != usual:
+        yield "controller.link_length_ratio", f"{ratio:g}", f"set it to {usual:g}"
     for name in ("force_noise", "force_bias", "force_filter_time"):
         value, usual = getattr(scenario.sensing, name), getattr(SensingParameters(), name)
         if value != usual:
