@@ -169,6 +169,19 @@ class Look(Pd):
         np.testing.assert_allclose(slips, (seen.believed_phase != 0).astype(float), **near)
 
 
+class Feel(Pd):
+    """Grips the object, and tells the forces at its second contact."""
+
+    name = "feel"
+    diagnostics: ClassVar = {
+        axis: ("N", "Contact force.") for axis in ("first", "second", "normal")
+    }
+
+    def command(self, seen, memory, out):
+        super().command(seen, memory, out)
+        out.first[0], out.second[0], out.normal[0] = seen.contact_force[1]
+
+
 class Late(Hold):
     """Works until it raises."""
 
@@ -261,3 +274,48 @@ def test_a_law_that_fails_ends_its_run_with_a_reason(law, end, words):
     result = simulate(of_law(law))
     assert (result.outcome, result.reason.code) == (Outcome.FAILED, "law_failed")
     assert result.end_time == end and words in result.reason.message
+
+
+def felt(**values):
+    """Forces that were felt at every tick, ``(ticks, 3)``, and the trace."""
+    slippery = {f"fingers.{i}.friction": 0.05 for i in range(3)}
+    result = simulate(of_law(Feel, **slippery, **values))
+    columns = {c.name: c.values for c in columns_of(result.trace)}
+    told = [columns[f"law_{axis}"] for axis in ("first", "second", "normal")]
+    forget("feel")
+    return result.ticks.diagnostics, np.transpose(told), result.trace
+
+
+def test_contact_forces_are_felt_as_they_are_until_the_tick():
+    ticks, told, trace = felt(**{"simulation.output_rate": 10_000.0})
+    assert not ticks[0].any() and (trace.phase[:, 1] != 0).any()
+    assert told[-1].tolist() == ticks[-1].tolist()
+    true = np.column_stack([-trace.tangential_force[:, 2:4], trace.normal_force[:, 1]])
+    compared = 0
+    for tick in range(5, 300, 7):
+        row = np.searchsorted(trace.times, tick * 1e-3 - 1e-9)
+        earlier, before = true[row - 2], true[row - 1]
+        step = trace.times[row - 1] - trace.times[row - 2]
+        if abs(step - 1e-4) < 1e-9:
+            # The force a moment later, from two rows before the tick.
+            np.testing.assert_allclose(ticks[tick], 2.0 * before - earlier, atol=2e-4)
+            compared += 1
+    assert compared > 20
+
+
+def test_felt_forces_have_their_bias_filter_and_noise():
+    true, _, _ = felt()
+    biased, _, _ = felt(**{"sensing.force_bias": [2.0, -3.0]})
+    np.testing.assert_allclose(
+        (biased - true)[1:], [[2.0, 2.0, -3.0]] * (len(true) - 1), atol=1e-12
+    )
+    filtered, _, _ = felt(**{"sensing.force_filter_time": 0.004})
+    expected = np.zeros(3)
+    for tick in range(1, len(true)):
+        expected = expected + max(0.2, 1.0 / tick) * (true[tick] - expected)
+        np.testing.assert_allclose(filtered[tick], expected, atol=1e-9)
+    noisy, _, _ = felt(**{"sensing.force_noise": 0.5})
+    errors = (noisy - true)[1:]
+    assert np.abs(errors.mean(axis=0)).max() < 4.0 * 0.5 / np.sqrt(len(errors))
+    np.testing.assert_allclose(errors.std(axis=0), 0.5, rtol=0.15)
+    assert np.abs(np.corrcoef(errors.T) - np.eye(3)).max() < 0.25

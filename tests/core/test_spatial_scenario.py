@@ -119,7 +119,6 @@ def test_the_start_attitude_turns_the_contacts():
         ("fingers.1.contact_offset.0", 0.16, "fingers.1.contact_offset", "0.01 m beyond the edge"),
         ("controller.link_length_ratio", 1.1, "controller.link_length_ratio", "not computed for"),
         ("controller.control_period", 0.0, "controller.control_period", "continuous control"),
-        ("sensing.force_noise", 0.1, "sensing.force_noise", "not computed for hands in space yet"),
         ("controller.velocity_gain", [1.0, 2.0], "controller.velocity_gain", "one number, or 12"),
         ("object.inertia", 0.1, "object.inertia", "did you mean 'object.inertias."),
     ],

@@ -353,6 +353,9 @@ def _pack_sensors(scenario: SpatialScenario, model: Record) -> None:
         "slip_threshold",
         "slip_delay",
         "slip_delay_deviation",
+        "force_noise",
+        "force_bias",
+        "force_filter_time",
     ):
         sensors[name] = getattr(sensing, name)
     noise = sensing.position_noise + sensing.velocity_noise + sensing.acceleration_noise

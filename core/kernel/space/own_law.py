@@ -36,6 +36,7 @@ SEEN = np.dtype(
         ("slip_velocity", np.float64, (MAX_FINGERS, 2)),
         ("believed_phase", np.int64, (MAX_FINGERS,)),
         ("slip_direction", np.float64, (MAX_FINGERS, 2)),  # as believed, 0 in stick
+        ("contact_force", np.float64, (MAX_FINGERS, 3)),  # measured: tangents, normal [N]
         ("jacobian", np.float64, (MAX_FINGERS, 3, 3)),
         ("jacobian_inverse", np.float64, (MAX_FINGERS, 3, 3)),
         ("link_direction", np.float64, (MAX_FINGERS, 2, 3)),  # unit vectors along the links
@@ -146,6 +147,7 @@ def _show_finger(model: Record, run: Record, i: int) -> None:
         seen.joint_torque[i, c] = run.discrete.torques[i, c]
         seen.contact_arm[i, c] = kin.arms[i, c]
         seen.contact_normal[i, c] = kin.frames[i, 2, c]
+        seen.contact_force[i, c] = senses.forces[i, c]
 
 
 @compiled

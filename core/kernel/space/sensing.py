@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
-from slipgrasp.core.kernel.noise import DELAY_NOISE, STATE_NOISE, draw_number
+from slipgrasp.core.kernel.noise import DELAY_NOISE, FORCE_NOISE, STATE_NOISE, draw_number
 from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.sensing import SAME_TIME
 from slipgrasp.core.kernel.space.flow import LEAST_SPEED, set_directions
@@ -35,6 +35,8 @@ SENSES = np.dtype(
         ("acceleration", np.float64, (MAX_COORDINATES,)),  # of object and slips, as measured
         ("torques", np.float64, (MAX_FINGERS, 3)),  # that belong to it [N m]
         ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
+        ("forces", np.float64, (MAX_FINGERS, 3)),  # on the object: along tangents and normal [N]
+        ("num_forces", np.int64),  # their filter has seen
         ("time", np.float64),  # of the tick before [s]
         ("num_ticks", np.int64),  # measured so far
         ("num_filtered", np.int64),  # velocities the filter has seen
@@ -74,6 +76,32 @@ def measure(model: Record, senses: Record, state: Record, torques: Floats, now: 
     else:
         senses.num_filtered = 0
     senses.num_ticks += 1
+
+
+@compiled
+def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
+    """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
+
+    The bias along a face is that along each of its tangents.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        forces: ``(n, 3)`` of the fingertips on the object, F_x and F_y (against the tangents), F_n
+            [N].
+    """
+    sensors, tick = model.sensors, senses.num_ticks - 1  # counted already
+    senses.num_forces += 1
+    share = model.law.period / (sensors.force_filter_time + model.law.period)
+    share = max(share, 1.0 / senses.num_forces)
+    for i in range(model.num_fingers):
+        for axis in range(3):
+            force = forces[i, 2] if axis == 2 else -forces[i, axis]
+            force += sensors.force_bias[axis // 2]
+            if sensors.force_noise > 0.0:
+                number = draw_number(sensors.seed, FORCE_NOISE, 3 * i + axis, tick)
+                force += sensors.force_noise * number
+            senses.forces[i, axis] += share * (force - senses.forces[i, axis])
 
 
 @compiled

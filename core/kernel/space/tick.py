@@ -34,7 +34,12 @@ from slipgrasp.core.kernel.space.run import (
     spatial_emit,
     store_tick,
 )
-from slipgrasp.core.kernel.space.sensing import detect_slip, measure, measure_acceleration
+from slipgrasp.core.kernel.space.sensing import (
+    detect_slip,
+    measure,
+    measure_acceleration,
+    measure_forces,
+)
 from slipgrasp.core.kernel.tick import SAME_TICK
 
 
@@ -184,6 +189,10 @@ def _sense(model: Record, run: Record) -> None:
     _advance_estimates(model, run)
     run.ticks += 1
     measure(model, senses, start, run.discrete.torques, run.now)
+    if model.law.facts.is_own and run.acting == 1:
+        # Under the torques that act until now.
+        spatial_plant(model, run.discrete, start, run.work)
+        measure_forces(model, senses, run.work.forces)
     detect_slip(model, run.discrete, senses, start, run.now)
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import ControllerParameters, SensingParameters
+from slipgrasp.core.scenario import ControllerParameters
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
@@ -149,7 +149,3 @@ def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, st
     ratio, usual = controller.link_length_ratio, ControllerParameters().link_length_ratio
     if ratio != usual:
         yield "controller.link_length_ratio", f"{ratio:g}", f"set it to {usual:g}"
-    for name in ("force_noise", "force_bias", "force_filter_time"):
-        value, usual = getattr(scenario.sensing, name), getattr(SensingParameters(), name)
-        if value != usual:
-            yield f"sensing.{name}", f"{value}", "set it to its default"
