@@ -112,6 +112,34 @@ def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
     return 1 if abs(total) < np.inf else 0
 
 
+@compiled
+def _finite(value: float) -> float:
+    """A value that says how large something is, where a singular matrix makes it infinite."""
+    return value if value < LARGEST else LARGEST
+
+
+@compiled_apart(types.float64, MODEL, ROW)
+def spatial_condition(model: Record, row: Record) -> float:
+    """Condition in the 1-norm of ``row.matrix``, which is inverted in its place."""
+    size = 6 + 2 * model.num_fingers
+    largest = _one_norm(row.matrix, size)
+    if not invert_dense(row.matrix, size, row.order):
+        return LARGEST
+    return _finite(largest * _one_norm(row.matrix, size))
+
+
+@compiled
+def _one_norm(matrix: Floats, size: int) -> float:
+    """The largest sum of a column."""
+    largest = 0.0
+    for b in range(size):
+        total = 0.0
+        for a in range(size):
+            total += abs(matrix[a, b])
+        largest = max(largest, total)
+    return largest
+
+
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE)
 def spatial_fill(model: Record, row: Record, work: Record) -> None:
     """Writes the values of an evaluated row."""
@@ -187,7 +215,7 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
     _set(model, row, AT.lyapunov_value, 0, _finite(value))
     _set(model, row, AT.grasp_violation, 0, discrete.violation)
     fill_inertia(work.kin, work.dynamics, truth, discrete.slips, work.system, row.matrix)
-    _set(model, row, AT.inertia_condition, 0, _condition(model, row))
+    _set(model, row, AT.inertia_condition, 0, spatial_condition(model, row))
     update_unit_dynamics(model.hand, work.kin, work.unit)
     believe(model, discrete.estimates, work.believed)
     combine_links(work.believed, work.unit, work.believed_dynamics)
@@ -209,35 +237,7 @@ def _set_controller(model: Record, row: Record, work: Record) -> None:
         work.believed_system,
         row.matrix,
     )
-    _set(model, row, AT.estimated_inertia_condition, 0, _condition(model, row))
-
-
-@compiled
-def _finite(value: float) -> float:
-    """A value that says how large something is, where a singular matrix makes it infinite."""
-    return value if value < LARGEST else LARGEST
-
-
-@compiled
-def _condition(model: Record, row: Record) -> float:
-    """Condition in the 1-norm of ``row.matrix``, which is inverted in its place."""
-    size = 6 + 2 * model.num_fingers
-    largest = _one_norm(row.matrix, size)
-    if not invert_dense(row.matrix, size, row.order):
-        return LARGEST
-    return _finite(largest * _one_norm(row.matrix, size))
-
-
-@compiled
-def _one_norm(matrix: Floats, size: int) -> float:
-    """The largest sum of a column."""
-    largest = 0.0
-    for b in range(size):
-        total = 0.0
-        for a in range(size):
-            total += abs(matrix[a, b])
-        largest = max(largest, total)
-    return largest
+    _set(model, row, AT.estimated_inertia_condition, 0, spatial_condition(model, row))
 
 
 @compiled

@@ -229,13 +229,53 @@ def _let_stick(model: Record, discrete: Record, state: Record, work: Record, roo
 
 
 @compiled
+def _take_solution(model: Record, discrete: Record, room: Record) -> int:
+    """Phases and directions from the solved forces and accelerations."""
+    status = SELECTED
+    for i in range(model.num_fingers):
+        if not room.force[3 * i + 2] > 0.0:
+            room.concerned = i
+            status = OPENS
+        for way in range(model.ways):
+            if room.free[i, way] == 1:
+                _take_way(model, discrete, room, i, way)
+        name_phase(model, discrete, i)
+    return status
+
+
+@compiled
+def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -> None:
+    """Lets a free way slip where it accelerates, or leaves its cone smoothly.
+
+    Its direction is told by the force against it, which is there however small the acceleration.
+    """
+    first, mobility = 3 * i, room.mobility
+    mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
+    x, y = room.opening[first], room.opening[first + 1]
+    fx, fy, normal = room.force[first], room.force[first + 1], room.force[first + 2]
+    force, cone = way_size(model, way, fx, fy), room.bounds[i, way] * normal
+    accelerates = mass * way_size(model, way, x, y) > REST_FORCE * (1.0 + normal)
+    is_on_cone = force >= cone * (1.0 - FORCE_BAND) and force > 0.0
+    if is_on_cone and (accelerates or room.leaving[i, way] == 1):
+        _begin_slip(model, discrete, i, way, -fx, -fy)
+    elif accelerates:
+        _begin_slip(model, discrete, i, way, x, y)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM)
+def spatial_answer(model: Record, discrete: Record, work: Record, room: Record) -> int:
+    """Phases and directions that answer the contact problem with the bounds at hand."""
+    if solve_contacts(model, discrete, work, room) == 0:
+        return NONE_CONSISTENT
+    return _take_solution(model, discrete, room)
+
+
+@compiled
 def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
     """Phases and directions by the contact problem, each slip with its own friction."""
     while True:
-        if solve_contacts(model, discrete, work, room) == 0:
-            return NONE_CONSISTENT
-        status = _take_solution(model, discrete, room)
-        if not _loosen_slipping(model, discrete, room):
+        status = spatial_answer(model, discrete, work, room)
+        if status == NONE_CONSISTENT or not _loosen_slipping(model, discrete, room):
             return status
 
 
@@ -272,44 +312,8 @@ def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
 def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
     """Whether a solution has closed contacts, and sticks where it has the friction of stick."""
     _let_rest(model, discrete, room)
-    if solve_contacts(model, discrete, work, room) == 0:
-        return False
-    status = _take_solution(model, discrete, room)
+    status = spatial_answer(model, discrete, work, room)
     return status == SELECTED and not _loosen_slipping(model, discrete, room)
-
-
-@compiled
-def _take_solution(model: Record, discrete: Record, room: Record) -> int:
-    """Phases and directions from the solved forces and accelerations."""
-    status = SELECTED
-    for i in range(model.num_fingers):
-        if not room.force[3 * i + 2] > 0.0:
-            room.concerned = i
-            status = OPENS
-        for way in range(model.ways):
-            if room.free[i, way] == 1:
-                _take_way(model, discrete, room, i, way)
-        name_phase(model, discrete, i)
-    return status
-
-
-@compiled
-def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -> None:
-    """Lets a free way slip where it accelerates, or leaves its cone smoothly.
-
-    Its direction is told by the force against it, which is there however small the acceleration.
-    """
-    first, mobility = 3 * i, room.mobility
-    mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
-    x, y = room.opening[first], room.opening[first + 1]
-    fx, fy, normal = room.force[first], room.force[first + 1], room.force[first + 2]
-    force, cone = way_size(model, way, fx, fy), room.bounds[i, way] * normal
-    accelerates = mass * way_size(model, way, x, y) > REST_FORCE * (1.0 + normal)
-    is_on_cone = force >= cone * (1.0 - FORCE_BAND) and force > 0.0
-    if is_on_cone and (accelerates or room.leaving[i, way] == 1):
-        _begin_slip(model, discrete, i, way, -fx, -fy)
-    elif accelerates:
-        _begin_slip(model, discrete, i, way, x, y)
 
 
 @compiled

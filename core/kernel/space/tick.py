@@ -62,8 +62,8 @@ def _set_estimate(model: Record, run: Record, k: int, value: float) -> None:
     run.discrete.estimates[k] = bounded
 
 
-@compiled
-def _learn(model: Record, run: Record) -> None:
+@compiled_apart(types.void, MODEL, PROGRESS)
+def spatial_update_rates(model: Record, run: Record) -> None:
     """Rates of the estimates until the next tick, from what is measured under the torque that acts.
 
     ``run.work`` holds the true accelerations, and does so afterwards.
@@ -196,6 +196,13 @@ def _sense(model: Record, run: Record) -> None:
     detect_slip(model, run.discrete, senses, start, run.now)
 
 
+@compiled_apart(types.void, MODEL, PROGRESS)
+def spatial_look(model: Record, run: Record) -> None:
+    """Shows a law of one's own this tick."""
+    spatial_believe(model, run.discrete, run.now, run.senses, run.work)
+    look(model, run)
+
+
 @compiled
 def _evaluate_law(model: Record, run: Record) -> int:
     """The command of a built-in law, if it has one."""
@@ -270,8 +277,7 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
     else:
         _sense(model, run)
         if model.law.facts.is_own:
-            spatial_believe(model, discrete, run.now, run.senses, run.work)
-            look(model, run)
+            spatial_look(model, run)
             if run.own.address == 0:
                 run.own.asked, run.own.first, run.own.stretch = ASKED, first, stretch
                 return RUNNING
@@ -285,7 +291,7 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
         _let_wait(model, run)
         if stretch == 0:
             spatial_plant(model, discrete, run.step.start, run.work)
-            _learn(model, run)
+            spatial_update_rates(model, run)
             return RUNNING
     else:
         _act(model, run)
@@ -295,6 +301,6 @@ def spatial_tick(model: Record, run: Record, outlet: Record, first: int, stretch
     forget_leaving(model, run)
     status = settle(model, run)
     if status == RUNNING:
-        _learn(model, run)
+        spatial_update_rates(model, run)
     # At the start of a later stretch the row before is written already.
     return _finish(model, run, outlet, status, stretch == 0 or first == 1)
