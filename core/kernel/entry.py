@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from llvmlite import ir
-from numba import types
+from numba import _dynfunc, types
 from numba.core import config
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
@@ -59,7 +59,7 @@ def compile_entry(function: Callable[..., Any], signature: Any, options: dict[st
     cpu_target.options.parse_as_flags(flags, options | ENTRY_OPTIONS)
     flags.no_compile = True  # before the entry is there
     context = cpu_target.target_context
-    with global_compiler_lock, _without_vectors():
+    with global_compiler_lock, _without_vectors(), _without_code_of_parts(context):
         result = compile_extra(
             cpu_target.typing_context,
             context,
@@ -97,6 +97,26 @@ def _entry_module(context: Any, description: Any, name: str) -> ir.Module:
     _, value = convention.call_function(builder, callee, description.restype, kinds, entry.args)
     builder.ret(value)
     return module
+
+
+@contextmanager
+def _without_code_of_parts(context: Any) -> Iterator[None]:
+    """Numba makes machine code of each inlined function too, which nothing ever calls.
+
+    It needs an object for it, that is told not to be callable.
+    """
+    before = context.get_executable
+
+    def describe(library: Any, description: Any, environment: Any) -> Any:
+        name = description.qualname.split(".")[-1]
+        module = description.lookup_module()
+        return _dynfunc.make_function(module, name, "inlined", 0, environment, (library,))
+
+    context.get_executable = describe
+    try:
+        yield
+    finally:
+        context.get_executable = before
 
 
 @contextmanager
