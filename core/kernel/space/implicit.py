@@ -1,9 +1,9 @@
-"""Linearly implicit steps for slips that creep, whose direction is stiff (docs/space.md, Slip).
+"""Linearly implicit steps for slips that creep: their direction is stiff (docs/space.md).
 
 The direction of a slip relaxes at the rate mu F_n / (m |s'|). Of the Jacobian only this is stiff,
 with one rank per slipping contact: J = sum u_i v_i^T, where u_i is the change of the accelerations
-per turn of the slip, and v_i g the turn per change of the slip velocity. What else the Jacobian
-has a W-method does without.
+per turn of slip i, and v_i its turn per change of the slip velocity. A W-method does without the
+rest of the Jacobian.
 """
 
 from __future__ import annotations
