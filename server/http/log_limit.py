@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import sys
 import threading
 import time
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from typing import Any, TextIO
 
+from slipgrasp.server.exceptions import printable
 from slipgrasp.server.log_format import LogFormat
 
 MAX_LINES = 10
 PERIOD = 60.0
+MAX_PRINTED = 200
+"""How much is logged of a line that was printed."""
 
 _logger = logging.getLogger(__name__)
 
@@ -50,7 +56,7 @@ class BoundedLog(logging.Handler):
         self._kinds[kind] = began, count + 1
         if count < self._max_lines:
             # Looked up each time: whoever runs the server may have put another stream there.
-            print(self.format(record), file=sys.stderr, flush=True)
+            print(self.format(record), file=_beneath(sys.stderr), flush=True)
 
 
 def log_config(log_format: LogFormat) -> dict[str, Any]:
@@ -66,10 +72,65 @@ def log_config(log_format: LogFormat) -> dict[str, Any]:
     }
 
 
-def log_stray_errors() -> None:
-    """Lets Python's warnings, and errors that end a thread, be lines of the log like others."""
+def log_stray_errors(log_format: LogFormat) -> None:
+    """Lets all that is wrong be lines of the log: what libraries log, warn of, and end threads by.
+
+    Args:
+        log_format: What the lines are.
+    """
+    logging.lastResort = BoundedLog(log_format)
     logging.captureWarnings(True)
     threading.excepthook = _log_end_of_thread
+
+
+@contextmanager
+def log_prints() -> Iterator[None]:
+    """Within it, what Python code prints to standard output or standard error is logged.
+
+    Libraries print errors, and clients can bring them to it as often as they like.
+    """
+    with redirect_stdout(_LoggedLines(sys.stdout)), redirect_stderr(_LoggedLines(sys.stderr)):
+        yield
+
+
+class _LoggedLines(io.TextIOBase):
+    """A stream whose lines go to the log; each is cut off at a length.
+
+    Args:
+        beneath: The stream that the log itself writes to.
+    """
+
+    def __init__(self, beneath: TextIO) -> None:
+        self.beneath = beneath
+        self._unfinished = ""
+        self._lock = threading.Lock()
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """That of the stream beneath."""
+        return self.beneath.encoding
+
+    def fileno(self) -> int:
+        """The descriptor beneath, for what is written past Python."""
+        return self.beneath.fileno()
+
+    def writable(self) -> bool:
+        """True: it can be written to."""
+        return True
+
+    def write(self, text: str) -> int:
+        """Logs the lines that are complete."""
+        with self._lock:
+            *lines, rest = (self._unfinished + text).split("\n")
+            self._unfinished = rest[:MAX_PRINTED]
+        for line in lines:
+            if line.strip():
+                _logger.warning("a library printed: %s", printable(line, MAX_PRINTED))
+        return len(text)
+
+
+def _beneath(stream: TextIO) -> TextIO:
+    return stream.beneath if isinstance(stream, _LoggedLines) else stream
 
 
 def _log_end_of_thread(end: threading.ExceptHookArgs) -> None:

@@ -1,10 +1,13 @@
-"""What of a viewer's frames reaches viser, which trusts them: known types, of a size."""
+"""What of a viewer's frames reaches viser, which trusts them: known messages, of a size."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Union
 
 import msgspec
+
+from slipgrasp.server.viewer.messages import MESSAGES, FileTransferPart, FileTransferStartUpload
 
 KILOBYTE = 1 << 10
 FRAME_BYTES = 64 * KILOBYTE
@@ -13,73 +16,72 @@ PART_BYTES = 600 * KILOBYTE
 
 MAX_TRANSFERS = 4
 MAX_TRANSFER_BYTES = 16 << 20
+MAX_PARTS = 1 + MAX_TRANSFER_BYTES // (512 * KILOBYTE)
 
-START, PART = "FileTransferStartUpload", "FileTransferPart"
-LIMITS = {
-    "CommandTriggerMessage": FRAME_BYTES,
-    START: FRAME_BYTES,
-    PART: PART_BYTES,
-    "GuiButtonHoldMessage": FRAME_BYTES,
-    "GuiFormDirtyMessage": FRAME_BYTES,
-    "GuiFormSubmitMessage": FRAME_BYTES,
-    "GuiUpdateMessage": FRAME_BYTES,
-    "LocalStorageGetItemResponseMessage": FRAME_BYTES,
-    "SceneNodeClickMessage": FRAME_BYTES,
-    "SceneNodeDragMessage": FRAME_BYTES,
-    "ScenePointerMessage": FRAME_BYTES,
-    "ShareUrlDisconnect": FRAME_BYTES,
-    "ShareUrlRequest": FRAME_BYTES,
-    "TransformControlsDragEndMessage": FRAME_BYTES,
-    "TransformControlsDragStartMessage": FRAME_BYTES,
-    "TransformControlsUpdateMessage": FRAME_BYTES,
-    "ViewerCameraMessage": FRAME_BYTES,
-}
-"""What viser listens to, and how long it may be [bytes]."""
+_UNREADABLE = "a message cannot be read"
+_TOO_LARGE = "the files are too large"
+
+_decoder = msgspec.msgpack.Decoder(Union[MESSAGES])  # noqa: UP007
+
+
+@dataclass(slots=True)
+class _Transfer:
+    """What is still to come of a file: bytes, and the numbers of its parts."""
+
+    num_bytes: int
+    parts: set[int] = field(default_factory=set)
 
 
 class FrameFilter:
     """Looks at the frames of one viewer; one that sends anything else is turned away."""
 
     def __init__(self) -> None:
-        self._transfers: dict[str, int] = {}
+        self._transfers: dict[str, _Transfer] = {}
 
     def find_fault(self, frame: bytes) -> str:
         """What is wrong with a frame; empty if it may pass."""
         if len(frame) > PART_BYTES:
             return "a message is too long"
         try:
-            content: Any = msgspec.msgpack.decode(frame)
+            message = _decoder.decode(frame)
         except (msgspec.DecodeError, RecursionError, UnicodeDecodeError):
-            return "a message cannot be read"
-        kind = content.get("type") if isinstance(content, dict) else None
-        limit = LIMITS.get(kind) if isinstance(kind, str) else None
-        if limit is None:
-            return "a message is of no kind that is listened to"
-        if len(frame) > limit:
+            return _UNREADABLE
+        if isinstance(message, FileTransferPart):
+            return self._find_fault_of_part(message)
+        if len(frame) > FRAME_BYTES:
             return "a message is too long"
-        return self._find_fault_of_transfer(content) if kind in (START, PART) else ""
+        if isinstance(message, FileTransferStartUpload):
+            return self._find_fault_of_start(message)
+        return ""
 
-    def _find_fault_of_transfer(self, content: dict[str, Any]) -> str:
-        """Keeps count of the files on their way, which viser holds until they are whole."""
-        transfer = content.get("transfer_uuid")
-        if not isinstance(transfer, str):
-            return "a message cannot be read"
-        if content["type"] == START:
-            size = content.get("size_bytes")
-            if not isinstance(size, int) or size < 0 or transfer in self._transfers:
-                return "a message cannot be read"
-            on_the_way = sum(self._transfers.values()) + size
-            if len(self._transfers) >= MAX_TRANSFERS or on_the_way > MAX_TRANSFER_BYTES:
-                return "the files are too large"
-            if size:
-                self._transfers[transfer] = size
-            return ""
-        part = content.get("content")
-        if transfer not in self._transfers or not isinstance(part, bytes) or not part:
-            return "a message cannot be read"
-        self._transfers[transfer] -= len(part)
-        if self._transfers[transfer] < 0:
-            return "the files are too large"
-        if self._transfers[transfer] == 0:
-            del self._transfers[transfer]
+    def _find_fault_of_start(self, start: FileTransferStartUpload) -> str:
+        """Keeps count of the files on their way, which viser holds until they are complete."""
+        if start.transfer_uuid in self._transfers or (start.size_bytes > 0) != (
+            start.part_count > 0
+        ):
+            return _UNREADABLE
+        on_the_way = start.size_bytes + sum(t.num_bytes for t in self._transfers.values())
+        if (
+            len(self._transfers) >= MAX_TRANSFERS
+            or start.part_count > MAX_PARTS
+            or on_the_way > MAX_TRANSFER_BYTES
+        ):
+            return _TOO_LARGE
+        if start.size_bytes:
+            parts = set(range(start.part_count))
+            self._transfers[start.transfer_uuid] = _Transfer(start.size_bytes, parts)
+        return ""
+
+    def _find_fault_of_part(self, part: FileTransferPart) -> str:
+        transfer = self._transfers.get(part.transfer_uuid)
+        if transfer is None or part.part_index not in transfer.parts or not part.content:
+            return _UNREADABLE
+        transfer.parts.remove(part.part_index)
+        transfer.num_bytes -= len(part.content)
+        if transfer.num_bytes < 0:
+            return _TOO_LARGE
+        if not transfer.parts:
+            del self._transfers[part.transfer_uuid]
+            # viser would warn of each such file, by its name.
+            return _UNREADABLE if transfer.num_bytes else ""
         return ""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+from concurrent.futures import Future
 from functools import cache
 from typing import Any
 
 import rich
 import viser
-from viser import _gui_api, _gui_handles, _icons
+from viser import _gui_api, _gui_handles, _icons, _scene_api, _viser
 
 from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.access import guarded_websocket_listeners
@@ -29,6 +30,7 @@ class ViewerServer(viser.ViserServer):
         # viser would take its port from there, whatever it is told.
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
         _keep_every_icon()
+        _log_errors_of_callbacks()
         with guarded_websocket_listeners():
             super().__init__(host="127.0.0.1", port=0, label=label, verbose=False)
         self.get_event_loop().set_exception_handler(_log_in_one_line)
@@ -47,6 +49,26 @@ def _keep_every_icon() -> None:
     """
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _svg_of
+
+
+def _log_errors_of_callbacks() -> None:
+    """Lets viser log the errors of callbacks, which it prints."""
+    ways = {
+        "print_threadpool_errors": _log_error_of_task,
+        "print_task_error": _log_error_of_task,
+        "print_awaited_callback_error": _log_error_of_callback,
+    }
+    for module in (_gui_api, _gui_handles, _scene_api, _viser):
+        vars(module).update({name: way for name, way in ways.items() if name in vars(module)})
+
+
+def _log_error_of_task(task: Future[Any] | asyncio.Task[Any]) -> None:
+    if not task.cancelled() and (error := task.exception()) is not None:
+        _log_error_of_callback(error)
+
+
+def _log_error_of_callback(error: BaseException) -> None:
+    _logger.error("a callback of the viewer failed", exc_info=error)
 
 
 @cache

@@ -233,7 +233,7 @@ def _make_server(settings: Settings, first: Source | None) -> AnnouncingServer:
     from slipgrasp.server.tokens import Tokens
     from slipgrasp.web.app import create_dashboard_app
 
-    log_stray_errors()
+    log_stray_errors(settings.log_format)
     is_silent = settings.log_format is LogFormat.JSON
     if not (kernel_is_cached() or is_silent):
         complain(COMPILING)

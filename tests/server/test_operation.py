@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -12,7 +13,7 @@ import pytest
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.exceptions import ServiceEndingError
-from slipgrasp.server.http.log_limit import BoundedLog, log_stray_errors
+from slipgrasp.server.http.log_limit import MAX_LINES, BoundedLog, log_prints, log_stray_errors
 from slipgrasp.server.log_format import LogFormat
 from slipgrasp.server.runs.service import RunService
 from tests.server.raw_http import get
@@ -126,9 +127,47 @@ def test_a_json_log_tells_how_much_it_left_out(capsys) -> None:
     assert [line.get("left_out") for line in lines_of(capsys)] == [None, 4]
 
 
+@pytest.fixture
+def stray(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process whose stray errors are logged as JSON, as that of ``slipgrasp serve``."""
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
+    monkeypatch.setattr(logging, "lastResort", logging.lastResort)
+    log_stray_errors(LogFormat.JSON)
+    logging.captureWarnings(False)
+
+
+def leave_only_last_resort(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Takes away what handles the log of tests: pytest's handlers, and those of other servers."""
+    for name in ("", "slipgrasp"):
+        monkeypatch.setattr(logging.getLogger(name), "handlers", [])
+
+
+def test_what_a_library_prints_is_a_line_of_the_log_each_minute_few(
+    capsys, monkeypatch, stray
+) -> None:
+    leave_only_last_resort(monkeypatch)
+    with log_prints():
+        for _ in range(60_000):
+            print("Traceback (most recent call last):", file=sys.stderr)
+        print("of a ", end="")
+        print("library")
+    output, errors = capsys.readouterr()
+    lines = [json.loads(line) for line in errors.splitlines()]
+    assert output == "" and len(lines) == MAX_LINES
+    assert lines[0]["message"] == "a library printed: Traceback (most recent call last):"
+
+
+def test_what_a_library_logs_is_in_the_format_of_the_log(capsys, monkeypatch, stray) -> None:
+    leave_only_last_resort(monkeypatch)
+    logging.getLogger("python_multipart.multipart").warning("Did not find boundary character")
+    (line,) = lines_of(capsys)
+    assert line["logger"] == "python_multipart.multipart"
+
+
 def test_an_error_that_ends_a_thread_is_a_line_of_the_log(caplog, monkeypatch) -> None:
     monkeypatch.setattr(threading, "excepthook", threading.excepthook)
-    log_stray_errors()
+    monkeypatch.setattr(logging, "lastResort", logging.lastResort)
+    log_stray_errors(LogFormat.TEXT)
     logging.captureWarnings(False)
     thread = threading.Thread(target=lambda: 1 / 0, name="doomed")
     thread.start()

@@ -1,9 +1,10 @@
 """The viewer server that pages are served by: what it changes about viser."""
 
 from collections.abc import Sequence
+from concurrent.futures import Future
 from zipfile import ZipFile
 
-from viser import IconName, _icons
+from viser import IconName, _gui_api, _icons, _scene_api
 
 from slipgrasp.server.viewer.server import ViewerServer
 
@@ -19,6 +20,20 @@ def test_icons_are_read_once_however_many_a_page_has():
     finally:
         server.stop()
     assert reads == [MANY, 0]
+
+
+def test_an_error_of_a_callback_is_logged_and_not_printed(caplog, capsys) -> None:
+    server = ViewerServer()
+    server.stop()
+    failed: Future[None] = Future()
+    failed.set_exception(ValueError("from a callback"))
+    _gui_api.print_threadpool_errors(failed)
+    _scene_api.print_awaited_callback_error(ValueError("from another"))
+    assert "failed with exception" not in capsys.readouterr().err
+    assert [str(record.exc_info[1]) for record in caplog.records if record.exc_info] == [
+        "from a callback",
+        "from another",
+    ]
 
 
 def _reads(server: ViewerServer, icons: Sequence[IconName]) -> int:
