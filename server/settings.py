@@ -48,6 +48,7 @@ class Settings:
         quota_bytes: How much the files in the data directory may take; then no run is begun.
         min_free_bytes: How much must stay free on its disk; likewise.
         token: Lets in whoever shows it; None lets in only who needs none.
+        require_token: Whether everyone needs the token, also the user who runs this server.
         root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
         public_urls: Where its pages are reached besides, such as ``https://grasp.example``.
         retention: How much is kept of what nobody has marked; all unless told otherwise.
@@ -77,6 +78,7 @@ class Settings:
     quota_bytes: int = StorageLimits().quota
     min_free_bytes: int = StorageLimits().min_free
     token: str | None = field(default=None, repr=False)
+    require_token: bool = False
     root_path: str = ""
     public_urls: tuple[str, ...] = ()
     retention: Retention = KEEP_ALL
@@ -90,6 +92,8 @@ class Settings:
                 f"host is '{self.host}', but nothing protects this server from a network without "
                 f"a token: give one, or use one of {', '.join(LOOPBACK_HOSTS)}"
             )
+        if self.require_token and self.token is None:
+            raise SettingsError("everyone needs a token, but there is none: give one")
         if self.host in _ANY_HOSTS and not self.public_urls:
             raise SettingsError(
                 f"host is '{self.host}', by which nobody can address this server: say with "
@@ -118,7 +122,7 @@ class Settings:
         """Whether its own user has to show the token, too."""
         is_proxied = bool(self.public_urls or self.root_path)
         is_local = self.host in LOOPBACK_HOSTS and not is_proxied
-        return not (is_local and system_tells())
+        return self.require_token or not (is_local and system_tells())
 
     @property
     def is_encrypted(self) -> bool:

@@ -28,7 +28,6 @@ from slipgrasp.server.exceptions import printable
 from slipgrasp.server.http.errors import problem_response
 from slipgrasp.server.http.identity import Gate, bearer_tokens, link_token
 from slipgrasp.server.http.safe_headers import RESOURCE_CONTENT_POLICY, SAFE_HEADERS
-from slipgrasp.server.peers import Connection
 from slipgrasp.server.tokens import Right
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
@@ -36,7 +35,7 @@ PAGES = ("/", DOCS_PATH)
 """What people open, and may open from another site's page."""
 
 RELAY_TOKEN = secrets.token_urlsafe(32)
-"""What this process shows to ports of its own, of which nobody else needs to know."""
+"""What this process shows to ports of its own, which let in nobody else."""
 
 _MAX_LOGGED = 200
 _LOOKING = ("GET", "HEAD", "OPTIONS")
@@ -82,7 +81,8 @@ class Rejection:
 UNKNOWN = Rejection(
     401,
     "This server does not know who asks; open the link that it printed when it started, or send "
-    "its token as 'Authorization: Bearer TOKEN'. On its own machine, its user needs none.",
+    "its token as 'Authorization: Bearer TOKEN'. On its own machine, its user needs none, unless "
+    "it was started to require it of everyone.",
 )
 READ_ONLY = Rejection(
     403, "This token lets look only; ask who has started the server for one that lets do more."
@@ -231,7 +231,7 @@ def _with_safe_headers(send: Send) -> Send:
 
 @contextmanager
 def guarded_websocket_listeners() -> Iterator[None]:
-    """Within it, servers opened by the ``websockets`` package let in only who may use them.
+    """Within it, servers opened by the ``websockets`` package let in this process alone.
 
     viser opens its port so, answers anyone there and takes no option to change that. What fails
     there is logged in one line, as most of it is what a client has sent.
@@ -275,14 +275,14 @@ def _guarded(process_request: Any) -> Any:
 
 
 def _check_listener(connection: ServerConnection, request: Request) -> Rejection | None:
-    """Whether a request to a port of the ``websockets`` package is from this process's user."""
+    """Whether a request to a port of the ``websockets`` package is from this process itself."""
     headers = request.headers
-    local, peer = connection.local_address[:2], connection.remote_address[:2]
-    rejection = check_access(headers.get_all("Host"), headers.get_all("Origin"), local[1])
+    port = connection.local_address[1]
+    rejection = check_access(headers.get_all("Host"), headers.get_all("Origin"), port)
     if rejection is not None:
         return rejection
     if is_foreign(headers.get_all("Sec-Fetch-Site")):
         return Rejection(403, "Another site's page asks; open this address by itself.")
     shown = bearer_tokens(headers.get_all("Authorization"))
     is_relay = any(secrets.compare_digest(t.encode(), RELAY_TOKEN.encode()) for t in shown)
-    return None if is_relay or Connection(local, peer).is_own else UNKNOWN
+    return None if is_relay else UNKNOWN

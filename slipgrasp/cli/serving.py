@@ -41,7 +41,7 @@ def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> No
 
 
 def add_network(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--host``, ``--public-url`` and ``--root-path``."""
+    """Adds ``--host``, ``--public-url``, ``--root-path`` and ``--require-token``."""
     parser.add_argument(
         "--host",
         metavar="ADDRESS",
@@ -66,6 +66,12 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         type=lambda text: text.rstrip("/"),
         help="path at which a proxy shows the server, such as /slipgrasp; it may take it away or "
         "leave it; then everybody needs the token",
+    )
+    parser.add_argument(
+        "--require-token",
+        action="store_true",
+        help="everybody needs the token, also you on this machine; use it where the port is "
+        "forwarded, because whoever reaches the other end would have your rights",
     )
 
 
@@ -216,6 +222,7 @@ def _settings(
         port=port,
         log_format=LogFormat(arguments.log_format),
         token=tokens.full,
+        require_token=arguments.require_token,
         root_path=arguments.root_path,
         public_urls=tuple(arguments.public_urls),
         **chosen,

@@ -12,6 +12,7 @@ import websockets.asyncio.server
 
 from slipgrasp.server.exceptions import SettingsError
 from slipgrasp.server.http.access import (
+    RELAY_TOKEN,
     RESOURCE_CONTENT_POLICY,
     check_access,
     guarded_websocket_listeners,
@@ -82,6 +83,11 @@ def ask(kind: str, port: int, headers: list[tuple[str, str]]) -> Answer:
 PORTS = ["application", "viser"]
 
 
+def shown(where: str) -> list[tuple[str, str]]:
+    """What lets in at a port: on that of viser, which only the relay uses, its token."""
+    return [("Authorization", f"Bearer {RELAY_TOKEN}")] if where == "viser" else []
+
+
 def port_of(viewing, where: str) -> int:
     return viewing.server.port if where == "application" else viewing.viewer.get_port()
 
@@ -98,7 +104,7 @@ WELCOME = {"get": 200, "websocket": 101, "post": 201}
 def test_this_machine_is_welcome_under_its_own_names(viewing, where, host) -> None:
     port = port_of(viewing, where)
     for kind in kinds(where):
-        answer = ask(kind, port, [("Host", filled(host, port))])
+        answer = ask(kind, port, [("Host", filled(host, port)), *shown(where)])
         assert answer.status == WELCOME[kind], kind
 
 
@@ -108,7 +114,7 @@ def test_its_own_page_is_welcome(viewing, where, origin) -> None:
     port = port_of(viewing, where)
     headers = [("Host", f"localhost:{port}"), ("Origin", filled(origin, port))]
     for kind in kinds(where):
-        assert ask(kind, port, headers).status == WELCOME[kind], kind
+        assert ask(kind, port, [*headers, *shown(where)]).status == WELCOME[kind], kind
 
 
 @pytest.mark.parametrize("where", PORTS)
@@ -138,6 +144,12 @@ def test_exactly_one_host_and_at_most_one_origin_are_taken(viewing, where) -> No
         assert ask(kind, port, [host, ("Host", "evil.example")]).status == 400, kind
         two_origins = [host, origin, ("Origin", "http://evil.example")]
         assert ask(kind, port, two_origins).status in (400, 403), kind
+
+
+def test_viser_lets_in_the_relay_alone_not_the_programs_of_its_user(viewing) -> None:
+    port = viewing.viewer.get_port()
+    for kind in kinds("viser"):
+        assert ask(kind, port, [("Host", f"localhost:{port}")]).status == 401, kind
 
 
 def test_a_refusal_is_a_problem_that_says_the_way_out(viewing) -> None:

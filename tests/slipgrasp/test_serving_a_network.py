@@ -81,3 +81,12 @@ def test_on_loopback_the_url_is_printed_without_a_token_though_one_works(slipgra
         assert status_of(f"{line.strip()}api/v1/health") == 200
         assert status_of(f"{line.strip()}api/v1/health", token) == 200
         assert status_of(f"{line.strip()}api/v1/health", "wrong") == 401
+
+
+def test_a_token_can_be_required_of_the_owner_too(slipgrasp):
+    with serving(slipgrasp, "--port", "0", "--require-token") as (_, line):
+        token = (slipgrasp.data / "service.token").read_text().strip()
+        url, _, shown = line.strip().partition("?token=")
+        assert shown == token
+        assert status_of(url) == status_of(f"{url}api/v1/health") == 401
+        assert status_of(f"{url}api/v1/health", token) == 200
