@@ -4,29 +4,54 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import is_dataclass
+from enum import Enum
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import msgspec
 import pytest
 import websockets.asyncio.client
 
-from slipgrasp.server.tokens import Tokens
+from benchmarks.headless_viewer import camera_fields
+from slipgrasp.server.tokens import Right, Tokens
 from slipgrasp.web.app import create_dashboard_app
+from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.page.intents_schema import CHANGING, KINDS
+from slipgrasp.web.model.playback import WindowChoice
+from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
+from slipgrasp.web.page.intents_schema import KINDS, RIGHTS
+from slipgrasp.web.reducers.export import ExportReducer
+from slipgrasp.web.reducers.heavier import HeavierReducer
+from slipgrasp.web.reducers.laws import LawsReducer
+from slipgrasp.web.reducers.runs import RunReducer
+from slipgrasp.web.reducers.scenario import ScenarioReducer
+from slipgrasp.web.reducers.study import StudyReducer
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.server.test_viewer_relay import PROTOCOL, Echo
 
 pytestmark = pytest.mark.slow
 
 TOKENS = Tokens("the-token-of-these-tests")
-CHANGES = [{"kind": KINDS[kind]} for kind in CHANGING if not fields(kind)]
-LOOKS = [
-    {"kind": "toggle-play"},
-    {"kind": "seek", "time": 0.5},
-    {"kind": "open-recording", "run_id": "abcdefghijkl"},
-    {"kind": "list-recordings", "page": 0},
-]
+LOOKS = [kind for kind, right in RIGHTS.items() if right is Right.LOOK]
+WORKS = [kind for kind, right in RIGHTS.items() if right is Right.EVERYTHING]
+WORKING = (ExportReducer, HeavierReducer, LawsReducer, RunReducer, StudyReducer)
+"""What has something simulated, stored or drawn for good."""
+
+
+def sample(hint: Any) -> Any:
+    """A value that a field of an intent may have."""
+    if is_dataclass(hint):
+        return {name: sample(part) for name, part in get_type_hints(hint).items()}
+    if get_origin(hint) is Literal:
+        return get_args(hint)[0]
+    if get_args(hint):
+        return sample(get_args(hint)[0])
+    return next(iter(hint)).value if issubclass(hint, Enum) else hint()
+
+
+def gesture(kind: type[Intent]) -> dict[str, Any]:
+    """What a page posts for an intent of a kind."""
+    return {"kind": KINDS[kind], **sample(kind)}
 
 
 @pytest.fixture(scope="module")
@@ -46,36 +71,47 @@ def taken(server: RunningServer) -> Iterator[tuple[str, list[Intent]]]:
     directory.remove(key)
 
 
-@pytest.mark.parametrize("gesture", LOOKS, ids=lambda gesture: gesture["kind"])
-def test_who_may_look_can_play_and_open_runs(server, taken, gesture) -> None:
+@pytest.mark.parametrize("kind", LOOKS)
+def test_who_may_look_can_play_and_open_runs(server, taken, kind) -> None:
     address, reached = taken
     with server.client() as client:
         shown = {"Authorization": f"Bearer {TOKENS.read_only}"}
-        assert client.post(address, json=[gesture], headers=shown).status_code == 202
-    assert len(reached) == 1
+        assert client.post(address, json=[gesture(kind)], headers=shown).status_code == 202
+    assert [type(intent) for intent in reached] == [kind]
 
 
-@pytest.mark.parametrize("gesture", CHANGES, ids=lambda gesture: gesture["kind"])
-def test_who_may_look_cannot_change_a_scenario_or_a_study(server, taken, gesture) -> None:
+@pytest.mark.parametrize("kind", WORKS)
+def test_who_may_look_changes_and_computes_nothing(server, taken, kind) -> None:
     address, reached = taken
     with server.client() as client:
         shown = {"Authorization": f"Bearer {TOKENS.read_only}"}
-        answer = client.post(address, json=[LOOKS[0], gesture], headers=shown)
+        gestures = [gesture(LOOKS[0]), gesture(kind)]
+        answer = client.post(address, json=gestures, headers=shown)
         assert answer.status_code == 403 and "look only" in answer.json()["detail"]
         assert reached == []
-        assert client.post(address, json=[gesture]).status_code == 202
-    assert len(reached) == 1
+        assert client.post(address, json=gestures[1:]).status_code == 202
+    assert [type(intent) for intent in reached] == [kind]
+
+
+@pytest.mark.parametrize("kind", LOOKS)
+def test_no_intent_that_only_looks_reaches_what_computes_or_changes_a_scenario(kind) -> None:
+    assert not [reducer for reducer in WORKING if issubclass(kind, reducer.takes)]
+    if issubclass(kind, ScenarioReducer.takes):
+        draft = Draft.from_preset("paper-case-1")
+        view = ViewState(
+            draft=draft, status=RunStatus(RunStage.SIMULATING), choice=WindowChoice.SLIP
+        )
+        assert ScenarioReducer().reduce(kind(**sample(kind)), view).draft is draft
 
 
 def test_what_who_may_look_does_to_widgets_is_ignored(server, monkeypatch) -> None:
     echo = Echo()
     monkeypatch.setattr(type(server.app.state.dashboard), "port", property(lambda _: echo.port))
-    camera = msgspec.msgpack.encode({"type": "ViewerCameraMessage", "fov": 1.0})
+    camera = msgspec.msgpack.encode({"type": "ViewerCameraMessage", **camera_fields()})
+    update = {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 1}}
     ignored = [
-        msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "x", "updates": {}}),
-        msgspec.msgpack.encode(
-            {"type": "FileTransferStartUpload", "transfer_uuid": "y", "size_bytes": 1}
-        ),
+        msgspec.msgpack.encode(update),
+        msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": "y"}),
     ]
 
     async def answer(token: str) -> object:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
 
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
 from slipgrasp.web.model.intents.heavier import AskHowHeavy
 from slipgrasp.web.model.intents.intent import Intent
@@ -63,7 +64,7 @@ from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 
 MAX_GESTURES = 20
 
-_POSTED: tuple[type[Intent], ...] = (
+_LOOKING: tuple[type[Intent], ...] = (
     TogglePlay,
     Seek,
     Step,
@@ -88,6 +89,11 @@ _POSTED: tuple[type[Intent], ...] = (
     ListRecordings,
     ChooseRecording,
     OpenRecording,
+    SwapRuns,
+    EndComparison,
+    FindPremises,
+)
+_WORKING: tuple[type[Intent], ...] = (
     Undo,
     Redo,
     RemoveChange,
@@ -99,28 +105,18 @@ _POSTED: tuple[type[Intent], ...] = (
     ToggleTour,
     VisitStop,
     AskHowHeavy,
-    SwapRuns,
-    EndComparison,
     OpenStudyRun,
     SeeStudyDraft,
-    FindPremises,
 )
-"""The intents that a page may post, and nothing else."""
+RIGHTS: dict[type[Intent], Right] = {
+    **dict.fromkeys(_LOOKING, Right.LOOK),
+    **dict.fromkeys(_WORKING, Right.EVERYTHING),
+}
+"""The intents that a page may post, and no others, each with the right that it takes.
 
-CHANGING: tuple[type[Intent], ...] = (
-    Undo,
-    Redo,
-    RemoveChange,
-    RemoveChanges,
-    AddDisturbance,
-    RemoveDisturbance,
-    TryOut,
-    ChooseLaw,
-    ToggleTour,
-    VisitStop,
-    SeeStudyDraft,
-)
-"""Those of them by which a scenario or a study becomes another; the rest only shows things."""
+What changes a scenario or a study, or has something simulated, takes every right; what only shows
+what there is takes that to look.
+"""
 
 
 def _kind_of(intent: type[Intent]) -> str:
@@ -128,7 +124,7 @@ def _kind_of(intent: type[Intent]) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "-", intent.__name__).lower()
 
 
-KINDS: dict[type[Intent], str] = {intent: _kind_of(intent) for intent in _POSTED}
+KINDS: dict[type[Intent], str] = {intent: _kind_of(intent) for intent in RIGHTS}
 """What the page calls each intent that it may post."""
 
 

@@ -13,9 +13,8 @@ from slipgrasp.server.exceptions import InvalidRequestError
 from slipgrasp.server.http.access import READ_ONLY
 from slipgrasp.server.http.errors import invalid_fields
 from slipgrasp.server.http.json_body import JSON_TYPE, read_values
-from slipgrasp.server.tokens import Right
 from slipgrasp.server.viewer.relay import ViewerRelay
-from slipgrasp.web.page.intents_schema import CHANGING, PageGestures
+from slipgrasp.web.page.intents_schema import RIGHTS, PageGestures
 from slipgrasp.web.page.keys import keys_html
 from slipgrasp.web.page.session_directory import SessionDirectory
 
@@ -73,7 +72,7 @@ async def take_gestures(key: str, request: Request) -> Response:
     except ValidationError as error:
         raise InvalidRequestError(invalid_fields(error.errors())) from error
     intents = gestures.intents()
-    if request.state.right < Right.EVERYTHING and any(isinstance(i, CHANGING) for i in intents):
+    if any(request.state.right < RIGHTS[type(intent)] for intent in intents):
         raise HTTPException(403, READ_ONLY.detail)
     for intent in intents:
         send(intent)
