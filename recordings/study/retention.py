@@ -8,10 +8,11 @@ not finished they stay, too. The results of studies always stay.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from enum import StrEnum
 
 from slipgrasp.recordings.exceptions import RecordingChangedError, RecordingNotFoundError
@@ -55,6 +56,12 @@ class Retention:
 
 KEEP_ALL = Retention()
 
+LARGEST_SHARE = 10
+"""At once goes one run in so many of a folder at most, and one where it has fewer."""
+
+LONGEST_GAP = timedelta(days=3)
+"""A clock that is further past the newest run may be wrong."""
+
 
 @dataclass(frozen=True, slots=True)
 class Expired:
@@ -90,6 +97,62 @@ def find_expired(
             continue
         num_kept, bytes_kept = num_kept + 1, bytes_kept + run.size
     return expired
+
+
+def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> list[Expired]:
+    """The runs of a list that go at once: no more than a share of the folder, the oldest of them.
+
+    A wrong rule, or a wrong clock, then costs a tenth of an archive before somebody has looked. The
+    share is that of all runs at a start, and later of those that go by their age alone: number and
+    size depend on no clock, and a folder that grows fast must still keep to them.
+
+    Args:
+        expired: What `find_expired` has found.
+        num_runs: How many runs the folder has.
+        at_start: Whether nothing was deleted yet since the service has started.
+    """
+    most = max(num_runs // LARGEST_SHARE, 1)
+    bounded = [each for each in expired if at_start or each.rule is Rule.AGE]
+    others = [each for each in expired if not at_start and each.rule is not Rule.AGE]
+    return [*others, *bounded[-most:]]
+
+
+class TrustedClock:
+    """The wall clock, as far as it agrees with the newest run that was there in the beginning.
+
+    It is never further past that run than some days, and the time since then. Where nothing was
+    run for longer, ages are counted from an earlier moment, and runs stay longer.
+
+    Args:
+        runs: Where the runs are kept; they are looked at when the time is first asked for.
+        clock: The wall clock.
+        passed: Tells the time that has passed [s].
+    """
+
+    def __init__(
+        self,
+        runs: RecordingStore,
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        passed: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._runs = runs
+        self._clock = clock
+        self._passed = passed
+        self._latest: tuple[datetime, float] | None = None
+
+    def now(self) -> datetime:
+        """From when ages count; the time of the wall clock, or one before it."""
+        told = self._clock()
+        if self._latest is None:
+            newest = [datetime.fromisoformat(run.created) for run in self._runs.list(limit=1)]
+            latest = newest[0] + LONGEST_GAP if newest else told
+            self._latest = latest, self._passed()
+        latest, began = self._latest
+        return min(told, latest + timedelta(seconds=self._passed() - began))
+
+    def lag(self) -> timedelta:
+        """How far the wall clock is ahead of what is trusted."""
+        return self._clock() - self.now()
 
 
 def delete_expired(runs: RecordingStore, expired: Iterable[Expired]) -> list[Expired]:

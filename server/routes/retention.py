@@ -75,7 +75,8 @@ def read_retention(
 ) -> RetentionPublic:
     """The runs that the server deletes the next time, at most an hour from now; deletes nothing.
 
-    With parameters those that would go by other rules. The server's own are set when it is started.
+    With parameters all that would go by other rules. The server's own are set when it is started;
+    by them no more than a tenth of the folder goes at once.
     """
     asked = Retention(
         max_age=None if keep_days is None else timedelta(days=keep_days),
@@ -83,7 +84,8 @@ def read_retention(
         max_bytes=keep_bytes,
     )
     rules = service.retention if asked.keeps_all else asked
-    data = [ExpiredRunPublic.from_expired(each) for each in service.expired(rules)]
+    expired = service.next_to_go() if asked.keeps_all else service.expired(asked)
+    data = [ExpiredRunPublic.from_expired(each) for each in expired]
     return RetentionPublic(
         rules=RetentionRulesPublic.from_rules(rules),
         data=data,

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
-from datetime import UTC, datetime
+from collections.abc import Callable, Sequence
+from datetime import timedelta
 
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.recordings.study.retention import Expired, Retention, delete_expired, find_expired
+from slipgrasp.recordings.study.retention import (
+    Expired,
+    Retention,
+    TrustedClock,
+    delete_expired,
+    find_expired,
+    in_share,
+)
 from slipgrasp.recordings.study.study_store import StudyStore
 
 PERIOD = 3600.0
@@ -28,6 +35,7 @@ class RetentionService:
         wait_for_recordings: Waits for some time, and tells whether what a killed service left is
             recovered: only then it is known what there is.
         period: How long from one look to the next [s].
+        clock: From when ages count; the wall clock as far as it is trusted if None.
     """
 
     def __init__(
@@ -37,12 +45,15 @@ class RetentionService:
         retention: Retention,
         wait_for_recordings: Callable[[float], bool],
         period: float = PERIOD,
+        clock: TrustedClock | None = None,
     ) -> None:
         self.retention = retention
         self._runs = runs
         self._studies = studies
         self._wait_for_recordings = wait_for_recordings
         self._period = period
+        self._clock = clock or TrustedClock(runs)
+        self._is_first_look = True
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -58,16 +69,23 @@ class RetentionService:
         if self._thread is not None:
             self._thread.join()
 
-    def expired(self, retention: Retention | None = None) -> list[Expired]:
-        """The runs that would go, newest first.
+    def expired(self, retention: Retention) -> list[Expired]:
+        """All runs that go by some rules, newest first.
 
         Args:
-            retention: What would stay; the server's own rules if None.
+            retention: What would stay.
         """
-        rules = self.retention if retention is None else retention
-        return find_expired(self._runs, self._studies, rules, datetime.now(UTC))
+        return find_expired(self._runs, self._studies, retention, self._clock.now())
+
+    def next_to_go(self) -> list[Expired]:
+        """The runs that the next look deletes by the server's own rules, newest first."""
+        return self._at_once(self.expired(self.retention))
+
+    def _at_once(self, due: Sequence[Expired]) -> list[Expired]:
+        return in_share(due, self._runs.count(), at_start=self._is_first_look)
 
     def _work(self) -> None:
+        self._tell_doubts()
         while not (self._closing.is_set() or self._wait_for_recordings(_POLL)):
             pass
         pause = 0.0
@@ -75,12 +93,31 @@ class RetentionService:
             self._delete()
             pause = self._period
 
+    def _tell_doubts(self) -> None:
+        """Says that the wall clock is not believed, before anything is deleted by it."""
+        lag = self._clock.lag()
+        if self.retention.max_age is not None and lag > timedelta():
+            _logger.warning(
+                "the clock is %d days further past the newest run than it is trusted: ages of "
+                "runs are counted from %s; set the clock if it is wrong",
+                lag.days,
+                self._clock.now().isoformat(timespec="seconds"),
+            )
+
     def _delete(self) -> None:
         try:
-            gone = delete_expired(self._runs, self.expired())
+            due = self.expired(self.retention)
+            at_once = self._at_once(due)
+            gone = delete_expired(self._runs, at_once)
         except RecordingError as error:
             _logger.error("runs that go by the retention rules are still there: %s", error)
             return
+        self._is_first_look = False
         if gone:
             size = sum(each.run.size for each in gone) / 1e6
-            _logger.warning("deleted %d runs, %.2f MB, by the retention rules", len(gone), size)
+            _logger.warning(
+                "deleted %d runs, %.2f MB, by the retention rules; %d more go later",
+                len(gone),
+                size,
+                len(due) - len(at_once),
+            )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from slipgrasp.cli.arguments import add_data_directory, data_directory, store_in
 from slipgrasp.cli.serving import parse_size
-from slipgrasp.cli.status import CommandError, ExitStatus
+from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.retention import Expired, Retention
@@ -85,7 +85,7 @@ def _count(text: str) -> int:
 
 
 def _execute(arguments: argparse.Namespace) -> ExitStatus:
-    from slipgrasp.recordings.study.retention import delete_expired, find_expired
+    from slipgrasp.recordings.study.retention import TrustedClock, delete_expired, find_expired
     from slipgrasp.recordings.study.study_store import StudyStore
 
     retention = read_retention(arguments)
@@ -93,6 +93,8 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
         raise CommandError("prune needs a rule: --keep-days, --keep-runs or --keep-size")
     folder = data_directory(arguments.data_directory)
     runs = store_in(folder)
+    if retention.max_age is not None and (lag := TrustedClock(runs).lag()) > timedelta():
+        complain(f"the newest run is {lag.days} days older than expected: is the clock right?")
     expired = find_expired(runs, StudyStore(folder, runs), retention, datetime.now(UTC))
     if arguments.delete:
         expired = delete_expired(runs, expired)

@@ -19,8 +19,10 @@ from slipgrasp.recordings.study.retention import (
     Expired,
     Retention,
     Rule,
+    TrustedClock,
     delete_expired,
     find_expired,
+    in_share,
 )
 from slipgrasp.recordings.study.scheduler import schedule_runs
 from slipgrasp.recordings.study.stored_study import StoredStudy
@@ -153,3 +155,44 @@ def test_a_name_that_only_looks_like_that_of_a_study_is_a_mark(runs, studies, re
     runs.annotate(run_id, name="heavier, run 0", tags=[f"study {stored.id}"])
     found = find_expired(runs, studies, Retention(max_runs=0), NOW)
     assert run_id not in [each.run.id for each in found]
+
+
+def test_a_start_deletes_no_more_than_a_tenth_of_the_folder_the_oldest(
+    runs, studies, result
+) -> None:
+    ids = [save_aged(runs, result, days) for days in range(21)]
+    for rules in (Retention(max_age=timedelta(days=-1)), Retention(max_runs=0)):
+        found = find_expired(runs, studies, rules, NOW)
+        assert len(found) == 21
+        at_start = in_share(found, runs.count(), at_start=True)
+        assert [each.run.id for each in at_start] == ids[-2:]
+    assert len(in_share(found[:1], num_runs=1, at_start=True)) == 1
+
+
+def test_later_number_and_size_hold_at_once_and_age_a_tenth_at_a_time(
+    runs, studies, result
+) -> None:
+    ids = [save_aged(runs, result, days) for days in range(20)]
+    rules = Retention(max_runs=4, max_age=timedelta(days=9.5))
+    found = find_expired(runs, studies, rules, NOW)
+    later = in_share(found, runs.count(), at_start=False)
+    assert told(later) == [(one, Rule.COUNT) for one in ids[4:10]] + [
+        (one, Rule.AGE) for one in ids[18:]
+    ]
+
+
+def test_a_clock_that_is_days_past_the_newest_run_is_not_trusted(runs, result) -> None:
+    save_aged(runs, result, 0)
+    passed = [100.0]
+    ahead = TrustedClock(runs, lambda: NOW + timedelta(days=400), lambda: passed[0])
+    assert ahead.now() == NOW + timedelta(days=3)
+    assert ahead.lag() == timedelta(days=397)
+    passed[0] += 86_400.0
+    assert ahead.now() == NOW + timedelta(days=4)
+    for days in (-1000, 0, 2.9):
+        right = TrustedClock(runs, lambda days=days: NOW + timedelta(days=days), lambda: 0.0)
+        assert right.now() == NOW + timedelta(days=days) and not right.lag()
+
+
+def test_a_folder_without_runs_has_nothing_to_doubt_the_clock_by(runs) -> None:
+    assert TrustedClock(runs, lambda: NOW, lambda: 0.0).now() == NOW

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 
-from slipgrasp.recordings.study.retention import Retention
+from slipgrasp.recordings.store.store import RecordingStore
+from slipgrasp.recordings.study.retention import Retention, TrustedClock
+from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.server.runs.retention import RetentionService
 from tests.server.serving import patient_settings, serve
 from tests.waiting import wait_until
 
@@ -36,13 +39,43 @@ def test_a_rule_that_makes_no_sense_is_refused(client) -> None:
 
 def test_what_goes_is_deleted_when_the_server_starts_and_what_is_marked_stays(tmp_path) -> None:
     with serve(patient_settings(tmp_path)) as running, running.client() as client:
-        ids = make_runs(client, 4)
+        ids = make_runs(client, 3)
         client.patch(f"/runs/{ids[0]}", json={"name": "the first"})
     settings = patient_settings(tmp_path, retention=Retention(max_runs=1))
     with serve(settings) as running, running.client() as client:
         wait_until(lambda: client.get("/runs").json()["count"] == 2)
         assert client.get("/retention").json()["rules"]["keep_runs"] == 1
-        assert {run["id"] for run in client.get("/runs").json()["data"]} == {ids[0], ids[3]}
+        assert {run["id"] for run in client.get("/runs").json()["data"]} == {ids[0], ids[2]}
+
+
+def test_at_the_start_only_a_tenth_of_the_folder_goes_though_more_has_to(tmp_path) -> None:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        ids = make_runs(client, 6)
+    settings = patient_settings(tmp_path, retention=Retention(max_runs=1))
+    with serve(settings) as running, running.client() as client:
+        wait_until(lambda: client.get("/runs").json()["count"] == 5)
+        left = [run["id"] for run in client.get("/runs").json()["data"]]
+        told = client.get("/retention").json()
+    assert left == ids[:0:-1]
+    assert [each["id"] for each in told["data"]] == ids[4:0:-1]
+
+
+def test_a_clock_far_ahead_deletes_nothing_at_the_start_and_is_told_of(
+    tmp_path, caplog, monkeypatch
+) -> None:
+    with serve(patient_settings(tmp_path)) as running, running.client() as client:
+        make_runs(client, 3)
+    store = RecordingStore(tmp_path)
+    ahead = TrustedClock(store, lambda: datetime.now(UTC) + timedelta(days=400))
+    retention = Retention(max_age=timedelta(days=30))
+    service = RetentionService(
+        store, StudyStore(tmp_path, store), retention, lambda _: True, clock=ahead
+    )
+    assert service.expired(retention) == service.next_to_go() == []
+    service.start()
+    service.close()
+    assert store.count() == 3
+    assert "397 days further past the newest run than it is trusted" in caplog.text
 
 
 def test_an_age_is_told_in_days(tmp_path) -> None:
