@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -21,7 +21,12 @@ RECORDING_PART = ".mcap.part"
 
 @contextmanager
 def atomic_file(
-    path: Path, *, overwrite: bool, part_suffix: str = PART_SUFFIX, keep_part: bool = False
+    path: Path,
+    *,
+    overwrite: bool,
+    part_suffix: str = PART_SUFFIX,
+    keep_part: bool = False,
+    publish: Callable[[Path, Path], None] = os.replace,
 ) -> Iterator[BinaryIO]:
     """Opens a new file that takes its name only once it is complete and on disk.
 
@@ -34,6 +39,7 @@ def atomic_file(
         overwrite: Whether an existing file is replaced.
         part_suffix: What the growing file's name ends with.
         keep_part: Whether an error leaves what was written so far, to be recovered.
+        publish: Gives the part, which is complete and on disk, the final name.
 
     Yields:
         The stream to write to.
@@ -63,7 +69,7 @@ def atomic_file(
                 raise RecordingExistsError(path)
             if os.name != "posix":
                 stream.close()  # elsewhere only a closed file can be renamed
-            part.replace(path)
+            publish(part, path)
             complete = True
         sync_folder(path.parent)
     except OSError as error:

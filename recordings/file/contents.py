@@ -33,6 +33,7 @@ from slipgrasp.recordings.file.documents import (
     read_stop,
     stop_is_unchanged,
 )
+from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
 from slipgrasp.recordings.file.schemas import (
     CHECKPOINTS,
     PHASE_CHANGES,
@@ -43,6 +44,9 @@ from slipgrasp.recordings.file.schemas import (
 )
 from slipgrasp.recordings.file.state_hash import StateHash
 from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH
+
+FINEST_DISPLAY = 1e9
+"""The times of messages are whole nanoseconds [Hz]."""
 
 FIRST_FORMAT_WITH_HASHES = 2
 _HASHED_AT_ONCE = 10_000
@@ -100,6 +104,15 @@ class Contents:
         state = self._state_hash(self.trace(), self._phase_changes())
         stop = self.metadata[STOP]
         return stop.get("state_hash") == state.hex() and stop_is_unchanged(stop, self._documents())
+
+    @property
+    def display_rate(self) -> float:
+        """How often the display topics show hand and object [Hz]; as usual if it is not told."""
+        try:
+            rate = float(self.metadata[START]["display_rate"])
+        except (KeyError, ValueError):
+            return DISPLAY_RATE
+        return rate if 0.0 <= rate <= FINEST_DISPLAY else DISPLAY_RATE
 
     def result_so_far(self) -> RunResult:
         """The run of a file without its end, as far as a checkpoint proves it whole.

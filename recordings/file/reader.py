@@ -72,10 +72,12 @@ class Unfinished:
     Attributes:
         result: The run so far, ``recovered`` unless it had ended and only the index is missing.
         unread_bytes: How much of the file could not be used.
+        display_rate: How often its display topics show hand and object [Hz].
     """
 
     result: RunResult
     unread_bytes: int
+    display_rate: float
 
 
 def read_recording(
@@ -146,8 +148,9 @@ def read_unfinished(path: str | PathLike[str]) -> Unfinished:
     """
     with open_recording(path) as stream:
         reading = Reading(stream, str(path), unfinished=True)
-        result = reading.contents().result_so_far()
-        return Unfinished(result, os.fstat(stream.fileno()).st_size - reading.whole_bytes)
+        contents = reading.contents()
+        unread_bytes = os.fstat(stream.fileno()).st_size - reading.whole_bytes
+        return Unfinished(contents.result_so_far(), unread_bytes, contents.display_rate)
 
 
 @contextmanager

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,12 +28,10 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
 from slipgrasp.recordings.file.reader import read_unfinished
-from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
+from slipgrasp.recordings.file.writer import RecordingWriter
 
 FLUSH_INTERVAL = 0.25
 SYNC_INTERVAL = 1.0
-
-REGULAR_SUFFIX = ".regular.part"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,8 +121,6 @@ def record(
     except BaseException:  # Such as a second Ctrl-C while a law never answers.
         _drop_if_empty(part_of(path))
         raise
-    if not writer.is_regular:
-        _make_regular(result, path, display_rate)
     return Recorded(result, None)
 
 
@@ -197,16 +192,3 @@ def _drop_if_empty(part: Path) -> None:
         read_unfinished(part)
     except RecordingError:
         part.unlink(missing_ok=True)
-
-
-def _make_regular(result: RunResult, path: Path, display_rate: float) -> None:
-    """Lays the file of a slow run out as that of a fast one: equal runs are equal files."""
-    # Where there is no room for it, the file that is there already is as good to read.
-    with suppress(RecordingWriteError):
-        write_recording(
-            result,
-            path,
-            overwrite=True,
-            display_rate=display_rate,
-            part_suffix=REGULAR_SUFFIX,
-        )

@@ -20,8 +20,7 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
 from slipgrasp.recordings.file.reader import read_as_stated, read_unfinished
-from slipgrasp.recordings.file.recorder import REGULAR_SUFFIX
-from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.file.writer import REGULAR_SUFFIX, write_recording
 
 RECORDING_SUFFIX = ".mcap"
 DAMAGED_SUFFIX = ".damaged"
@@ -63,12 +62,20 @@ def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered
         raise RecordingBusyError(source, "another run is writing it right now")
     if source.suffix != PART_SUFFIX and _is_whole(source):
         raise NothingToRecoverError(source, "it is a whole recording")
-    return _recover(source, output, overwrite=overwrite)
+    recovered = _recover(source, output, overwrite=overwrite)
+    _delete_if_orphaned(recovered_name(source).with_name(f"{output.name}{REGULAR_SUFFIX}"))
+    return recovered
 
 
 def _recover(source: Path, output: Path, *, overwrite: bool) -> Recovered:
     unfinished = read_unfinished(source)
-    write_recording(unfinished.result, output, overwrite=overwrite, part_suffix=RECOVERING_SUFFIX)
+    write_recording(
+        unfinished.result,
+        output,
+        overwrite=overwrite,
+        display_rate=unfinished.display_rate,
+        part_suffix=RECOVERING_SUFFIX,
+    )
     return Recovered(output, unfinished.result, unfinished.unread_bytes)
 
 

@@ -48,6 +48,9 @@ from slipgrasp.recordings.file.schemas import OWN_TOPICS, SCHEMA_VERSION, file_d
 CHUNK_BYTES = 1 << 18
 MAX_PER_CHUNK = 4096
 
+REGULAR_SUFFIX = ".regular.part"
+"""What a file's name ends with while it is laid out again."""
+
 
 def write_recording(
     result: RunResult,
@@ -89,7 +92,8 @@ class RecordingWriter:
     """Writes one recording; leaving its ``with`` block by an error leaves no whole file.
 
     Samples wait until they fill a chunk, so that equal runs give equal files in whatever
-    pieces they come. `flush` writes a chunk before it is full; see `is_regular`.
+    pieces they come. `flush` writes a chunk before it is full; then the run is laid out again
+    before the file takes its name.
 
     Args:
         path: The file to write.
@@ -128,7 +132,8 @@ class RecordingWriter:
         self.num_samples = 0
         self.num_phase_changes = 0
         self.num_ticks = 0
-        self.is_regular = True
+        self._is_regular = True
+        self._result: RunResult | None = None
 
     def __enter__(self) -> Self:
         with ExitStack() as stack:
@@ -137,6 +142,7 @@ class RecordingWriter:
                 overwrite=self._overwrite,
                 part_suffix=self._part_suffix,
                 keep_part=self._keep_part,
+                publish=self._publish,
             )
             self._stream = stack.enter_context(file)
             self._begin(self._stream)
@@ -187,7 +193,7 @@ class RecordingWriter:
     def flush(self) -> None:
         """Writes what waits, so that it outlives this process; the chunk is not a full one."""
         if len(self._rows):
-            self.is_regular = False
+            self._is_regular = False
             self._write_chunk(self._rows)
             self._rows = self._rows[:0]
         self._stream.flush()
@@ -207,6 +213,29 @@ class RecordingWriter:
             raise RecordingWriteError(self._path, "a metric is not a finite number") from error
         self._container.add_metadata(STOP, document)
         self._container.finish()
+        self._result = result
+
+    def _publish(self, part: Path, path: Path) -> None:
+        """Gives the run its name, in the layout that equal runs have.
+
+        A process that is killed meanwhile leaves the part, from which the same file is made.
+        """
+        if self._result is None or self._is_regular:
+            part.replace(path)
+            return
+        try:
+            write_recording(
+                self._result,
+                path,
+                overwrite=self._overwrite,
+                display_rate=self._display_rate,
+                part_suffix=REGULAR_SUFFIX,
+            )
+        except RecordingWriteError:
+            # Where there is no room for it, the file that is there already is as good to read.
+            part.replace(path)
+        else:
+            part.unlink()
 
     def _begin(self, stream: BinaryIO) -> None:
         """Writes everything that stands before the first sample."""

@@ -3,6 +3,7 @@
 import random
 import shutil
 from dataclasses import asdict
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +20,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingBusyError,
     RecordingError,
 )
+from slipgrasp.recordings.file import writer
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_back, read_recording, read_unfinished
 from slipgrasp.recordings.file.recorder import record
@@ -250,3 +252,73 @@ def test_the_metrics_of_what_is_recovered_are_those_of_its_samples(part, small):
     for name, expected in asdict(small.metrics).items():
         if name != "held":
             assert found[name] == pytest.approx(expected, rel=1e-12), name
+
+
+def write_slowly(run, path, **options):
+    """Records a run as a slow one is: flushed on the way, in chunks that are not full."""
+    kept = {"keep_part": True, **options}
+    with RecordingWriter(path, run.scenario, run.trace.shape, **kept) as slow:
+        for start in range(0, len(run.trace), 5):
+            piece = run.trace[start : start + 5]
+            changes = run.phase_changes[slow.num_phase_changes :]
+            slow.write(piece, [c for c in changes if c.time <= piece.times[-1]])
+            slow.flush()
+        slow.write_ending(run)
+
+
+def killed(*_arguments, **_options):
+    raise KeyboardInterrupt
+
+
+def test_a_run_that_was_flushed_on_the_way_is_the_file_of_one_that_was_not(small, tmp_path):
+    write_slowly(small, tmp_path / "slow.mcap")
+    write_recording(small, tmp_path / "fast.mcap")
+
+    assert (tmp_path / "slow.mcap").read_bytes() == (tmp_path / "fast.mcap").read_bytes()
+    assert {file.name for file in tmp_path.iterdir()} == {"slow.mcap", "fast.mcap"}
+
+
+@pytest.mark.parametrize("display_rate", [0.0, 200.0])
+def test_a_run_killed_after_its_last_sample_becomes_the_file_of_an_equal_run(
+    small, tmp_path, display_rate
+):
+    undisturbed, path = tmp_path / "undisturbed.mcap", tmp_path / "abc.mcap"
+    write_recording(small, undisturbed, display_rate=display_rate)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writer, "write_recording", killed)
+        with pytest.raises(KeyboardInterrupt):
+            write_slowly(small, path, display_rate=display_rate)
+    assert not path.exists() and part_of(path).stat().st_size != undisturbed.stat().st_size
+    (tmp_path / "abc.mcap.regular.part").write_bytes(b"begun")
+
+    (recovered,) = recover_orphans(tmp_path)
+
+    assert recovered.path == path
+    assert path.read_bytes() == undisturbed.read_bytes()
+    assert {file.name for file in tmp_path.iterdir()} == {"abc.mcap", "undisturbed.mcap"}
+
+
+def test_a_run_killed_before_its_part_is_gone_leaves_the_file_of_an_equal_run(small, tmp_path):
+    undisturbed, path = tmp_path / "undisturbed.mcap", tmp_path / "abc.mcap"
+    write_recording(small, undisturbed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "unlink", killed)
+        with pytest.raises(KeyboardInterrupt):
+            write_slowly(small, path)
+    assert path.read_bytes() == undisturbed.read_bytes()
+
+    assert recover_orphans(tmp_path) == []
+    assert {file.name for file in tmp_path.iterdir()} == {"abc.mcap", "undisturbed.mcap"}
+
+
+def test_what_is_recovered_by_hand_leaves_no_copy_that_was_begun(small, tmp_path):
+    path = tmp_path / "abc.mcap"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writer, "write_recording", killed)
+        with pytest.raises(KeyboardInterrupt):
+            write_slowly(small, path)
+    (tmp_path / "abc.mcap.regular.part").write_bytes(b"begun")
+
+    recover(part_of(path), path)
+
+    assert {file.name for file in tmp_path.iterdir()} == {"abc.mcap", "abc.mcap.part"}
