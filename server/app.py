@@ -29,6 +29,7 @@ from slipgrasp.server.http.connections import (
     KEEP_ALIVE_SECONDS,
     note_failed_accepts,
 )
+from slipgrasp.server.http.ending import EndingLimit
 from slipgrasp.server.http.errors import add_error_handlers
 from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
@@ -80,6 +81,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         trusts_connections=not settings.needs_token,
         is_encrypted=settings.is_encrypted,
     )
+    stopping = asyncio.Event()
     app = FastAPI(
         title="slipgrasp",
         version=program_version(),
@@ -92,6 +94,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         generate_unique_id_function=operation_id,
         lifespan=partial(_live, settings, lifespan),
         middleware=[
+            Middleware(EndingLimit, stopping=stopping),
             Middleware(RootPath, root=settings.root_path),
             Middleware(AccessGuard, gate=gate, names=settings.names, public=settings.public_urls),
             Middleware(
@@ -106,7 +109,7 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
         ],
     )
     app.state.settings = settings
-    app.state.stopping = asyncio.Event()
+    app.state.stopping = stopping
     app.include_router(_api())
     if settings.metrics:
         # It needs a package that not everybody has.

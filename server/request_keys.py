@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TextIO
 
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.file.atomic_file import atomic_file
@@ -81,7 +82,7 @@ class RequestKeys:
         while len(known) > self._max_keys:
             known.popitem(last=False)
         try:
-            with self._path.open("a", encoding="ascii") as stream:
+            with _open_to_append(self._path) as stream:
                 stream.write(_line(name, request.digest, run_id))
                 size = stream.tell()
             if size > MAX_FILE_BYTES:
@@ -102,6 +103,12 @@ class RequestKeys:
     def _rewrite(self, known: OrderedDict[str, tuple[str, str]]) -> None:
         with atomic_file(self._path, overwrite=True) as stream:
             stream.writelines(_line(name, *entry).encode() for name, entry in known.items())
+
+
+def _open_to_append(path: Path) -> TextIO:
+    """Opens the file itself: a link that somebody has put in its place is not followed."""
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    return os.fdopen(os.open(path, flags, 0o666), "a", encoding="ascii")
 
 
 def _digest(text: str) -> str:

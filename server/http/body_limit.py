@@ -44,8 +44,7 @@ class BodyLimit:
         declared = Headers(scope=scope).get("content-length", "0")
         if not declared.isdecimal() or int(declared) > max_bytes:
             error = BodyTooLargeError(max_bytes)
-            headers = {"Connection": "close"}
-            await problem_response(413, str(error), headers=headers)(scope, receive, send)
+            await problem_response(413, str(error))(scope, receive, send)
             return
         body = _Body(receive, send, max_bytes)
         await self._app(scope, body.receive, body.send)

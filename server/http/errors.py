@@ -174,8 +174,9 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
         errors = (FieldError(field="", value=None, limit=None, message=told),)
     if isinstance(error, ServiceBusyError):
         headers["Retry-After"] = str(error.retry_after)
-    if isinstance(error, (BodyTooLargeError, BodyTooSlowError, StorageFullError)):
-        # The rest of the body would have to be read and thrown away.
+    if isinstance(error, BodyTooSlowError):
+        # Others still send the rest of the body: it is thrown away for some seconds, as who sends
+        # to a closed connection does not get to read the answer.
         headers["Connection"] = "close"
     return problem_response(status, told, errors=errors, headers=headers)
 

@@ -23,7 +23,10 @@ class GuardedProtocol(BoundedConnection):
             self.app_state = {**self.app_state, "connection": Connection(local[:2], peer[:2])}
 
     def send_400_response(self, msg: str) -> None:
-        """Answers what is not HTTP, and closes."""
+        """Answers what is not HTTP, unless its request has been answered already, and closes."""
+        if self.conn.our_state not in (h11.IDLE, h11.SEND_RESPONSE):
+            self.transport.close()
+            return
         answer = problem_response(400, msg, headers={"Connection": "close"})
         for event in (
             h11.Response(status_code=answer.status_code, headers=answer.raw_headers),

@@ -11,6 +11,9 @@ from typing import Any, Self
 _WAIT = re.compile(r'wait *= *"?([0-9]{1,6})"?', re.IGNORECASE)
 _ASYNC = "respond-async"
 
+ENDING_SECONDS = 2.0
+"""How long an answer waits for what ends with the server; the server waits a little longer."""
+
 
 @dataclass(frozen=True, slots=True)
 class WaitPreference:
@@ -49,20 +52,25 @@ class WaitPreference:
 
 
 async def wait_until_done(future: Future[Any], seconds: float, stopping: asyncio.Event) -> None:
-    """Waits until something has ended, for some time at most, and not beyond the server's life.
+    """Waits until something has ended, for some time at most.
+
+    Once the server is to stop, all ends soon that is waited for, as stopped or as given up: then
+    that is waited for, however long was asked for, as nobody can ask again.
 
     Args:
         future: What is waited for; it goes on, whatever happens here.
         seconds: How long at most.
         stopping: Set once the server is to stop.
     """
-    if seconds <= 0.0:
+    if seconds <= 0.0 and not stopping.is_set():
         return
     loop, ended = asyncio.get_running_loop(), asyncio.Event()
     future.add_done_callback(lambda _: loop.call_soon_threadsafe(ended.set))
     waits = [asyncio.ensure_future(event.wait()) for event in (ended, stopping)]
     try:
         await asyncio.wait(waits, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+        if stopping.is_set():
+            await asyncio.wait(waits[:1], timeout=ENDING_SECONDS)
     finally:
         for wait in waits:
             wait.cancel()

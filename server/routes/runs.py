@@ -21,13 +21,14 @@ from slipgrasp.server.dependencies import (
     StoppingDep,
     WaitPreferenceDep,
 )
+from slipgrasp.server.exceptions import ServiceEndingError
 from slipgrasp.server.http.conditions import entity_tag, expected_revisions, is_known
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.http.waiting import WaitPreference, wait_until_done
 from slipgrasp.server.paging import page_links
 from slipgrasp.server.request_keys import KeyedRequest
-from slipgrasp.server.runs.pending import PendingRun
+from slipgrasp.server.runs.pending import PendingRun, RunState
 from slipgrasp.server.runs.schemas import (
     PendingRunPublic,
     RunCreate,
@@ -81,11 +82,14 @@ async def create_run(
     """Simulate a scenario and keep the run, also where physics, or a limit, ends it early.
 
     A run that takes longer than about two seconds is answered with 202 before it has ended;
-    it goes on, whether somebody asks for it or not.
+    it goes on, whether somebody asks for it or not. A server that stops meanwhile answers with the
+    run as far as it has come, or with 503 if it was not begun.
     """
     found = await run_in_threadpool(_begin, service, request, idempotency_key)
     if isinstance(found, PendingRun):
         await wait_until_done(found.future, preference.seconds, stopping)
+        if stopping.is_set() and found.state is RunState.WAITING:
+            raise ServiceEndingError
     return await run_in_threadpool(_answer, found, preference, 201)
 
 

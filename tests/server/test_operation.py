@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import logging
+import socket
 import sys
 import threading
 from collections.abc import Iterator
 
+import httpx2
 import pytest
 
 from slipgrasp.core.scenario.loading import load_scenario
@@ -18,6 +20,7 @@ from slipgrasp.server.log_format import LogFormat
 from slipgrasp.server.runs.service import RunService
 from tests.server.raw_http import get
 from tests.server.serving import LONG, patient_settings, serve
+from tests.waiting import wait_until
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
 AT_ONCE = {"Prefer": "respond-async"}
@@ -96,6 +99,41 @@ def test_a_run_ends_as_stopped_and_is_kept_as_soon_as_the_service_is_to_end(tmp_
         assert stored.summary["outcome"] == "stopped" and stored.path.is_file()
         refused = client.post("/runs", json=SHORT)
         assert refused.status_code == 503 and "about to end" in refused.json()["detail"]
+
+
+def test_requests_under_way_when_a_service_stops_get_their_run_or_503(tmp_path) -> None:
+    settings = patient_settings(tmp_path, max_running=1)
+    answers: list[httpx2.Response] = []
+
+    def ask(client: httpx2.Client) -> None:
+        answers.append(client.post("/runs", json=LONG, headers={"Prefer": "wait=60"}))
+
+    with serve(settings) as running, running.client() as client:
+        threads = [threading.Thread(target=ask, args=(client,)) for _ in range(6)]
+        for thread in threads:
+            thread.start()
+        service = running.app.state.run_service
+        wait_until(lambda: (service.load.running, service.load.waiting) == (1, 5))
+        running.app.state.stopping.set()
+        for thread in threads:
+            thread.join()
+    assert sorted(answer.status_code for answer in answers) == [201, *[503] * 5]
+    (kept,) = [answer.json() for answer in answers if answer.status_code == 201]
+    assert kept["outcome"] == "stopped"
+    assert [path.stem for path in tmp_path.glob("*.mcap*")] == [kept["id"]]
+
+
+def test_a_request_that_cannot_end_with_its_service_gets_503_and_no_reset(tmp_path) -> None:
+    head = ("POST /api/v1/recordings HTTP/1.1", "Host: localhost:{port}", "Content-Length: 1000")
+    with socket.socket() as connection:
+        with serve(patient_settings(tmp_path)) as running:
+            connection.connect(("127.0.0.1", running.port))
+            text = "\r\n".join([*head, "", "the first bytes"]).format(port=running.port)
+            connection.sendall(text.encode())
+            wait_until(lambda: list(tmp_path.glob("*.upload.part")))
+        answer = connection.recv(65536)
+    assert answer.startswith(b"HTTP/1.1 503 ") and b"about to end" in answer
+    assert not list(tmp_path.glob("*.upload.part"))
 
 
 def lines_of(capsys: pytest.CaptureFixture[str]) -> list[dict[str, object]]:

@@ -164,9 +164,9 @@ def test_a_wrong_scenario_is_refused_at_once_while_others_wait(client, long_run)
     assert answer.status_code == 422 and answer.json()["errors"][0]["field"] == "fingers.0.base"
 
 
-@pytest.mark.parametrize("wait", ["wait=60", "respond-async"])
+@pytest.mark.parametrize(("wait", "status"), [("wait=60", 201), ("respond-async", 202)])
 def test_a_server_that_is_stopped_keeps_what_was_simulated_and_logs_no_error(
-    tmp_path, caplog, wait
+    tmp_path, caplog, wait, status
 ) -> None:
     statuses: list[int] = []
 
@@ -179,7 +179,7 @@ def test_a_server_that_is_stopped_keeps_what_was_simulated_and_logs_no_error(
         poster.start()
         wait_until(lambda: client.get("/health").json()["running"] == 1)
     poster.join()
-    assert statuses == [202]
+    assert statuses == [status]
     assert [r for r in caplog.records if r.levelno >= logging.WARNING] == []
     with serve(patient_settings(tmp_path)) as running, running.client() as client:
         (run,) = client.get("/runs").json()["data"]
@@ -305,6 +305,16 @@ def test_only_the_keys_used_last_are_remembered_and_their_file_stays_small(
         assert [known.find(f"key {i}") for i in (37, 39)] == [
             ("digest", f"run {i}") for i in (37, 39)
         ]
+
+
+def test_a_link_in_place_of_the_keys_is_not_followed(tmp_path) -> None:
+    elsewhere, path = tmp_path / "elsewhere", tmp_path / KEYS_NAME
+    elsewhere.write_text("theirs")
+    path.symlink_to(elsewhere)
+    keys = RequestKeys(path)
+    keys.remember(KeyedRequest("key", "digest"), "run")
+    assert elsewhere.read_text() == "theirs"
+    assert keys.find("key") == ("digest", "run")
 
 
 def test_keys_that_cannot_be_written_hold_until_the_end(tmp_path) -> None:

@@ -1,0 +1,207 @@
+"""SIGKILL of `slipgrasp run` and `slipgrasp serve` at any instant: survivors have equal bytes.
+
+`python -m benchmarks.faults.survivors RANDOM LAST SEED` kills so many at random instants of their
+life, and so many within the last second of a recording. A recording that states its end has to be
+the file of a run that nobody disturbed, byte for byte; one that was recovered, a prefix of its run.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.faults.services import POLL, start_service
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX, recover_orphans
+
+PRESET = "paper-case-1"
+VALUES = {"simulation.duration": 120.0, "simulation.max_steps": 100_000_000}
+"""A run that takes seconds, so that it is flushed on the way, and again to lay its file out."""
+
+EACH_SERVICE = 5
+"""Of so many kills one is of a service, which takes longer to start."""
+
+LAST_SECOND = 1.0
+NEARLY_WHOLE = 0.9
+"""The share of a file after which the last second is about to begin."""
+
+PATIENCE = 300.0
+
+
+@dataclass(frozen=True, slots=True)
+class Survivors:
+    """What came of runs whose process was killed.
+
+    Attributes:
+        kills: How many processes were killed.
+        whole: Recordings with the bytes of an undisturbed run.
+        laid_out: How many of these recovery had to finish.
+        recovered: Recordings that are a prefix of the run, and say so.
+        nothing: Runs of which no sample was written yet.
+    """
+
+    kills: int
+    whole: int
+    laid_out: int
+    recovered: int
+    nothing: int
+
+
+def kill_and_compare(at_random: int, in_last_second: int, seed: int) -> Survivors:
+    """Kills processes that record, and compares what is left with an undisturbed run.
+
+    Args:
+        at_random: How many at random instants.
+        in_last_second: How many in the last second of a recording, or just after it.
+        seed: Of the instants.
+
+    Raises:
+        AssertionError: If a survivor has other bytes, or something else is left.
+    """
+    source, found = random.Random(seed), Counter[str]()
+    with tempfile.TemporaryDirectory() as name:
+        whole = _Whole(Path(name) / f"whole{RECORDING_SUFFIX}")
+        for i in range(at_random + in_last_second):
+            aim = _at_random if i < at_random else _in_last_second
+            kill = _kill_service if i % EACH_SERVICE == 0 else _kill_run
+            with tempfile.TemporaryDirectory(dir=name) as folder:
+                kill(Path(folder), lambda parts, aim=aim: aim(whole, source, parts), whole, found)
+    kinds = ("whole", "laid out", "recovered", "nothing")
+    return Survivors(at_random + in_last_second, *(found[kind] for kind in kinds))
+
+
+class _Whole:
+    """The run that nobody disturbs.
+
+    Attributes:
+        data: The bytes of its file.
+        rows: Its samples.
+        seconds: How long its process lives [s].
+    """
+
+    def __init__(self, path: Path) -> None:
+        began = time.monotonic()
+        subprocess.run(_command(path), check=True, stdout=subprocess.DEVNULL)
+        self.seconds = time.monotonic() - began
+        self.data = path.read_bytes()
+        self.rows = read_recording(path).trace.to_rows()
+
+
+_Parts = Callable[[], list[Path]]
+
+
+def _at_random(whole: _Whole, source: random.Random, _parts: _Parts) -> None:
+    time.sleep(source.uniform(0.0, 1.1 * whole.seconds))
+
+
+def _in_last_second(whole: _Whole, source: random.Random, parts: _Parts) -> None:
+    """Waits until a file is nearly whole, and some more; the process may end before."""
+    deadline = time.monotonic() + PATIENCE
+    while max(map(_size, parts()), default=0) < NEARLY_WHOLE * len(whole.data):
+        assert time.monotonic() < deadline, "the run is not recorded"
+        time.sleep(POLL)
+    time.sleep(source.uniform(0.0, LAST_SECOND))
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:
+        return 0
+
+
+def _command(path: Path) -> list[str]:
+    values = [word for key, value in VALUES.items() for word in ("--set", f"{key}={value}")]
+    run = ["run", PRESET, *values, "--output", str(path)]
+    return [sys.executable, "-m", "slipgrasp", *run]
+
+
+def _kill_run(
+    folder: Path, wait: Callable[[_Parts], None], whole: _Whole, found: Counter[str]
+) -> None:
+    path = folder / f"run{RECORDING_SUFFIX}"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(_command(path), **quiet) as process:
+        wait(lambda: list(folder.glob(f"run{RECORDING_SUFFIX}*")))
+        process.kill()
+    was_named = path.exists()
+    recover_orphans(folder)
+    _check(folder, path, was_named, whole, found)
+
+
+def _kill_service(
+    folder: Path, wait: Callable[[_Parts], None], whole: _Whole, found: Counter[str]
+) -> None:
+    with _service(folder) as (process, url):
+        path = folder / f"{_ask(url)}{RECORDING_SUFFIX}"
+        wait(lambda: list(folder.glob(f"{path.name}*")))
+        process.kill()
+    was_named = path.exists()
+    with _service(folder) as (_, url):
+        while _get(url, "health")["recovering"]:
+            time.sleep(POLL)
+    _check(folder, path, was_named, whole, found)
+
+
+@contextmanager
+def _service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    process, url = start_service(folder)
+    with process:
+        try:
+            yield process, url
+        finally:
+            process.terminate()
+
+
+def _ask(url: str) -> str:
+    body = json.dumps({"scenario": PRESET, "set": VALUES}).encode()
+    headers = {"Content-Type": "application/json", "Prefer": "respond-async"}
+    request = urllib.request.Request(f"{url}api/v1/runs", body, headers)
+    with urllib.request.urlopen(request) as answer:
+        return str(json.load(answer)["id"])
+
+
+def _get(url: str, path: str) -> dict[str, int]:
+    with urllib.request.urlopen(f"{url}api/v1/{path}") as answer:
+        found: dict[str, int] = json.load(answer)
+    return found
+
+
+def _check(folder: Path, path: Path, was_named: bool, whole: _Whole, found: Counter[str]) -> None:
+    """Compares what is left of one run, and looks that nothing lies beside it."""
+    left = [file.name for file in folder.iterdir() if file.name.startswith(path.stem)]
+    parts = [name for name in left if name.endswith(".part")]
+    assert not parts, f"left beside the recording: {parts}"
+    if not path.exists():
+        found["nothing"] += 1
+        return
+    result = read_recording(path)
+    if result.outcome is Outcome.RECOVERED:
+        _check_prefix(result, whole)
+        found["recovered"] += 1
+        return
+    assert path.read_bytes() == whole.data, f"{path.name} has other bytes than an equal run"
+    found["whole"] += 1
+    found["laid out"] += not was_named
+
+
+def _check_prefix(result: RunResult, whole: _Whole) -> None:
+    rows = result.trace.to_rows()
+    assert rows.tobytes() == whole.rows[: len(rows)].tobytes(), "a sample differs"
+
+
+if __name__ == "__main__":
+    with suppress(KeyboardInterrupt):
+        print(kill_and_compare(*map(int, sys.argv[1:4])))
