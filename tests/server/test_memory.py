@@ -8,6 +8,9 @@ import sys
 
 import pytest
 
+from slipgrasp.server.memory import KEPT_BYTES, Heap, Trimmer
+from tests.waiting import PATIENCE
+
 READING = """
 import sys, threading
 from pathlib import Path
@@ -40,20 +43,26 @@ print(resident() - before)
 
 
 SCATTERED = """
-import time
+import sys, threading, time
 from pathlib import Path
 from slipgrasp.server.memory import give_back_freed_memory
 
 def resident():
     return 4096 * int(Path("/proc/self/statm").read_text().split()[1])
 
+def work():
+    while True:
+        pass
+
 give_back_freed_memory(look_seconds=0.2)
+for _ in range(int(sys.argv[1])):
+    threading.Thread(target=work, daemon=True).start()
 before = resident()
 blocks = [bytes(20_000) for _ in range(5_000)]
 kept = blocks[::50]
 del blocks
 print(resident() - before)
-deadline = time.monotonic() + 60.0
+deadline = time.monotonic() + float(sys.argv[2])
 while resident() - before > 30e6 and time.monotonic() < deadline:
     time.sleep(0.2)
 print(resident() - before)
@@ -79,7 +88,52 @@ def test_what_threads_have_read_and_freed_is_the_systems_again():
     assert otherwise > 2 * given_back, "the C library gives it back by itself: it is needless"
 
 
-def test_what_lies_free_between_used_blocks_is_the_systems_again_once_all_rests():
-    freed, at_rest = printed_numbers(SCATTERED)
+@pytest.mark.parametrize("busy_threads", [0, 1])
+def test_what_lies_free_between_used_blocks_is_the_systems_again_also_in_a_busy_process(
+    busy_threads,
+):
+    freed, left = printed_numbers(SCATTERED, str(busy_threads), str(PATIENCE))
     assert freed > 60e6, "the C library gives it back by itself: it is needless"
-    assert at_rest < 30e6
+    assert left < 30e6
+
+
+class HeapOfTest:
+    """A heap that is told how much lies free, and counts how often it is given back."""
+
+    def __init__(self):
+        self.free, self.others, self.trimmed = 0, 150_000_000, 0
+        self.resident_free = 0
+
+    def look(self):
+        return Heap(self.free, self.others + self.resident_free)
+
+    def trim(self):
+        self.resident_free, self.trimmed = 0, self.trimmed + 1
+
+
+def test_freed_memory_is_given_back_once_it_lay_free_at_two_looks():
+    heap = HeapOfTest()
+    trimmer = Trimmer(heap.look, heap.trim)
+    heap.free = heap.resident_free = 10 * KEPT_BYTES
+    told = []
+    for _ in range(4):
+        trimmer.work()
+        told.append(heap.trimmed)
+    assert told == [0, 1, 1, 1], "what is given back is free, and is not given back again"
+    heap.resident_free = 2 * KEPT_BYTES
+    for _ in range(2):
+        trimmer.work()
+    assert heap.trimmed == 2, "what was used again between two looks is given back again"
+
+
+def test_what_is_used_again_or_is_not_of_the_heaps_is_left_alone():
+    heap = HeapOfTest()
+    trimmer = Trimmer(heap.look, heap.trim)
+    for look in range(6):
+        heap.free = heap.resident_free = 10 * KEPT_BYTES * (look % 2)
+        trimmer.work()
+    heap.free = heap.resident_free = 0
+    heap.others *= 4
+    for _ in range(3):
+        trimmer.work()
+    assert heap.trimmed == 0
