@@ -8,7 +8,6 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from slipgrasp.core.run.provenance import program_version
-from slipgrasp.core.run.simulator import kernel_progress
 from slipgrasp.server.dependencies import RunServiceDep
 from slipgrasp.server.exceptions import ServiceNotReadyError
 from slipgrasp.server.http.errors import ProblemPublic
@@ -23,6 +22,9 @@ class HealthPublic(BaseModel):
     version: str
     kernel: Literal["ready", "compiling"]
     kernel_progress: float
+    kernel_seconds_left: float | None = Field(
+        description="about how long compiling still takes [s]; null while that is not known"
+    )
     running: int
     waiting: int
     recovering: int = Field(
@@ -44,12 +46,13 @@ class ReadyPublic(BaseModel):
 @router.get("/health")
 async def read_health(service: RunServiceDep) -> HealthPublic:
     """Answers as long as the service does, with how busy it is."""
-    load = service.load
+    load, (share, seconds_left) = service.load, service.preparation.look()
     return HealthPublic(
         status="ok",
         version=program_version(),
         kernel="ready" if service.kernel_is_ready else "compiling",
-        kernel_progress=kernel_progress(),
+        kernel_progress=share,
+        kernel_seconds_left=seconds_left,
         running=load.running,
         waiting=load.waiting,
         recovering=len(service.recovering),

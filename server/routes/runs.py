@@ -90,7 +90,7 @@ async def create_run(
         await wait_until_done(found.future, preference.seconds, stopping)
         if stopping.is_set() and found.state is RunState.WAITING:
             raise ServiceEndingError
-    return await run_in_threadpool(_answer, found, preference, 201)
+    return await run_in_threadpool(_answer, service, found, preference, 201)
 
 
 @router.get("", responses=ProblemPublic.responses((422,)))
@@ -128,7 +128,7 @@ async def read_run(
     found = await run_in_threadpool(service.look_up, run_id)
     if isinstance(found, PendingRun) and preference.applied:
         await wait_until_done(found.future, preference.seconds, stopping)
-    return await run_in_threadpool(_answer, found, preference, 200, if_none_match)
+    return await run_in_threadpool(_answer, service, found, preference, 200, if_none_match)
 
 
 @router.post(
@@ -143,7 +143,7 @@ async def stop_run(
     found = await run_in_threadpool(service.stop, run_id)
     if isinstance(found, PendingRun):
         await wait_until_done(found.future, preference.seconds, stopping)
-    return await run_in_threadpool(_answer, found, preference, 200)
+    return await run_in_threadpool(_answer, service, found, preference, 200)
 
 
 @router.patch(
@@ -184,6 +184,7 @@ def _begin(
 
 
 def _answer(
+    service: RunService,
     found: PendingRun | StoredRun | Description,
     preference: WaitPreference,
     status: int,
@@ -192,7 +193,7 @@ def _answer(
     """A run as it is now, with the status where it has ended."""
     if isinstance(found, PendingRun):
         if not found.done():
-            return _answer_pending(found, preference)
+            return _answer_pending(service, found, preference)
         result, stored = found.result()
         found = stored or Description.from_result(result)
     headers = preference.headers
@@ -207,8 +208,10 @@ def _answer(
     return _json(run, status, headers)
 
 
-def _answer_pending(pending: PendingRun, preference: WaitPreference) -> Response:
-    run = PendingRunPublic.from_pending(pending)
+def _answer_pending(
+    service: RunService, pending: PendingRun, preference: WaitPreference
+) -> Response:
+    run = PendingRunPublic.from_pending(pending, service.preparation.words())
     told = {"Location": run.links["self"], "Retry-After": str(RETRY_AFTER)}
     return _json(run, 202, {**preference.headers, **told})
 

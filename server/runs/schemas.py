@@ -216,13 +216,28 @@ class PendingRunPublic(BaseModel):
     state: RunState
     progress: Annotated[float, Field(ge=0.0, le=1.0, description="simulated share")]
     links: dict[str, str]
+    compiling: str = Field(
+        description="how far the simulation is compiled for this machine, and about how long that "
+        "still takes, where runs wait for it; empty otherwise"
+    )
 
     @classmethod
-    def from_pending(cls, pending: PendingRun) -> Self:
-        """The run as it is now."""
+    def from_pending(cls, pending: PendingRun, compiling: str) -> Self:
+        """The run as it is now.
+
+        Args:
+            pending: The run.
+            compiling: What it waits for, in words; empty if the simulation is compiled.
+        """
         own = run_path(pending.id)
         links = {"self": own, "stop": f"{own}/stop"}
-        return cls(id=pending.id, state=pending.state, progress=pending.progress, links=links)
+        return cls(
+            id=pending.id,
+            state=pending.state,
+            progress=pending.progress,
+            links=links,
+            compiling=compiling,
+        )
 
 
 def _damaged_summary(finding: str) -> dict[str, Any]:

@@ -43,6 +43,7 @@ from slipgrasp.server.exceptions import (
 )
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
 from slipgrasp.server.runs.pending import Ended, PendingRun
+from slipgrasp.server.runs.preparation import Preparation
 from slipgrasp.server.runs.recovery import RunRecovery
 from slipgrasp.server.settings import Settings
 
@@ -72,6 +73,9 @@ class RunService:
         settings: How much to take on, and for how long.
         is_ending: Whether the service is about to end: then it takes nothing on, and stops what
             runs.
+
+    Attributes:
+        preparation: How far the simulation is compiled for this machine.
     """
 
     def __init__(
@@ -94,12 +98,14 @@ class RunService:
         self._keys_lock = threading.Lock()
         self._closing = threading.Event()
         self._kernel_ready = threading.Event()
+        self.preparation = Preparation()
         self._recovery = RunRecovery(store, settings.data_directory)
         self._isolated_runs = IsolatedRuns(settings.wall_limit, settings.max_running)
 
     def start(self) -> None:
         """Begins to recover what a killed service left, and to load or compile the kernel."""
         self._recovery.start()
+        self.preparation.look()
         threading.Thread(target=self.prepare, name="kernel", daemon=True).start()
 
     def close(self) -> None:
@@ -136,7 +142,7 @@ class RunService:
         waiting = self.load.waiting
         hindered = {
             "the service is about to end": self._is_ending(),
-            "the simulation is still being compiled": not self.kernel_is_ready,
+            self._words_on_kernel(): not self.kernel_is_ready,
             f"{waiting} runs are waiting already": waiting >= self._settings.max_waiting,
         }
         found = [sentence for sentence, holds in hindered.items() if holds]
@@ -145,6 +151,11 @@ class RunService:
         except RecordingError as error:
             found.append(told_within(error, self._settings.data_directory))
         return found
+
+    def _words_on_kernel(self) -> str:
+        if words := self.preparation.words():
+            return f"the simulation is still being compiled for this machine, once: {words}"
+        return "the simulation is being loaded"
 
     def preview(
         self, scenario: Scenario, should_stop: Callable[[], bool] | None = None

@@ -204,8 +204,9 @@ def test_nothing_from_outside_becomes_markup() -> None:
 
 
 def test_the_card_explains_the_first_compilation() -> None:
-    card = outcome_html(RunStatus(RunStage.COMPILING), None)
-    assert "compiled for this machine, once" in card
+    card = outcome_html(RunStatus(RunStage.COMPILING, ("40% done, about 50 s to go",)), None)
+    assert "Compiling the simulation for this machine: 40% done, about 50 s to go." in card
+    assert "This is done once" in card
 
 
 def test_the_card_tells_what_matters_most_and_unfolds_the_rest(case_2: RunResult) -> None:

@@ -184,8 +184,8 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     """What became of the latest request, as HTML."""
     if status.stage is RunStage.COMPILING:
         return _paragraph(
-            f"<b>Preparing the simulation: {' '.join(status.messages)}.</b> "
-            "It is compiled for this machine, once; later starts find it ready."
+            f"<b>Compiling the simulation for this machine: {' '.join(status.messages)}.</b> "
+            "This is done once; later starts find it ready."
         )
     if status.stage is RunStage.OPENING:
         return _paragraph("Opening the recording …", _SMALL)

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.run.simulator import kernel_progress
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.server.runs.preparation import Preparation
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.intent import Intent, Send
@@ -66,6 +66,7 @@ class RunReducer(Reducer):
     ) -> None:
         self._worker = PreviewWorker(service, saved, send)
         self.workers = (self._worker,)
+        self._preparation = service.preparation
         self._simulates_first = simulates_first
         self._asked: Draft | None = None
         self._base: Scenario | None = None
@@ -93,7 +94,7 @@ class RunReducer(Reducer):
             self._worker.save(view.shown.ticket, view.shown.result)
             return with_status(view, RunStatus(RunStage.SAVING))
         if self._waiting_since is not None and now - self._waiting_since > _UNNOTICED_WAIT:
-            return with_status(view, _busy_status())
+            return with_status(view, _busy_status(self._preparation))
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
@@ -163,8 +164,7 @@ class RunReducer(Reducer):
         return show_replay(view, view.replay)
 
 
-def _busy_status() -> RunStatus:
-    ready = kernel_progress()
-    if ready < 1.0:
-        return RunStatus(RunStage.COMPILING, (f"{ready:.0%}",))
+def _busy_status(preparation: Preparation) -> RunStatus:
+    if compiling := preparation.words():
+        return RunStatus(RunStage.COMPILING, (compiling,))
     return RunStatus(RunStage.SIMULATING)

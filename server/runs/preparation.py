@@ -1,0 +1,57 @@
+"""How far the simulation is compiled for this machine, and about how long that still takes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from slipgrasp.core.run.simulator import kernel_progress
+
+_SECONDS_TOLD = 90.0
+"""Longer times are told in minutes [s]."""
+
+
+class Preparation:
+    """Tells what a run waits for at the first start on a machine; safe to use from several threads.
+
+    How long it takes depends on what else the machine does, so it is reckoned from how far it has
+    come since it was looked at first: only looking makes an estimate.
+
+    Args:
+        share_ready: Tells how much of the simulation is compiled, 0 to 1.
+        clock: Tells the time [s].
+    """
+
+    def __init__(
+        self,
+        share_ready: Callable[[], float] = kernel_progress,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._share_ready = share_ready
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._first: tuple[float, float] | None = None
+
+    def look(self) -> tuple[float, float | None]:
+        """How much is compiled, 0 to 1, and how long the rest takes [s], None while unknown."""
+        share, now = self._share_ready(), self._clock()
+        with self._lock:
+            if share >= 1.0:
+                self._first = None
+                return 1.0, 0.0
+            if self._first is None:
+                self._first = now, share
+            began, before = self._first
+        done = share - before
+        return share, (now - began) * (1.0 - share) / done if done > 0.0 else None
+
+    def words(self) -> str:
+        """How far it is and about how long it still takes; empty once nothing is to be compiled."""
+        share, seconds = self.look()
+        if share >= 1.0:
+            return ""
+        if seconds is None:
+            return f"{share:.0%} done; it takes half a minute or more"
+        told = f"{seconds:.0f} s" if seconds < _SECONDS_TOLD else f"{seconds / 60.0:.0f} min"
+        return f"{share:.0%} done, about {told} to go"
