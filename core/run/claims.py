@@ -15,10 +15,22 @@ import numpy as np
 
 from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.slip_geometry import slips_from_poses
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
 ROUNDING = 1e-9
 """Relative difference of two sums over the same rows that were added up in another order."""
+
+LEAST_SLIP = 1e-9
+"""Slips that differ by less are equal [m]; computed ones are to 1e-15."""
+
+PATH_ROUNDING = 1e-3
+"""How much shorter than the way between two samples an integrated path may be."""
+
+ROWS_AT_ONCE = 1 << 16
+"""How many samples are looked at together, so that long runs take no more memory."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +38,8 @@ class Contradiction:
     """Something that is stated of a run and that its samples do not bear out.
 
     Attributes:
-        what: ``outcome``, ``phase_changes``, or a metric by its name in tables.
+        what: ``outcome``, ``phase_changes``, ``slip`` or ``slip_path`` with the number of a
+            contact, or a metric by its name in tables.
         stated: What is said.
         computed: What the samples give.
     """
@@ -41,7 +54,8 @@ class Contradiction:
 
 def contradictions_of(run: RunResult) -> tuple[Contradiction, ...]:
     """All that a run claims against its own samples; empty for every run that was computed."""
-    return (*_of_ending(run), *_of_phase_changes(run), *_of_metrics(run))
+    slips = _of_slips(run) if run.scenario.in_space else ()
+    return (*_of_ending(run), *_of_phase_changes(run), *_of_metrics(run), *slips)
 
 
 def describe_false_end(outcome: Outcome, end_time: float, duration: float) -> str:
@@ -108,6 +122,48 @@ def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
     for name, stated in run.metrics.flattened().items():
         if not _agree(stated, computed[name]):
             yield Contradiction(what=name, stated=stated, computed=computed[name])
+
+
+def _of_slips(run: RunResult) -> Iterator[Contradiction]:
+    """The first row of each contact in space whose slip the poses do not give, or its path.
+
+    Metrics follow from the path alone, which is integrated on its own.
+    """
+    for contact in range(run.trace.shape.num_contacts):
+        for first in range(0, len(run.trace), ROWS_AT_ONCE):
+            # One row more, for the way from the last to the next.
+            rows = run.trace[first : first + ROWS_AT_ONCE + 1]
+            if found := _of_slip(run.scenario, rows, contact):
+                yield found
+                break
+
+
+def _of_slip(scenario: SpatialScenario, rows: Trace, contact: int) -> Contradiction | None:
+    with np.errstate(all="ignore"):  # A run that diverged ends with numbers beyond all bounds.
+        stated, path = rows.slip[:, 2 * contact : 2 * contact + 2], rows.slip_path[:, contact]
+        computed = slips_from_poses(scenario, rows, contact)
+        chords = np.linalg.norm(np.diff(stated, axis=0), axis=1)
+        false_slip = np.abs(stated - computed).max(axis=1) > LEAST_SLIP * (
+            1.0 + np.abs(stated[:, 0])
+        )
+        short = chords > (1.0 + PATH_ROUNDING) * np.diff(path) + LEAST_SLIP
+    if len(wrong := np.flatnonzero(false_slip)):
+        row = wrong[0]
+        where = f"({{:g}}, {{:g}}) m at {rows.times[row]:g} s"
+        return Contradiction(
+            what=f"slip_{contact}",
+            stated=where.format(*stated[row]),
+            computed=where.format(*computed[row]),
+        )
+    if len(wrong := np.flatnonzero(short)):
+        row = wrong[0]
+        where = f"{{:g}} m from {rows.times[row]:g} to {rows.times[row + 1]:g} s"
+        return Contradiction(
+            what=f"slip_path_{contact}",
+            stated=where.format(path[row + 1] - path[row]),
+            computed=f"at least {where.format(chords[row])}",
+        )
+    return None
 
 
 def _agree(stated: float | None, computed: float | None) -> bool:

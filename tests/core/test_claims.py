@@ -116,3 +116,32 @@ def test_phase_changes_must_be_those_of_the_samples(run):
     late = tuple(replace(c, time=c.time + 0.02) for c in run.phase_changes)
     assert "phase_changes" in claims_against(replace(run, phase_changes=late))
     assert first < 0.05
+
+
+@pytest.fixture(scope="module")
+def spatial_run():
+    return simulate(load_scenario("spatial-prism"))
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, 1.0 - 1e-5, 1.0 + 1e-5, 2.0, -1.0])
+def test_slips_in_space_that_the_poses_do_not_give_are_named(spatial_run, factor):
+    slip = factor * spatial_run.trace.slip
+    forged = replace(spatial_run, trace=replace(spatial_run.trace, slip=slip))
+
+    assert claims_against(forged) == ["slip_0", "slip_1", "slip_2"]
+
+
+def test_slips_of_one_contact_that_are_those_of_another_are_named(spatial_run):
+    slip = spatial_run.trace.slip.copy()
+    slip[:, 2:4] = slip[:, :2]
+
+    (found,) = contradictions_of(replace(spatial_run, trace=replace(spatial_run.trace, slip=slip)))
+    assert found.what == "slip_1" and found.stated != found.computed
+
+
+def test_a_path_in_space_that_is_shorter_than_its_slips_is_named(spatial_run):
+    path = 0.9 * spatial_run.trace.slip_path
+    metrics = replace(spatial_run.metrics, slip_path=tuple(path[-1].tolist()))
+    forged = replace(spatial_run, metrics=metrics, trace=replace(spatial_run.trace, slip_path=path))
+
+    assert claims_against(forged) == ["slip_path_0", "slip_path_1", "slip_path_2"]

@@ -14,6 +14,8 @@ import httpx2
 import pytest
 from mcap.writer import Writer
 
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store import store as store_module
@@ -319,3 +321,18 @@ def test_a_recording_that_contradicts_its_samples_is_refused(
     computed = str(getattr(run.metrics, what))[:10]
     assert f"{what} is stated as {lie}, its samples give {computed}" in detail
     assert files_of(folder) == before
+
+
+def test_a_recording_in_space_whose_slips_were_scaled_is_refused(client, folder, tmp_path) -> None:
+    run = simulate(load_scenario("spatial-prism"))
+    write_recording(run, tmp_path / "true.mcap")
+    scaled = replace(run, trace=replace(run.trace, slip=1.5 * run.trace.slip))
+    write_recording(scaled, tmp_path / "forged.mcap")
+    before = files_of(folder)
+
+    answer = client.post("/recordings", content=(tmp_path / "forged.mcap").read_bytes())
+
+    assert answer.status_code == 422 and "slip_0 is stated as" in answer.json()["detail"]
+    assert files_of(folder) == before
+    answer = client.post("/recordings", content=(tmp_path / "true.mcap").read_bytes())
+    assert answer.status_code == 201

@@ -1,0 +1,55 @@
+"""Where on their faces the fingertips of a hand in space are, by joint angles and object pose.
+
+The distances that a recording states as slips follow from the pose of the object and the angles of
+the joints (docs/space.md): with tip p, object at x with attitude R, and a contact whose anchor is a
+and whose tangents are t_x and t_y, the slips are t_x, t_y of R^T (p - x) - a.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario.spatial import SpatialFinger, SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import spatial_contact
+from slipgrasp.core.trace.trace import JOINTS_IN_SPACE, Trace
+
+Floats = NDArray[np.float64]
+
+
+def slips_from_poses(scenario: SpatialScenario, trace: Trace, index: int) -> Floats:
+    """Slips of one contact along its tangents.
+
+    Args:
+        scenario: Of a hand in space.
+        trace: Samples of its run.
+        index: The contact.
+
+    Returns:
+        Slips, shape ``(samples, 2)`` [m].
+    """
+    finger = scenario.fingers[index]
+    first = JOINTS_IN_SPACE * index
+    tip = _tip(finger, trace.joint_position[:, first : first + JOINTS_IN_SPACE])
+    contact = spatial_contact(scenario.object, finger)
+    point = _in_object_frame(trace.object_pose, tip) - np.array(contact.anchor)
+    return point @ np.array([contact.tangent_x, contact.tangent_y]).T
+
+
+def _tip(finger: SpatialFinger, angles: Floats) -> Floats:
+    """Fingertip of joint angles (yaw and two pitches), shape ``(samples, 3)`` [m]."""
+    yaw, shoulder = angles[:, 0], angles[:, 1]
+    elbow = shoulder + angles[:, 2]
+    upper, lower = finger.link_lengths
+    reach = upper * np.cos(shoulder) + lower * np.cos(elbow)
+    height = upper * np.sin(shoulder) + lower * np.sin(elbow)
+    offset = np.column_stack([reach * np.cos(yaw), reach * np.sin(yaw), height])
+    return np.array(finger.base) + offset
+
+
+def _in_object_frame(pose: Floats, point: Floats) -> Floats:
+    """R^T (p - x), with R of a quaternion (w, x, y, z) of any length."""
+    distance, w, axis = point - pose[:, :3], pose[:, 3:4], pose[:, 4:7]
+    across = 2.0 * np.cross(distance, axis)
+    size = np.sum(pose[:, 3:7] ** 2, axis=1, keepdims=True)
+    return distance + (w * across + np.cross(across, axis)) / size
