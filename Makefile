@@ -1,4 +1,5 @@
-# make serve [PORT=8080] | check | test | lint | benchmark | wasm | site | constraints | requirements | clean
+# make serve [PORT=8080] | check | test | lint | benchmark | wasm | site | audit | constraints |
+#      requirements | clean
 #
 # Needs Python >= 3.11 and make. The environment lives in .venv; uv builds it where it is
 # installed, venv and pip otherwise. A stamp file per set of extras makes a second call instant.
@@ -13,7 +14,7 @@ export UV_SYSTEM_CERTS ?= 1
 # What is imported is compiled then and kept; most of what pip brings never is.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: serve check quick test lint benchmark wasm site constraints requirements clean
+.PHONY: serve check quick test lint benchmark wasm site audit constraints requirements clean
 .DELETE_ON_ERROR:
 
 serve: $(VENV)/.serve
@@ -51,6 +52,18 @@ wasm: $(VENV)/.wasm
 site: $(VENV)/.site
 	$(BIN)/python -m sphinx --quiet --fail-on-warning -c docs/site . build/site
 
+# Looks for known vulnerabilities in what an installation takes: in the versions that are pinned, and
+# in the least that pyproject.toml allows. Needs a network that reaches pypi.org, or, with
+# AUDIT=--vulnerability-service=osv, api.osv.dev; fails where a package could not be looked up.
+AUDIT ?=
+audit: $(VENV)/.audit
+	$(BIN)/pip-audit --strict $(AUDIT) --require-hashes --disable-pip --requirement requirements.txt
+	@mkdir -p build
+	uv pip compile pyproject.toml --extra dask --extra metrics --resolution lowest-direct \
+	  --python-version 3.11 --no-emit-index-url --no-emit-find-links --no-annotate --quiet \
+	  --output-file build/lowest.txt
+	$(BIN)/pip-audit --strict $(AUDIT) --no-deps --disable-pip --requirement build/lowest.txt
+
 # Writes constraints.txt again, with the newest versions that pyproject.toml allows.
 constraints:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --upgrade \
@@ -74,9 +87,10 @@ $(VENV)/.develop: REQUIREMENT := .[test,lint]
 $(VENV)/.benchmark: REQUIREMENT := .[test,bench]
 $(VENV)/.wasm: REQUIREMENT := .[wasm]
 $(VENV)/.site: REQUIREMENT := .[site]
+$(VENV)/.audit: REQUIREMENT := .[audit]
 
 # Everything goes to standard error, so that the first line of `make serve` is the URL.
-$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark $(VENV)/.wasm $(VENV)/.site: pyproject.toml setup.py constraints.txt $(BIN)/python
+$(VENV)/.serve $(VENV)/.develop $(VENV)/.benchmark $(VENV)/.wasm $(VENV)/.site $(VENV)/.audit: pyproject.toml setup.py constraints.txt $(BIN)/python
 	@echo "slipgrasp: installing $(REQUIREMENT) into $(VENV), a minute or two the first time" >&2
 	@if command -v uv >/dev/null 2>&1; then \
 	  uv pip install --python $(BIN)/python -c constraints.txt -e '$(REQUIREMENT)' >&2; \

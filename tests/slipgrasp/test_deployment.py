@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import re
@@ -15,6 +16,8 @@ import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import packages_distributions
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -132,6 +135,54 @@ def test_the_requirements_hold_all_that_an_installation_asks_for() -> None:
     text = (ROOT / "requirements.txt").read_text()
     pinned = set(re.findall(r"^([a-z0-9-]+)==", text, re.MULTILINE))
     assert {re.split(r"[<>=]", name)[0] for name in asked} <= pinned
+
+
+def test_everything_that_is_imported_is_named_as_a_dependency() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    named = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
+    known = {re.split(r"[<>=\[]", name)[0] for name in named}
+    needed = {name for folder in (*ROOMS, "slipgrasp") for name in imported_in(ROOT / folder)}
+    assert {"starlette", "h11", "numpy"} <= needed
+    installed = packages_distributions()
+    unnamed = {
+        name
+        for name in needed
+        if not known & {d.lower().replace("_", "-") for d in installed.get(name, [name])}
+    }
+    assert unnamed == set()
+
+
+def imported_in(folder: Path) -> set[str]:
+    """Top-level packages of others that modules of a folder import, wherever they do."""
+    found: set[str] = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                found.update(name.name for name in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+                found.add(node.module)
+    top = {name.partition(".")[0] for name in found}
+    return top - sys.stdlib_module_names - {"slipgrasp"}
+
+
+FIRST_WITHOUT_KNOWN_HOLES = {
+    "distributed": (2026, 1, 1),  # CVE-2026-23528
+    "h11": (0, 16),  # CVE-2025-43859
+    "pillow": (12, 3),  # CVE-2026-59199, CVE-2026-59205 and others
+    "protobuf": (6, 33, 5),  # CVE-2025-4565, CVE-2026-0994
+    "pyarrow": (23, 0, 1),  # CVE-2026-25087
+    "python-multipart": (0, 0, 27),  # CVE-2026-40347, CVE-2026-42561
+    "starlette": (1, 3, 1),  # CVE-2025-62727, CVE-2026-48710, CVE-2026-54283 and others
+}
+
+
+def test_no_version_with_a_hole_that_is_known_here_is_admitted() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    named = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
+    for name, least in FIRST_WITHOUT_KNOWN_HOLES.items():
+        bounds = [re.fullmatch(rf"{name}>=([0-9.]+).*", one) for one in named]
+        admitted = [tuple(map(int, found[1].split("."))) for found in bounds if found]
+        assert admitted and min(admitted) >= least, name
 
 
 def test_the_command_of_the_image_serves_behind_the_port_that_it_exposes(tmp_path) -> None:
