@@ -54,7 +54,8 @@ class Contradiction:
 
 def contradictions_of(run: RunResult) -> tuple[Contradiction, ...]:
     """All that a run claims against its own samples; empty for every run that was computed."""
-    slips = _of_slips(run) if run.scenario.in_space else ()
+    scenario = run.scenario
+    slips = _of_slips(run, scenario) if isinstance(scenario, SpatialScenario) else ()
     return (*_of_ending(run), *_of_phase_changes(run), *_of_metrics(run), *slips)
 
 
@@ -124,7 +125,7 @@ def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
             yield Contradiction(what=name, stated=stated, computed=computed[name])
 
 
-def _of_slips(run: RunResult) -> Iterator[Contradiction]:
+def _of_slips(run: RunResult, scenario: SpatialScenario) -> Iterator[Contradiction]:
     """The first row of each contact in space whose slip the poses do not give, or its path.
 
     Metrics follow from the path alone, which is integrated on its own.
@@ -133,7 +134,7 @@ def _of_slips(run: RunResult) -> Iterator[Contradiction]:
         for first in range(0, len(run.trace), ROWS_AT_ONCE):
             # One row more, for the way from the last to the next.
             rows = run.trace[first : first + ROWS_AT_ONCE + 1]
-            if found := _of_slip(run.scenario, rows, contact):
+            if found := _of_slip(scenario, rows, contact):
                 yield found
                 break
 
