@@ -18,6 +18,7 @@ from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
 from benchmarks.faults.stops import stop_runs
+from benchmarks.faults.survivors import kill_and_compare
 from benchmarks.faults.viewers import mix_viewers
 from benchmarks.faults.workers import kill_in_a_burst, kill_workers
 from benchmarks.report import Table
@@ -26,6 +27,7 @@ __all__ = ["run"]
 
 KILLS = 100
 SERVICE_KILLS = 20
+SURVIVOR_KILLS, LAST_SECOND_KILLS = 50, 20
 WORKER_KILLS = 100
 DASK_KILLS, DASK_RUNS = 4, 2000
 BURST, BURST_SECONDS = 6, 4.0
@@ -65,6 +67,17 @@ def _killed_services() -> Row:
         "SIGKILL of a service that records two runs",
         f"{services.count} of {services.count} restarted, all {services.recovered} runs listed "
         f"as recovered, after {services.slowest:.1f} s at most",
+    )
+
+
+def _survivors() -> Row:
+    found = kill_and_compare(SURVIVOR_KILLS, LAST_SECOND_KILLS, seed=1)
+    return (
+        f"SIGKILL of a run or a service, {SURVIVOR_KILLS} at a random instant and "
+        f"{LAST_SECOND_KILLS} in the last second of a recording",
+        f"{found.whole} complete recordings with the bytes of an undisturbed run, {found.laid_out} "
+        f"of them finished by recovery; {found.recovered} recovered as a prefix, {found.nothing} "
+        "without a sample yet",
     )
 
 
@@ -195,6 +208,7 @@ def _mixed_viewers() -> Row:
 CAMPAIGNS: tuple[Callable[[], Row], ...] = (
     _killed_writers,
     _killed_services,
+    _survivors,
     _killed_workers,
     _killed_dask_workers,
     _burst,

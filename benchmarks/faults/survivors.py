@@ -16,8 +16,9 @@ import time
 import urllib.request
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from benchmarks.faults.services import POLL, start_service
@@ -59,13 +60,19 @@ class Survivors:
     nothing: int
 
 
-def kill_and_compare(at_random: int, in_last_second: int, seed: int) -> Survivors:
+def kill_and_compare(
+    at_random: int,
+    in_last_second: int,
+    seed: int,
+    report: Callable[[Counter[str]], None] = lambda _found: None,
+) -> Survivors:
     """Kills processes that record, and compares what is left with an undisturbed run.
 
     Args:
         at_random: How many at random instants.
         in_last_second: How many in the last second of a recording, or just after it.
         seed: Of the instants.
+        report: Called with the counts so far after every kill.
 
     Raises:
         AssertionError: If a survivor has other bytes, or something else is left.
@@ -78,6 +85,7 @@ def kill_and_compare(at_random: int, in_last_second: int, seed: int) -> Survivor
             kill = _kill_service if i % EACH_SERVICE == 0 else _kill_run
             with tempfile.TemporaryDirectory(dir=name) as folder:
                 kill(Path(folder), lambda parts, aim=aim: aim(whole, source, parts), whole, found)
+            report(found)
     kinds = ("whole", "laid out", "recovered", "nothing")
     return Survivors(at_random + in_last_second, *(found[kind] for kind in kinds))
 
@@ -203,5 +211,5 @@ def _check_prefix(result: RunResult, whole: _Whole) -> None:
 
 
 if __name__ == "__main__":
-    with suppress(KeyboardInterrupt):
-        print(kill_and_compare(*map(int, sys.argv[1:4])))
+    random_kills, last_kills, chosen_seed = map(int, sys.argv[1:4])
+    print(kill_and_compare(random_kills, last_kills, chosen_seed, partial(print, flush=True)))

@@ -15,6 +15,7 @@ from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
 from benchmarks.faults.stops import stop_runs
+from benchmarks.faults.survivors import kill_and_compare
 from benchmarks.faults.viewers import mix_viewers
 from slipgrasp.recordings.file.reader import read_recording
 
@@ -30,6 +31,11 @@ def test_what_a_killed_process_had_flushed_is_read_to_the_last_sample():
 def test_a_service_that_is_killed_lists_its_runs_as_recovered_when_it_starts_again():
     kills = kill_services(1, seed=3)
     assert (kills.count, kills.recovered) == (1, 2)
+
+
+def test_what_survives_a_kill_at_any_instant_has_the_bytes_of_an_undisturbed_run():
+    found = kill_and_compare(at_random=2, in_last_second=2, seed=5)
+    assert found.whole + found.recovered + found.nothing == found.kills == 4
 
 
 def test_files_cut_off_anywhere_are_refused_and_unfinished_ones_give_a_prefix():
