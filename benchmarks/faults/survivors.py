@@ -28,7 +28,7 @@ from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX, recover_orphans
 
 PRESET = "paper-case-1"
-VALUES = {"simulation.duration": 120.0, "simulation.max_steps": 100_000_000}
+VALUES = {"simulation.duration": 60.0, "simulation.max_steps": 100_000_000}
 """A run that takes seconds, so that it is flushed on the way, and again to lay its file out."""
 
 EACH_SERVICE = 5

@@ -8,6 +8,10 @@ from collections.abc import Callable
 
 from slipgrasp.core.run.simulator import kernel_progress
 
+COMPILING_SECONDS = 45.0
+"""About how long one processor compiles it, with nothing else to do [s]."""
+
+_LEAST_USED = 0.5
 _SECONDS_TOLD = 90.0
 """Longer times are told in minutes [s]."""
 
@@ -16,35 +20,43 @@ class Preparation:
     """Tells what a run waits for at the first start on a machine; safe to use from several threads.
 
     How long it takes depends on what else the machine does, so it is reckoned from how far it has
-    come since it was looked at first: only looking makes an estimate.
+    come since it was looked at first: by the units that are compiled, or before the first of them
+    by the share of a processor that this process gets.
 
     Args:
         share_ready: Tells how much of the simulation is compiled, 0 to 1.
         clock: Tells the time [s].
+        processor_time: Tells how long this process has computed [s].
     """
 
     def __init__(
         self,
         share_ready: Callable[[], float] = kernel_progress,
         clock: Callable[[], float] = time.monotonic,
+        processor_time: Callable[[], float] = time.process_time,
     ) -> None:
         self._share_ready = share_ready
         self._clock = clock
+        self._processor_time = processor_time
         self._lock = threading.Lock()
-        self._first: tuple[float, float] | None = None
+        self._first: tuple[float, float, float] | None = None
 
     def look(self) -> tuple[float, float | None]:
         """How much is compiled, 0 to 1, and how long the rest takes [s], None while unknown."""
-        share, now = self._share_ready(), self._clock()
+        share, now, used = self._share_ready(), self._clock(), self._processor_time()
         with self._lock:
             if share >= 1.0:
                 self._first = None
                 return 1.0, 0.0
             if self._first is None:
-                self._first = now, share
-            began, before = self._first
-        done = share - before
-        return share, (now - began) * (1.0 - share) / done if done > 0.0 else None
+                self._first = now, used, share
+            began, used_before, before = self._first
+        passed, used, done = now - began, used - used_before, share - before
+        if done > 0.0:
+            return share, passed * (1.0 - share) / done
+        if _LEAST_USED < used < COMPILING_SECONDS:
+            return share, passed * (COMPILING_SECONDS - used) / used
+        return share, None
 
     def words(self) -> str:
         """How far it is and about how long it still takes; empty once nothing is to be compiled."""
@@ -52,6 +64,6 @@ class Preparation:
         if share >= 1.0:
             return ""
         if seconds is None:
-            return f"{share:.0%} done; it takes half a minute or more"
+            return f"{share:.0%} done; it takes half a minute or more, longer on a busy machine"
         told = f"{seconds:.0f} s" if seconds < _SECONDS_TOLD else f"{seconds / 60.0:.0f} min"
         return f"{share:.0%} done, about {told} to go"

@@ -6,7 +6,7 @@ import threading
 
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.recordings.store.store import RecordingStore
-from slipgrasp.server.runs.preparation import Preparation
+from slipgrasp.server.runs.preparation import COMPILING_SECONDS, Preparation
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.view import RunStage, RunStatus
 from slipgrasp.web.panels.outcome_panel import outcome_html
@@ -19,8 +19,8 @@ class Compiler:
     """One that is watched at times that the test chooses."""
 
     def __init__(self) -> None:
-        self.share, self.now = 0.0, 100.0
-        self.preparation = Preparation(lambda: self.share, lambda: self.now)
+        self.share, self.now, self.used = 0.0, 100.0, 7.0
+        self.preparation = Preparation(lambda: self.share, lambda: self.now, lambda: self.used)
 
 
 def test_the_time_to_go_is_reckoned_from_the_pace_so_far() -> None:
@@ -38,7 +38,18 @@ def test_before_anything_is_compiled_no_time_is_made_up() -> None:
     compiler = Compiler()
     compiler.now += 300.0
     assert compiler.preparation.look() == (0.0, None)
-    assert compiler.preparation.words() == "0% done; it takes half a minute or more"
+    told = "0% done; it takes half a minute or more, longer on a busy machine"
+    assert compiler.preparation.words() == told
+
+
+def test_before_the_first_unit_it_is_reckoned_from_the_processor_that_others_leave() -> None:
+    compiler = Compiler()
+    compiler.preparation.look()
+    compiler.now, compiler.used = compiler.now + 360.0, compiler.used + 4.5
+    assert compiler.preparation.look() == (0.0, 360.0 * 9)
+    assert compiler.preparation.words() == "0% done, about 54 min to go"
+    compiler.used += COMPILING_SECONDS
+    assert compiler.preparation.look() == (0.0, None)
 
 
 def test_what_is_compiled_later_has_a_pace_of_its_own() -> None:
