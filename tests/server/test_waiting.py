@@ -54,7 +54,7 @@ def test_a_run_that_takes_long_is_answered_before_it_has_ended(client) -> None:
     answer = client.post("/runs", json=LONG)
     run = answer.json()
     assert answer.status_code == 202
-    assert run.keys() == {"id", "state", "progress", "links"}
+    assert run.keys() == {"id", "state", "progress", "links", "compiling"}
     assert run["state"] in ("waiting", "running") and 0.0 <= run["progress"] < 1.0
     assert answer.headers["location"] == run["links"]["self"] == f"/api/v1/runs/{run['id']}"
     assert answer.headers["retry-after"] == "1" and "preference-applied" not in answer.headers
