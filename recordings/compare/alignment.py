@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.trace.types import PhaseChange
+from slipgrasp.core.trace.types import ContactPhase, PhaseChange
 
 SAME_TIME = 1e-9
 """Times that differ by no more are one instant [s]."""
 
 MOST_ALIGNED = 1500
 """Phase changes of a contact that are aligned at once; the table of all pairs stays small."""
+
+_SPAN = 1 + max(ContactPhase) - min(ContactPhase)
 
 Times = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -140,12 +142,17 @@ def _best_scores(mine: Sequence[PhaseChange], others: Sequence[PhaseChange]) -> 
         The scores, shape ``(len(mine) + 1, len(others) + 1)``.
     """
     best = np.zeros((len(mine) + 1, len(others) + 1))
-    kinds = np.array([4 * c.from_phase + c.to_phase for c in others], dtype=np.int8)
+    kinds = np.array([_kind(change) for change in others], dtype=np.int16)
     times = np.array([c.time for c in others])
     span = max([c.time for c in (*mine, *others)], default=0.0) or 1.0
     for i, change in enumerate(mine):
         apart = np.abs(times - change.time) / (span * (len(mine) + 1))
-        same = kinds == 4 * change.from_phase + change.to_phase
+        same = kinds == _kind(change)
         paired = np.where(same, best[i, :-1] + 1.0 - apart, -np.inf)
         best[i + 1, 1:] = np.maximum.accumulate(np.maximum(paired, best[i, 1:]))
     return best
+
+
+def _kind(change: PhaseChange) -> int:
+    """Another number for every other pair of phases."""
+    return _SPAN * change.from_phase + change.to_phase

@@ -179,13 +179,13 @@ def compare(a: RunResult, b: RunResult, tolerance: float | None = None) -> Compa
             accuracy of the integration if None.
 
     Raises:
-        IncomparableError: If the hands have different numbers of fingers, or fewer than two
-            instants were stored in both runs.
+        IncomparableError: If one hand is planar and the other spatial, if they have different
+            numbers of fingers, or if fewer than two instants were stored in both runs.
         ToleranceError: If the tolerance is negative or not finite.
     """
     if tolerance is not None:
         check_tolerance(tolerance)
-    _check_fingers(a, b)
+    _check_hands(a, b)
     rows = _check_instants(match_rows(a.trace.times, b.trace.times), a, b)
     times = a.trace.times[rows.first]
     accuracy = Accuracy.between(a, b, tolerance)
@@ -242,7 +242,13 @@ def check_tolerance(tolerance: float) -> float:
     return tolerance
 
 
-def _check_fingers(a: RunResult, b: RunResult) -> None:
+def _check_hands(a: RunResult, b: RunResult) -> None:
+    if a.scenario.in_space != b.scenario.in_space:
+        # Columns of one name are other quantities: y points upwards in the plane, z in space.
+        raise IncomparableError(
+            "a planar and a spatial hand cannot be compared, their coordinates and joints are "
+            "different ones; choose two runs of planar hands or two of spatial hands"
+        )
     counts = a.trace.shape.num_contacts, b.trace.shape.num_contacts
     if counts[0] != counts[1]:
         raise IncomparableError(

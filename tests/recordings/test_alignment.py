@@ -1,6 +1,6 @@
 """Rows and phase changes of two runs find their counterparts."""
 
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 import pytest
@@ -103,6 +103,15 @@ def test_as_many_phase_changes_as_possible_are_paired_in_order(first, second):
         for side, changes in enumerate((first, second))
     ]
     assert orders[0] == orders[1]
+
+
+def test_only_changes_between_the_same_phases_are_paired():
+    every = [
+        PhaseChange(time=0.0, contact=0, from_phase=before, to_phase=after)
+        for before, after in permutations(ContactPhase, 2)
+    ]
+    for mine, other in combinations(every, 2):
+        assert match_phase_changes([mine], [other], 1) == [(mine, None), (None, other)]
 
 
 @pytest.mark.parametrize("count", [MOST_ALIGNED - 1, 2 * MOST_ALIGNED + 1])

@@ -255,6 +255,18 @@ def test_hands_with_different_numbers_of_fingers_are_refused(case_1):
         compare(case_1, simulate(three))
 
 
+def test_a_planar_against_a_spatial_hand_is_refused_for_their_axes_are_others():
+    short = {"simulation.duration": 0.02}
+    planar, spatial = (
+        simulate(with_values(load_scenario(name), short))
+        for name in ("three-fingers", "spatial-box")
+    )
+
+    for pair in ((planar, spatial), (spatial, planar)):
+        with pytest.raises(IncomparableError, match=r"a planar and a spatial hand.*choose"):
+            compare(*pair)
+
+
 @pytest.mark.parametrize(("shift", "words"), [(0.001, "no instant"), (0.0, "only one instant")])
 def test_runs_with_too_little_in_common_are_refused(case_1, shift, words):
     def change(rows):

@@ -132,6 +132,21 @@ def test_runs_of_different_hands_cannot_be_compared(client, sample_run):
     assert "2 and 3 fingers" in answer.json()["detail"]
 
 
+@pytest.mark.parametrize("path", ["/diff", "/diff/figure"])
+def test_a_planar_against_a_spatial_hand_is_refused_in_a_sentence(client, path):
+    short = {"simulation.duration": 0.02}
+    planar, spatial = (
+        client.post("/runs", json={"scenario": name, "set": short}).json()["id"]
+        for name in ("three-fingers", "spatial-box")
+    )
+
+    for a, b in ((planar, spatial), (spatial, planar)):
+        answer = client.get(path, params={"a": a, "b": b})
+        assert answer.status_code == 422
+        assert answer.headers["content-type"] == "application/problem+json"
+        assert "a planar and a spatial hand cannot be compared" in answer.json()["detail"]
+
+
 def test_a_damaged_recording_is_told_as_such(client, server, sample_run):
     (path,) = _paths(sample_run)
     damaged = path.with_name("damaged00000.mcap")

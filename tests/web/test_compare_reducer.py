@@ -10,6 +10,8 @@ from dataclasses import replace
 import pytest
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.web.model.draft import Draft
@@ -162,6 +164,21 @@ def test_the_run_before_a_change_is_compared_too_but_not_while_a_knob_moves(
     html = compare_html(comparison.view)
     assert "the run before" in html
     assert re.search(r"controller Lyapunov weight Q</th><td[^>]*>1</td><td[^>]*>20</td>", html)
+
+
+def test_a_spatial_below_a_planar_run_is_told_to_be_another_kind_of_hand(
+    comparison: Comparison, store: RecordingStore
+) -> None:
+    short = {"simulation.duration": 0.02}
+    planar, spatial = (
+        store.save(simulate(with_values(load_scenario(name), short))).id
+        for name in ("three-fingers", "spatial-box")
+    )
+    comparison.ask(CompareRuns(planar, spatial))
+    comparison.hear(RunsOpened)
+    comparison.rest()
+    assert comparison.view.comparing.findings is None
+    assert "a planar and a spatial hand cannot be compared" in compare_html(comparison.view)
 
 
 def test_a_run_that_is_gone_is_explained_and_the_screen_stays(comparison: Comparison) -> None:
