@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -19,6 +20,8 @@ MAX_TAGS = 32
 MAX_TAG_LENGTH = 64
 
 _LINE_CONTROLS = "\n\r\t"
+
+_logger = logging.getLogger(__name__)
 
 
 def _check_printable(text: str) -> str:
@@ -90,13 +93,16 @@ class Annotations:
 
 
 def usable_part(document: Mapping[str, Any]) -> Annotations:
-    """The annotations of a document that anyone may have edited; what is not valid is left out."""
+    """The annotations of a document that anyone may have edited.
+
+    What is not valid is left out, and the log says so.
+    """
     found = {}
-    for field in fields(Annotations):
+    for name in (field.name for field in fields(Annotations) if field.name in document):
         try:
-            found[field.name] = _validator(field.name).validate_python(document[field.name])
-        except (KeyError, ValidationError):
-            continue
+            found[name] = _validator(name).validate_python(document[name])
+        except ValidationError as error:
+            _logger.warning("the %s beside a recording are left out: %s", name, _words(error))
     return Annotations(**found)
 
 

@@ -6,15 +6,62 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    WithJsonSchema,
+)
 
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.scenario.own_laws import LawIdentity
+from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason, RunWarning
 from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import DamagedRecordingError
+
+_PHASES = tuple(phase.label for phase in ContactPhase)
+
+
+def _known_phase(label: str) -> str:
+    if label not in _PHASES:
+        raise ValueError(f"no phase is called '{label[:40]}'")
+    return label
+
+
+PhaseName = Annotated[
+    str, AfterValidator(_known_phase), WithJsonSchema({"type": "string", "enum": [*_PHASES]})
+]
+"""Name of a phase of `ContactPhase` in files and answers."""
+
+FiniteFloat = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class PhaseChangeDocument(BaseModel):
+    """A contact passing from one phase to another."""
+
+    time: FiniteFloat
+    contact: int
+    from_phase: Annotated[PhaseName, Field(alias="from")]
+    to_phase: Annotated[PhaseName, Field(alias="to")]
+
+
+class _Summary(BaseModel):
+    """`RunResult.summary` as it reads back from JSON."""
+
+    name: str
+    outcome: Outcome
+    reason: Reason | None
+    end_time: FiniteFloat
+    phase_changes: list[PhaseChangeDocument]
+    estimates: dict[str, FiniteFloat]
+    metrics: Metrics
+    warnings: list[RunWarning]
+    law: LawIdentity | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,11 +107,13 @@ class Description:
         """
         summary = dict(document["summary"])
         json.dumps(summary, allow_nan=False)
-        Outcome(summary["outcome"])
-        figures_of(summary)
+        try:
+            _Summary.model_validate(summary)
+        except ValidationError as error:
+            raise ValueError("its summary is malformed") from error
         title, controller = document["title"], document["controller"]
-        if not all(isinstance(text, str) for text in (title, controller, summary["name"])):
-            raise TypeError("title, controller and name are texts")
+        if not (isinstance(title, str) and isinstance(controller, str)):
+            raise TypeError("title and controller are texts")
         return cls(title=title, controller=controller, summary=summary)
 
     @property
@@ -84,14 +133,11 @@ def figures_of(summary: Mapping[str, Any]) -> dict[str, float | None]:
     Raises:
         ArithmeticError, KeyError, TypeError, ValueError: If the summary does not tell all.
     """
-    try:
-        metrics = _reader().validate_python(summary["metrics"])
-    except ValidationError as error:
-        raise ValueError("its metrics are malformed") from error
+    metrics = _metrics_reader().validate_python(summary["metrics"])
     values = {"end_time": summary["end_time"], **metrics.flattened()}
     return {name: None if value is None else float(value) for name, value in values.items()}
 
 
 @cache
-def _reader() -> TypeAdapter[Metrics]:
+def _metrics_reader() -> TypeAdapter[Metrics]:
     return TypeAdapter(Metrics)

@@ -181,8 +181,10 @@ class IndexTable:
         try:
             content = json.loads(row[0])
             content["tags"] = tuple(content["tags"])
+            if content["summary"]:
+                Description.from_document(content)
             return StoredRun(id=run_id, path=recording, **content)
-        except (KeyError, TypeError, ValueError) as error:
+        except (ArithmeticError, KeyError, TypeError, ValueError) as error:
             raise sqlite3.DatabaseError("malformed document") from error
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -16,6 +17,8 @@ from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.store.run_files import checked_time, read_document
 from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.reader import open_study
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,12 +102,20 @@ class StudySidecars:
         return self._folder / f"{study_id}.json"
 
     def read(self, study_id: str) -> StoredStudy | None:
-        """What the sidecar of a study tells; None if it is missing, or not usable."""
+        """What the sidecar of a study tells; None if it is missing, or not usable.
+
+        The log says what is wrong with one that is not usable.
+        """
         document = read_document(self.path_of(study_id))
+        if not document:
+            return None
         facts = {**document, "id": study_id, "created": checked_time(document.get("created"))}
         try:
             stored: StoredStudy = _reader().validate_python({**facts, "finding": ""})
-        except ValidationError:
+        except ValidationError as error:
+            finding = error.errors(include_url=False)[0]
+            where = ".".join(map(str, finding["loc"]))
+            _logger.warning("the sidecar of study %s: %s: %s", study_id, where, finding["msg"])
             return None
         return stored if _is_possible(stored) else None
 

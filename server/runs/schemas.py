@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from slipgrasp.core.run.metrics import METRICS, Metric
 from slipgrasp.core.scenario import Scenario
@@ -17,7 +17,7 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.interruptions import describe_damage
 from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.annotations import MAX_TAGS, RunName, RunNotes, RunTag
-from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.description import Description, PhaseChangeDocument
 from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.addresses import run_path
@@ -29,11 +29,8 @@ def _finite_or_none(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-FiniteFloat = Annotated[float, Field(allow_inf_nan=False)]
 FiniteOrNone = Annotated[float | None, BeforeValidator(_finite_or_none)]
 """A quantity that a run which went wrong may not have."""
-
-PhaseName = Literal["stick", "slip_forward", "slip_backward", "slip"]
 
 
 class RunCreate(BaseModel):
@@ -97,13 +94,8 @@ class RunUpdate(BaseModel):
         return {name: getattr(self, name) for name in self.model_fields_set}
 
 
-class PhaseChangePublic(BaseModel):
+class PhaseChangePublic(PhaseChangeDocument):
     """A contact passing from one phase to another."""
-
-    time: FiniteFloat
-    contact: int
-    from_phase: Annotated[PhaseName, Field(alias="from")]
-    to_phase: Annotated[PhaseName, Field(alias="to")]
 
 
 class ReasonPublic(BaseModel):
@@ -190,10 +182,7 @@ class RunPublic(BaseModel):
                 "recording": f"{own}/recording",
             },
         }
-        try:
-            return cls.model_validate({**stored.summary, **kept})
-        except ValidationError:
-            return cls.model_validate({**_damaged_summary(stored.title), **kept})
+        return cls.model_validate({**(stored.summary or _damaged_summary(stored.title)), **kept})
 
     @classmethod
     def from_description(cls, description: Description) -> Self:

@@ -466,6 +466,38 @@ def test_a_sidecar_that_was_edited_is_not_believed_but_its_annotations_are(
         assert found.notes == "edited by hand"
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("phase_changes", [{"time": 0.0, "contact": 0, "from": "stick", "to": "adrift"}]),
+        ("reason", {"code": "left_face"}),
+        ("estimates", {"object.mass": None}),
+        ("outcome", "adrift"),
+        ("warnings", 3),
+    ],
+)
+def test_a_sidecar_with_a_summary_no_run_has_is_not_believed_even_with_its_digest(
+    store, short_run, key, value
+):
+    stored = store.save(short_run)
+    forged = replace(stored, summary={**stored.summary, key: value})
+    RunFiles(stored.path.parent).write_sidecar(forged)
+
+    for found in (store.get(stored.id), *store.list()):
+        assert found.summary == stored.summary
+
+
+def test_an_annotation_that_is_not_valid_is_left_out_and_logged(store, short_run, caplog):
+    stored = store.save(short_run)
+    path = stored.path.with_suffix(".json")
+    path.write_text(json.dumps({**json.loads(path.read_text()), "tags": 3, "notes": "kept"}))
+
+    found = store.get(stored.id)
+
+    assert (found.tags, found.notes) == ((), "kept")
+    assert "the tags beside a recording are left out" in caplog.text
+
+
 def test_a_recording_that_was_replaced_is_told_of_by_what_it_holds(store, short_run, lost_run):
     stored = store.save(short_run)
     write_recording(lost_run, stored.path, overwrite=True)

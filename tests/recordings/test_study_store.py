@@ -215,6 +215,17 @@ def test_a_sidecar_that_cannot_be_true_is_not_believed(
     assert (again.end, again.title, again.num_runs) == (stored.end, stored.title, 2)
 
 
+def test_the_log_says_what_is_wrong_with_a_sidecar(
+    store: StudyStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = make_study()
+    stored = finish(store, store.create(study), study)
+    sidecar = store.path_of(stored.id).with_suffix(".json")
+    sidecar.write_text(json.dumps({**json.loads(sidecar.read_text()), "recordings": "some"}))
+    store.get(stored.id)
+    assert f"the sidecar of study {stored.id}: recordings: Input should be" in caplog.text
+
+
 def test_only_files_of_the_folder_itself_are_studies(store: StudyStore) -> None:
     study = make_study()
     stored = finish(store, store.create(study), study)

@@ -1,5 +1,9 @@
-"""ARCHITECTURE.md: its rooms are the rooms there are; no page for developers names a lost file."""
+"""ARCHITECTURE.md: its rooms are the rooms there are; no page for developers names a lost file.
 
+Rules for the code that no linter has are checked here too.
+"""
+
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -53,3 +57,30 @@ def test_every_kind_of_change_names_the_files_that_it_touches():
     changes = dict(rows_of("What to touch"))
     assert tuple(changes) == KINDS
     assert all(paths_in(files) for files in changes.values())
+
+
+QUIET = {("core/scenario/loading.py", "_with_plain_values")}
+"""The quick way to set values: whatever it cannot do, the thorough one does again and refuses."""
+
+
+def test_no_handler_of_a_validation_error_is_silent():
+    silent = set()
+    for room in ("core", "recordings", "figures", "server", "web", "slipgrasp"):
+        for path in (ROOT / room).rglob("*.py"):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
+                if any(map(is_silent, handlers_of_validation_errors(function))):
+                    silent.add((path.relative_to(ROOT).as_posix(), function.name))
+    assert silent == QUIET
+
+
+def handlers_of_validation_errors(function):
+    handlers = (n for n in ast.walk(function) if isinstance(n, ast.ExceptHandler) and n.type)
+    return [each for each in handlers if "ValidationError" in ast.unparse(each.type)]
+
+
+def is_silent(handler):
+    """Whether a handler neither raises nor writes to the log."""
+    nodes = [node for statement in handler.body for node in ast.walk(statement)]
+    calls = [ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)]
+    return not any(isinstance(n, ast.Raise) for n in nodes) and "_logger.warning" not in calls

@@ -205,13 +205,11 @@ def _timed_name(run: StoredRun) -> str:
 
 def row_words(run: StoredRun) -> RowWords:
     """What the list says about a run; of an unreadable one its title tells why."""
-    try:
-        outcome, tone_name = _outcome_words(run.summary)
-        slip = 1e3 * max(run.summary["metrics"]["slip_path"])
-        end = f"{run.summary['end_time']:.4g} s"
-    except (KeyError, TypeError, ValueError):
-        # What lies beside a recording may have been written by anyone.
+    if not run.summary:
         return RowWords(run.display_name, "unreadable", "bad", run.title)
+    outcome, tone_name = _outcome_words(run.summary)
+    slip = 1e3 * max(run.summary["metrics"]["slip_path"])
+    end = f"{run.summary['end_time']:.4g} s"
     details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created).removesuffix(' UTC')}"
     return RowWords(run.display_name, outcome, tone_name, details)
 

@@ -1,0 +1,23 @@
+"""What the REST interface says of every preset is what the run itself says."""
+
+import json
+
+import pytest
+
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", all_preset_names())
+def test_a_run_of_every_preset_is_answered_and_listed_as_it_went(client, preset):
+    run = client.post("/runs", json={"scenario": preset}).json()
+
+    told = json.loads(json.dumps(simulate(load_scenario(preset)).summary()))
+    assert run["outcome"] == told["outcome"] == "completed"
+    assert {key: run[key] for key in told if key != "name"} == {
+        key: value for key, value in told.items() if key != "name"
+    }
+    assert client.get(f"/runs/{run['id']}").json() == run
+    listed = client.get("/runs", params={"preset": preset, "outcome": "completed"}).json()
+    assert run in listed["data"]
