@@ -15,6 +15,7 @@ import pytest
 from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.server.http.file_cache import FileCache
 from tests.server.raw_http import exchange
+from tests.server.running import run_to_end
 from tests.server.serving import RunningServer
 
 KINDS = ["recording", "signals.csv", "signals.parquet", "signals.npz"]
@@ -144,7 +145,7 @@ def test_a_recording_that_is_deleted_while_it_is_sent_arrives_whole(
         "scenario": "paper-case-1",
         "set": {"simulation.duration": 60.0, "simulation.output_rate": 1000.0},
     }
-    run = client.post("/runs", json=body, headers={"Prefer": "wait=60"}).json()
+    run = run_to_end(client, body)
     assert run["size"] > 4_000_000, "it must not fit into the buffers on the way"
     with client.stream("GET", f"/runs/{run['id']}/recording") as answer:
         assert client.delete(f"/runs/{run['id']}").status_code == 204

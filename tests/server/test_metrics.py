@@ -11,11 +11,11 @@ from slipgrasp.server.exceptions import SettingsError
 from slipgrasp.server.settings import Settings
 from slipgrasp.server.tokens import Tokens
 from tests.server.raw_http import Answer, exchange, get
+from tests.server.running import AT_ONCE
 from tests.server.serving import LONG, RunningServer, patient_settings, serve
 
 TOKENS = Tokens("the-token-of-these-tests")
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.01}}
-AT_ONCE = {"Prefer": "respond-async"}
 
 
 @pytest.fixture

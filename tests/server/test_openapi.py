@@ -174,7 +174,7 @@ def test_a_generated_client_waits_for_a_run_and_stops_it(api, connection) -> Non
     create = api("api.runs.create_run")
     pending = create.sync(client=connection, body=wanted, prefer="respond-async")
     assert isinstance(pending, models.PendingRunPublic)
-    stopped = api("api.runs.stop_run").sync(pending.id, client=connection, prefer="wait=30")
+    stopped = api("api.runs.stop_run").sync(pending.id, client=connection)
     assert isinstance(stopped, models.RunPublic)
     assert stopped.outcome is models.Outcome.STOPPED
 
@@ -191,7 +191,7 @@ def test_a_generated_client_is_told_what_is_wrong(api, connection) -> None:
 def test_a_generated_client_downloads_files_and_parts_and_uploads(api, connection) -> None:
     models, types = api("models"), api("types")
     wanted = models.RunCreate(scenario="paper-case-1")
-    run = api("api.runs.create_run").sync(client=connection, body=wanted, prefer="wait=30")
+    run = api("api.runs.create_run").sync(client=connection, body=wanted)
     whole = api("api.runs.read_recording_file").sync(run.id, client=connection)
     content = whole.payload.read()
     assert len(content) == run.size

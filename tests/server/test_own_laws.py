@@ -14,6 +14,7 @@ from slipgrasp.core.scenario.law_loading import load_law, register_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.own_laws import forget, own_law
 from tests.server.rough_law import NO_ANSWER, NOTHING, SEGMENTATION_FAULT
+from tests.server.running import AT_ONCE, run_to_end, stop_to_end
 
 
 class Offered:
@@ -56,15 +57,13 @@ def test_a_request_with_code_a_path_or_an_unknown_name_is_refused(client, kind):
 def test_a_law_that_is_offered_runs_under_its_name(client, _offered):
     for asked in ({"law": "offered"}, {"set": {"controller.kind": "offered"}}):
         asked["scenario"] = "composite-case-2"
-        answer = client.post("/runs", json=asked, headers={"Prefer": "wait=30"})
-        assert answer.status_code in (200, 201)
-        assert answer.json()["outcome"] == "separated"
-        assert answer.json()["law"]["name"] == "offered"
+        run = run_to_end(client, asked)
+        assert run["outcome"] == "separated" and run["law"]["name"] == "offered"
 
 
 def test_a_law_comes_with_the_settings_that_it_is_meant_for_and_what_is_set_wins(client):
     asked = {"scenario": "paper-case-2", "law": "composite", "set": {"controller.grip_safety": 1.6}}
-    made = client.post("/runs", json=asked, headers={"Prefer": "wait=30"}).json()
+    made = run_to_end(client, asked)
     assert made["law"] is None and made["controller"] == "composite"
     here = with_values(with_law(load_scenario("paper-case-2"), "composite"), asked["set"])
     assert made["metrics"] == json.loads(json.dumps(simulate(here).summary()["metrics"]))
@@ -82,8 +81,8 @@ def test_the_parameters_of_a_law_that_is_offered_are_listed(client, _rough):
 def test_a_study_names_a_law_that_is_offered(client, _offered):
     asked = {"base": "composite-case-2", "law": "offered", "recordings": "none"}
     vary = {"object.mass": {"min": 0.8, "max": 1.2, "count": 2}}
-    answer = client.post("/studies", json={**asked, "vary": vary}, headers={"Prefer": "wait=30"})
-    assert answer.status_code in (200, 201, 202), answer.text
+    answer = client.post("/studies", json={**asked, "vary": vary})
+    assert answer.status_code == 202, answer.text
     refused = client.post("/studies", json={**asked, "law": ["offered"], "vary": vary})
     assert refused.status_code == 422
 
@@ -95,9 +94,8 @@ def _rough():
     forget(law.name)
 
 
-def _rough_run(client, fault: int, prefer: str):
-    asked = {"scenario": "composite-case-2", "set": _rough_values(fault)}
-    return client.post("/runs", json=asked, headers={"Prefer": prefer})
+def _asking(fault: int) -> dict[str, object]:
+    return {"scenario": "composite-case-2", "set": _rough_values(fault)}
 
 
 def _rough_values(fault: int) -> dict[str, object]:
@@ -105,10 +103,10 @@ def _rough_values(fault: int) -> dict[str, object]:
 
 
 def test_a_law_that_breaks_its_process_costs_one_run_with_its_reason(client, _rough):
-    broken = _rough_run(client, SEGMENTATION_FAULT, "wait=30").json()
+    broken = run_to_end(client, _asking(SEGMENTATION_FAULT))
     assert broken["outcome"] == "failed" and broken["reason"]["code"] == "worker_died"
     assert "SIGSEGV" in broken["reason"]["message"] and "'rough'" in broken["reason"]["message"]
-    whole = _rough_run(client, NOTHING, "wait=30").json()
+    whole = run_to_end(client, _asking(NOTHING))
     law = own_law("rough").identity
     assert whole["law"] == {"name": law.name, "version": law.version, "digest": law.digest}
     assert client.get(f"/runs/{whole['id']}").json()["law"] == whole["law"]
@@ -117,7 +115,7 @@ def test_a_law_that_breaks_its_process_costs_one_run_with_its_reason(client, _ro
 
 
 def test_a_law_that_never_answers_can_be_stopped(client, _rough):
-    run_id = _rough_run(client, NO_ANSWER, "respond-async").json()["id"]
-    stopped = client.post(f"/runs/{run_id}/stop", headers={"Prefer": "wait=30"}).json()
+    run_id = client.post("/runs", json=_asking(NO_ANSWER), headers=AT_ONCE).json()["id"]
+    stopped = stop_to_end(client, run_id)
     assert stopped["outcome"] == "failed" and stopped["reason"]["code"] == "worker_died"
     assert "did not come to an end within 1 s" in stopped["reason"]["message"]

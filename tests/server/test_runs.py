@@ -18,6 +18,7 @@ from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.export import csv_columns, write_csv
 from slipgrasp.recordings.file.reader import read_recording
+from tests.server.running import AT_ONCE
 from tests.server.serving import LONG, RunningServer, patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
 
@@ -25,7 +26,6 @@ pytestmark = pytest.mark.slow
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
 SEPARATES = {"scenario": "paper-case-1", "set": {"controller.position_gain": 1e6}}
-AT_ONCE = {"Prefer": "respond-async"}
 
 
 def plain(value: Any) -> Any:

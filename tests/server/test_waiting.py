@@ -6,6 +6,7 @@ import json
 import logging
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -14,13 +15,13 @@ import httpx2
 import pytest
 
 from slipgrasp.server.request_keys import KEYS_NAME, KeyedRequest, RequestKeys
+from tests.server.running import AT_ONCE, end_of, ended, run_to_end, stop_to_end
 from tests.server.serving import LONG, RunningServer, patient_settings, serve
 from tests.waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
 SHORT = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.05}}
-AT_ONCE = {"Prefer": "respond-async"}
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +47,7 @@ def long_run(client) -> Iterator[dict[str, Any]]:
     assert answer.status_code == 202
     run: dict[str, Any] = answer.json()
     yield run
-    stopped = client.post(f"/runs/{run['id']}/stop", headers={"Prefer": "wait=60"})
-    assert stopped.status_code in (200, 404)
+    assert stop_to_end(client, run["id"])["id"] == run["id"]
 
 
 def test_a_run_that_takes_long_is_answered_before_it_has_ended(client) -> None:
@@ -61,9 +61,9 @@ def test_a_run_that_takes_long_is_answered_before_it_has_ended(client) -> None:
 
     again = client.get(f"/runs/{run['id']}")
     assert again.status_code == 202 and again.headers["retry-after"] == "1"
-    stopped = client.post(f"/runs/{run['id']}/stop", headers={"Prefer": "wait=20"})
-    assert stopped.status_code == 200 and stopped.json()["outcome"] == "stopped"
-    assert client.get(f"/runs/{run['id']}").json() == stopped.json()
+    stopped = stop_to_end(client, run["id"])
+    assert stopped["outcome"] == "stopped"
+    assert client.get(f"/runs/{run['id']}").json() == stopped
     assert client.get("/runs", params={"limit": 1}).json()["data"][0]["id"] == run["id"]
 
 
@@ -102,13 +102,13 @@ def test_what_is_recorded_of_a_run_cannot_be_had_before_it_has_ended(
 def test_a_run_that_waits_for_its_turn_can_be_stopped_at_once(client, long_run) -> None:
     waiting = client.post("/runs", json=LONG, headers=AT_ONCE).json()
     assert waiting["state"] == "waiting"
-    stopped = client.post(f"/runs/{waiting['id']}/stop", headers={"Prefer": "wait=20"}).json()
+    stopped = stop_to_end(client, waiting["id"])
     assert stopped["outcome"] == "stopped" and stopped["end_time"] < 600.0
     assert client.get(f"/runs/{long_run['id']}").status_code == 202
 
 
 def test_stopping_twice_and_stopping_what_has_ended_change_nothing(client) -> None:
-    run = client.post("/runs", json=SHORT, headers={"Prefer": "wait=20"}).json()
+    run = run_to_end(client, SHORT)
     for _ in range(2):
         answer = client.post(f"/runs/{run['id']}/stop")
         assert (answer.status_code, answer.json()) == (200, run)
@@ -116,23 +116,30 @@ def test_stopping_twice_and_stopping_what_has_ended_change_nothing(client) -> No
 
 
 @pytest.mark.parametrize(
-    ("prefer", "applied", "status"),
+    ("prefer", "applied"),
     [
-        ("wait=20", "wait=20", 201),
-        ('wait="20"', "wait=20", 201),
-        ("wait=100000", "wait=60", 201),
-        ("respond-async, wait=20", "respond-async, wait=20", 201),
-        ("handling=lenient; x=1, Wait = 20", "wait=20", 201),
-        ("wait=-1", None, 201),
-        ("wait=soon", None, 201),
-        ("return=minimal", None, 201),
+        ("wait=20", "wait=20"),
+        ('wait="20"', "wait=20"),
+        ("wait=100000", "wait=60"),
+        ("respond-async, wait=20", "respond-async, wait=20"),
+        ("handling=lenient; x=1, Wait = 20", "wait=20"),
+        ("wait=-1", None),
+        ("wait=soon", None),
+        ("return=minimal", None),
     ],
 )
-def test_a_client_says_how_long_it_waits(server, prefer, applied, status) -> None:
+def test_a_client_says_how_long_it_waits(server, prefer, applied) -> None:
     with server.client() as client:
         answer = client.post("/runs", json=SHORT, headers={"Prefer": prefer})
-    assert answer.status_code == status
-    assert answer.headers.get("preference-applied") == applied
+        assert answer.headers.get("preference-applied") == applied
+        assert ended(client, answer)["outcome"] == "completed"
+
+
+def test_an_answer_comes_no_earlier_than_its_client_waits_where_the_run_goes_on(client) -> None:
+    began = time.monotonic()
+    answer = client.post("/runs", json=LONG, headers={"Prefer": "wait=1"})
+    assert answer.status_code == 202 and time.monotonic() - began >= 1.0
+    stop_to_end(client, answer.json()["id"])
 
 
 def test_a_client_that_does_not_wait_is_answered_at_once_and_can_wait_later(
@@ -140,9 +147,8 @@ def test_a_client_that_does_not_wait_is_answered_at_once_and_can_wait_later(
 ) -> None:
     answer = client.post("/runs", json=SHORT, headers=AT_ONCE)
     assert answer.status_code == 202 and answer.headers["preference-applied"] == "respond-async"
-    path = f"/runs/{answer.json()['id']}"
     assert client.post(f"/runs/{long_run['id']}/stop", headers=AT_ONCE).status_code in (200, 202)
-    run = client.get(path, headers={"Prefer": "wait=20"})
+    run = end_of(client, answer, prefer="wait=20")
     assert run.status_code == 200 and run.headers["preference-applied"] == "wait=20"
     assert run.json()["outcome"] == "completed"
 
@@ -154,7 +160,7 @@ def test_a_run_goes_on_when_its_client_has_gone(client, one_by_one, long_run) ->
         head = ["POST /api/v1/runs HTTP/1.1", f"Host: localhost:{one_by_one.port}", *headers]
         connection.sendall("\r\n".join([*head, "", ""]).encode() + body)
         wait_until(lambda: client.get("/health").json()["waiting"] == 1)
-    client.post(f"/runs/{long_run['id']}/stop", headers={"Prefer": "wait=20"})
+    stop_to_end(client, long_run["id"])
     wait_until(lambda: client.get("/runs", params={"text": "left"}).json()["count"] == 1)
 
 
@@ -194,16 +200,15 @@ def test_a_run_that_cannot_be_written_is_told_of_to_who_asks_later(tmp_path) -> 
         waiting = client.post("/runs", json=SHORT, headers=once)
         folder.rename(moved)
         folder.write_text("not a folder")
-        path = f"/runs/{waiting.json()['id']}"
-        client.post(f"/runs/{first.json()['id']}/stop", headers={"Prefer": "wait=20"})
-        told = [client.get(path, headers={"Prefer": "wait=20"}) for _ in range(2)]
+        client.post(f"/runs/{first.json()['id']}/stop", headers=AT_ONCE)
+        told = [end_of(client, waiting) for _ in range(2)]
         folder.unlink()
         moved.rename(folder)
-        again = client.post("/runs", json=SHORT, headers={**once, "Prefer": "wait=20"})
+        again = run_to_end(client, SHORT, **once)
     assert (first.status_code, waiting.status_code) == (202, 202)
     assert [answer.status_code for answer in told] == [507, 507]
     assert "make room on the disk" in told[1].json()["detail"] and told[0].text == told[1].text
-    assert again.status_code == 201 and again.json()["outcome"] == "completed"
+    assert again["outcome"] == "completed"
 
 
 def test_a_run_that_is_stopped_many_times_at_once_ends_once(one_by_one, client, long_run) -> None:
@@ -211,8 +216,7 @@ def test_a_run_that_is_stopped_many_times_at_once_ends_once(one_by_one, client, 
 
     def stop(run_id: str) -> tuple[str, str]:
         with one_by_one.client() as own:
-            answer = own.post(f"/runs/{run_id}/stop", headers={"Prefer": "wait=30"})
-            return run_id, answer.json()["outcome"]
+            return run_id, stop_to_end(own, run_id)["outcome"]
 
     with ThreadPoolExecutor(12) as pool:
         ended = list(pool.map(stop, waiting * 3))
@@ -228,27 +232,23 @@ def keyed(key: str, **more: str) -> dict[str, str]:
 
 def test_the_same_request_with_the_same_key_makes_one_run(client) -> None:
     before = client.get("/runs").json()["count"]
-    wait = {"Prefer": "wait=20"}
-    first = client.post("/runs", json=SHORT, headers=keyed("a key", **wait))
+    first = run_to_end(client, SHORT, **keyed("a key"))
     reordered = {"set": SHORT["set"], "scenario": SHORT["scenario"]}
-    second = client.post("/runs", json=reordered, headers=keyed("a key", **wait))
-    assert (first.status_code, second.status_code) == (201, 201)
-    assert first.json() == second.json()
-    assert first.headers["location"] == second.headers["location"]
+    second = client.post("/runs", json=reordered, headers=keyed("a key"))
+    assert second.status_code == 201 and second.json() == first
+    assert second.headers["location"] == first["links"]["self"]
     assert client.get("/runs").json()["count"] == before + 1
 
 
 def test_two_requests_with_one_key_at_once_make_one_run(client, one_by_one) -> None:
     before = client.get("/runs").json()["count"]
 
-    def post(_: int) -> httpx2.Response:
+    def post(_: int) -> str:
         with one_by_one.client() as own:
-            return own.post("/runs", json=SHORT, headers=keyed("at once", Prefer="wait=20"))
+            return str(run_to_end(own, SHORT, **keyed("at once"))["id"])
 
     with ThreadPoolExecutor(8) as pool:
-        answers = list(pool.map(post, range(8)))
-    assert {answer.status_code for answer in answers} == {201}
-    assert len({answer.json()["id"] for answer in answers}) == 1
+        assert len(set(pool.map(post, range(8)))) == 1
     assert client.get("/runs").json()["count"] == before + 1
 
 
@@ -260,7 +260,7 @@ def test_a_request_joins_the_run_that_its_key_began(client, long_run) -> None:
 
 
 def test_another_request_with_the_same_key_is_refused(client) -> None:
-    first = client.post("/runs", json=SHORT, headers=keyed("taken", Prefer="wait=20")).json()
+    first = run_to_end(client, SHORT, **keyed("taken"))
     other = {"scenario": "paper-case-1", "set": {"simulation.duration": 0.06}}
     answer = client.post("/runs", json=other, headers=keyed("taken"))
     assert answer.status_code == 422
