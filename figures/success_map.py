@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import textwrap
 from string import ascii_lowercase
 from typing import NamedTuple
 
@@ -12,6 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
+from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.knowledge import describe_knowledge_in
 from slipgrasp.figures.map_data import MapAxis, map_axis, panels_of
 from slipgrasp.figures.map_key import BASE_MARK, EQUAL_LINE, KEY_LINE, draw_key, key_lines
 from slipgrasp.figures.map_labels import axis_label, panel_title, projection_note, same_quantity
@@ -28,10 +32,12 @@ _LABELS = 15.0
 _RIGHT = 3.0
 _TICKS = 11.0
 _GAP = 3.0
-_NOTE = 5.0
+_NOTE = 4.5
 _WIDEST = 84.0
 _KEY_BESIDE = 72.0
 _COLUMNS = 2
+
+_LONGEST_NOTE = 120
 
 
 class _Place(NamedTuple):
@@ -48,6 +54,8 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
     Grids are cells. Samples are points, and the ground has the paler colour of the sample
     nearest to it. A line goes around where the object is held; the key says how many runs
     are in which category. Values that are crossed with both parameters become panels.
+
+    Below stands what was unknown to the controllers, and what they were given.
 
     In an SVG each cell and point is a link to ``#run-INDEX``.
 
@@ -67,9 +75,9 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
     across, up = map_axis(results, x), map_axis(results, y)
     panels = panels_of(results, x, y)
     lines = key_lines(panels, across, up)
-    note = projection_note(results.study, (x, y, *panels[0].values))
+    notes = _notes(results.study, (x, y, *panels[0].values))
     with paper_style():
-        height, places = _layout(len(panels), len(lines), bool(results.study.title), bool(note))
+        height, places = _layout(len(panels), len(lines), bool(results.study.title), len(notes))
         figure = new_figure(height)
         _write_heading(figure, results.study.title, height)
         for letter, panel, place in zip(ascii_lowercase, panels, places, strict=False):
@@ -82,13 +90,20 @@ def draw_success_map(results: StudyResults, x: str, y: str) -> Figure:
                 )
             beside = _place_of_key(place, alone=len(panels) == 1)
             draw_key(figure, lines, panel, beside, has_points=not has_cells(across, up))
-        if note:
-            _write(figure, note, 0.5 * PAGE_WIDTH, height - _MARGIN - 0.5 * _NOTE, height)
+        for k, note in enumerate(reversed(notes)):
+            _write(figure, note, 0.5 * PAGE_WIDTH, height - _MARGIN - (k + 0.5) * _NOTE, height)
     return figure
 
 
+def _notes(study: Study, shown: tuple[str, ...]) -> list[str]:
+    """What the controllers were given, and what else varies, in lines as wide as the page."""
+    known = re.split(r"(?<=\.) ", describe_knowledge_in(study))
+    lines = [line for sentence in known for line in textwrap.wrap(sentence, _LONGEST_NOTE)]
+    return [*lines, *filter(None, [projection_note(study, shown)])]
+
+
 def _layout(
-    num_panels: int, num_lines: int, has_heading: bool, has_note: bool
+    num_panels: int, num_lines: int, has_heading: bool, num_notes: int
 ) -> tuple[float, list[_Place]]:
     """Height of the page, and where its panels stand."""
     columns = min(num_panels, _COLUMNS)
@@ -109,7 +124,7 @@ def _layout(
         for k in range(num_panels)
     ]
     num_rows = math.ceil(num_panels / columns)
-    return top + num_rows * row + (_NOTE if has_note else 0.0) + _MARGIN, places
+    return top + num_rows * row + _NOTE * num_notes + _MARGIN, places
 
 
 def _place_of_key(place: _Place, *, alone: bool) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ from typing import Any
 from slipgrasp.core.run.metrics import Metrics
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.knowledge import Knowledge, knowledge_of
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, PhaseChange, Reason, RunWarning
@@ -77,6 +78,11 @@ class RunResult:
         }
 
     @property
+    def knowledge(self) -> Knowledge:
+        """What its controller knew of the hand and the object, and what not."""
+        return knowledge_of(self.scenario)
+
+    @property
     def name(self) -> str:
         """What tells it from other runs: its preset and what differs from that."""
         return name_run(self.scenario)
@@ -98,6 +104,7 @@ class RunResult:
                 for change in self.phase_changes
             ],
             "estimates": self.estimates,
+            **self.knowledge.to_mapping(),
             "metrics": asdict(self.metrics),
             "warnings": [asdict(warning) for warning in self.warnings],
             "law": None if self.provenance.law is None else asdict(self.provenance.law),

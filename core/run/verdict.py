@@ -30,6 +30,7 @@ from slipgrasp.core.words.hints import (
     start_nearer_to_the_truth,
     stop_slip_earlier,
 )
+from slipgrasp.core.words.knowledge_words import describe_knowledge
 from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.options import (
     Option,
@@ -94,6 +95,7 @@ def describe_run(result: RunResult) -> Verdict:
         *_describe_pyramid(result),
         *belief,
         *_describe_squeeze(result),
+        describe_knowledge(result.scenario),
     )
     return Verdict(_tone(result), headline_of(result), (*cause, *facts), _suggest(result, found))
 

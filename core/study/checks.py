@@ -11,6 +11,7 @@ from slipgrasp.core.scenario.own_laws import is_of_unknown_law
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.document import AxisDocument, StudyDocument, plain_value
+from slipgrasp.core.study.knowledge import find_nothing_to_adapt
 
 
 def check_document(
@@ -25,6 +26,12 @@ def check_document(
     """
     yield from _check_axes(document, base, definitions)
     yield from _check_sampling(document)
+
+
+def find_warnings(study: Study) -> Iterator[str]:
+    """Yields what is worth knowing of a study before its runs are simulated."""
+    yield from find_overruled(study)
+    yield from find_nothing_to_adapt(study)
 
 
 def find_overruled(study: Study) -> Iterator[str]:

@@ -86,6 +86,7 @@ class Margin:
             "crossings": 1 + len(self.others),
             "others": [list(border) for border in self.others],
             "runs": self.runs,
+            **self.held.knowledge.to_mapping(),
         }
 
 

@@ -59,6 +59,8 @@ class _Summary(BaseModel):
     end_time: FiniteFloat
     phase_changes: list[PhaseChangeDocument]
     estimates: dict[str, FiniteFloat]
+    unknowns: list[str]
+    told: bool
     metrics: Metrics
     warnings: list[RunWarning]
     law: LawIdentity | None = None

@@ -40,7 +40,7 @@ IN_MEMORY = ":memory:"
 BUSY_SECONDS = 0.2
 
 # Another one whenever the same columns hold something else.
-_CONTENT = 2
+_CONTENT = 3
 
 _COLUMNS = (
     ("id", "TEXT PRIMARY KEY"),

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.study.knowledge import knowledge_in
+
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
 
@@ -51,6 +53,8 @@ class StudySummary:
         reasons: How many ended early for which reason, by its code.
         held: How many held the object at the end.
         share_held: Those that held it as a share of those that have ended; 0 if none has.
+        unknowns: Keys of the parameters that were unknown to the controller of some run.
+        told: Whether nothing was unknown to any of them.
         metrics: Spread of each metric over all that have ended.
         metrics_by_outcome: Spread of each metric over those with each outcome.
     """
@@ -61,6 +65,8 @@ class StudySummary:
     reasons: dict[str, int]
     held: int
     share_held: float
+    unknowns: tuple[str, ...]
+    told: bool
     metrics: dict[str, Spread]
     metrics_by_outcome: dict[str, dict[str, Spread]]
 
@@ -77,7 +83,7 @@ def summarize(results: StudyResults) -> StudySummary:
         for column in results.columns
         if column.role == "metric" and column.kind != "boolean"
     }
-    places = np.array(words, dtype=np.str_)
+    places, known = np.array(words, dtype=np.str_), knowledge_in(results.study)
     return StudySummary(
         runs=results.study.num_runs,
         finished=count,
@@ -85,6 +91,8 @@ def summarize(results: StudyResults) -> StudySummary:
         reasons=dict(Counter(code for code in reasons if code is not None).most_common()),
         held=held,
         share_held=held / count if count else 0.0,
+        unknowns=known.unknowns,
+        told=known.told,
         metrics=_spreads(metrics, np.ones(count, dtype=bool)),
         metrics_by_outcome={word: _spreads(metrics, places == word) for word in outcomes},
     )

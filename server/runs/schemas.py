@@ -154,6 +154,14 @@ class RunPublic(BaseModel):
     end_time: FiniteOrNone
     phase_changes: list[PhaseChangePublic]
     estimates: dict[str, FiniteOrNone]
+    unknowns: list[str] = Field(
+        description="keys of the parameters of hand and object that its controller did not know; "
+        "it was given the true value of each of the others at every instant"
+    )
+    told: bool | None = Field(
+        description="whether nothing was unknown to its controller; null if the recording is "
+        "damaged"
+    )
     metrics: MetricsPublic | None = Field(description="null only if the recording is damaged")
     warnings: list[WarningPublic]
     recording: str | None = Field(description="path of the file; null only if writing it failed")
@@ -236,6 +244,8 @@ def _damaged_summary(finding: str) -> dict[str, Any]:
         "end_time": None,
         "phase_changes": [],
         "estimates": {},
+        "unknowns": [],
+        "told": None,
         "metrics": None,
         "warnings": [],
     }

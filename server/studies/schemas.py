@@ -218,6 +218,11 @@ class StudySummaryPublic(BaseModel):
     reasons: dict[str, int] = Field(description="why runs ended early, by code")
     held: int
     share_held: float
+    unknowns: list[str] = Field(
+        description="keys of the parameters of hand and object that were unknown to the "
+        "controller of some run"
+    )
+    told: bool = Field(description="whether nothing was unknown to the controller of any run")
     metrics: dict[str, SpreadPublic]
     metrics_by_outcome: dict[str, dict[str, SpreadPublic]]
 

@@ -12,7 +12,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 
 from slipgrasp.core.processors import available_processors
-from slipgrasp.core.study.checks import find_overruled
+from slipgrasp.core.study.checks import find_warnings
 from slipgrasp.core.study.cost import StudyCost, estimate_cost
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import check_members
@@ -91,7 +91,7 @@ class StudyService:
         """What a study is going to take, and what stands in the way of it."""
         settings = self._settings
         cost = estimate_cost(study, settings.study_workers or available_processors())
-        warnings = [*find_overruled(study)]
+        warnings = [*find_warnings(study)]
         if study.num_runs > settings.max_study_runs:
             warnings.append(
                 f"the study has {study.num_runs} runs; at most {settings.max_study_runs} are "

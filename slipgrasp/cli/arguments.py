@@ -13,6 +13,7 @@ from slipgrasp.cli.status import CommandError, complain
 
 if TYPE_CHECKING:
     from slipgrasp.core.scenario import Scenario
+    from slipgrasp.core.scenario.law_choice import LawChoice
     from slipgrasp.core.scenario.parameters import Parameter
     from slipgrasp.recordings.store.store import RecordingStore
 
@@ -45,23 +46,27 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def read_scenario(arguments: argparse.Namespace) -> Scenario:
     """The scenario that the arguments of `add_scenario` name, with what they set.
 
-    What a law brings with it is told in one line on standard error.
+    What a law brings with it, and what it knows, is told in one line on standard error.
 
     Raises:
         CommandError: If an assignment is none.
         ScenarioError: If there is no such scenario, or it is not valid.
     """
+    from slipgrasp.core.scenario.law_choice import choose_law
     from slipgrasp.core.scenario.loading import load_scenario, settable_parameters, with_values
 
     assignments = arguments.assignments
     # Before the file is read: it may name that law.
     law = None if arguments.law is None else know_law(arguments.law)
     scenario = with_installed_laws(lambda: load_scenario(arguments.scenario))
-    if law is not None:
-        scenario = _with_law(scenario, law)
-    if not assignments:
-        return scenario
-    return with_values(scenario, parse_assignments(assignments, settable_parameters(scenario)))
+    choice = None if law is None else choose_law(scenario, law)
+    scenario = scenario if choice is None else choice.scenario
+    if assignments:
+        values = parse_assignments(assignments, settable_parameters(scenario))
+        scenario = with_values(scenario, values)
+    if choice is not None:
+        complain(f"{law}: {_law_words(scenario, choice)}")
+    return scenario
 
 
 def know_law(specification: str) -> str:
@@ -100,12 +105,16 @@ def _known_laws() -> tuple[str, ...]:
     return law_names()
 
 
-def _with_law(scenario: Scenario, kind: str) -> Scenario:
-    from slipgrasp.core.scenario.law_choice import choose_law, describe_settings
+def _law_words(scenario: Scenario, choice: LawChoice) -> str:
+    """What was set with a law, and what is unknown to it in the scenario that came of it."""
+    from slipgrasp.core.scenario.knowledge import knowledge_of
+    from slipgrasp.core.scenario.law_choice import describe_settings
+    from slipgrasp.core.words.knowledge_words import given_words, list_unknowns
 
-    choice = choose_law(scenario, kind)
-    complain(f"{kind}: {describe_settings(choice.settings) or 'no other setting changes'}")
-    return choice.scenario
+    known = knowledge_of(scenario)
+    told = f", given {given_words(known)} at every instant" if known.told else ""
+    set_with_it = describe_settings(choice.settings) or "no other setting changes"
+    return f"{set_with_it}; {list_unknowns(known.unknowns)}{told}"
 
 
 def add_data_directory(parser: argparse.ArgumentParser) -> None:

@@ -183,6 +183,7 @@ def _tell_nothing_found(error: MarginError, arguments: argparse.Namespace) -> Ex
 
 def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     from slipgrasp.core.run.verdict import headline_of
+    from slipgrasp.core.words.knowledge_words import describe_knowledge
     from slipgrasp.core.words.parameter_words import unit_after
 
     held, lost = (path or "not saved" for path in recordings)
@@ -198,6 +199,7 @@ def _lines(margin: Margin, recordings: list[str | None]) -> list[str]:
     if margin.others:
         places = ", ".join(f"{a:.6g} … {b:.6g}{unit}" for a, b in margin.others)
         rows.append(("warning", f"not the only border; beyond it others lie at {places}"))
+    rows.append(("knowledge", describe_knowledge(margin.held.scenario)))
     width = max(len(label) for label, _ in rows)
     return [f"{label:<{width}}  {text}" for label, text in rows]
 

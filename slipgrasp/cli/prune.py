@@ -13,6 +13,7 @@ from slipgrasp.cli.serving import parse_size
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
+    from slipgrasp.recordings.store.stored_run import StoredRun
     from slipgrasp.recordings.study.retention import Expired, Retention
 
 DESCRIPTION = (
@@ -105,13 +106,20 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
 def _words(expired: list[Expired], deleted: bool) -> str:
     lines = [
         f"{each.run.id}  {each.run.created[:10]}  {each.run.size / 1e6:9.2f} MB  "
-        f"{each.rule:5}  {each.run.display_name}"
+        f"{each.rule:5}  {each.run.display_name}{_unknowns(each.run)}"
         for each in expired
     ]
     size = sum(each.run.size for each in expired) / 1e6
     amount = f"{len(expired)} runs, {size:.2f} MB"
     told = f"{amount} deleted" if deleted else f"{amount} would go; --delete deletes them"
     return "\n".join([*lines, told if expired else "no run goes by these rules"])
+
+
+def _unknowns(run: StoredRun) -> str:
+    """What its controller did not know; nothing of a run that cannot be read."""
+    from slipgrasp.core.words.knowledge_words import list_unknowns
+
+    return f"  ({list_unknowns(run.summary['unknowns'])})" if run.summary else ""
 
 
 def _json(expired: list[Expired], deleted: bool) -> str:
@@ -122,6 +130,8 @@ def _json(expired: list[Expired], deleted: bool) -> str:
             "created": each.run.created,
             "size": each.run.size,
             "rule": each.rule,
+            "unknowns": each.run.summary.get("unknowns", []),
+            "told": each.run.summary.get("told"),
         }
         for each in expired
     ]

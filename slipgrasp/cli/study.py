@@ -106,7 +106,7 @@ def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executo
         _print_estimate(study, executor, cost, as_json=arguments.json)
         return ExitStatus.COMPLETED
     from slipgrasp.cli.study_folder import find_folder
-    from slipgrasp.core.study.checks import find_overruled
+    from slipgrasp.core.study.checks import find_warnings
 
     folder = find_folder(
         arguments.output,
@@ -116,7 +116,7 @@ def _execute_with(arguments: argparse.Namespace, study: Study, executor: Executo
         force=arguments.force,
     )
     complain(_words(study, executor, cost))
-    for warning in find_overruled(study):
+    for warning in find_warnings(study):
         complain(f"mind: {warning}")
     _check(study)
     return _run(study, executor, folder, as_json=arguments.json)
@@ -237,6 +237,8 @@ def _document(
         "state": "failed" if end is None else end.state,
         "outcomes": summary.outcomes,
         "held": summary.held,
+        "unknowns": list(summary.unknowns),
+        "told": summary.told,
         **saved,
         "seconds": seconds,
         "executor": executor.name,

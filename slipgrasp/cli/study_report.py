@@ -28,10 +28,12 @@ def report(results: StudyResults, seconds: float, saved: dict[str, Any], message
         saved: What was saved: name to path, or to several.
         message: What else is to be said of the study.
     """
+    from slipgrasp.core.study.knowledge import describe_knowledge_in
+
     study, compared = results.study, results.compare_combinations()
     blocks = [
         [study.title] if study.title else [],
-        _verdict(results, seconds),
+        [*_verdict(results, seconds), describe_knowledge_in(study)],
         _outcomes(results),
         _comparison(compared) if compared is not None else [],
         [message] if message else [],

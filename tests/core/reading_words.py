@@ -20,6 +20,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.reading_knowledge import KNOWLEDGE
 
 LEARNING = {"theorem-3", "theorem-4", "composite"}
 GRIPPING_BY_FRICTION = {"theorem-3", "theorem-4", "certainty-equivalence", "composite"}
@@ -447,6 +448,7 @@ SENTENCES: tuple[tuple[str, Callable[[RunResult, re.Match[str]], None]], ...] = 
         r"than (?P<least>[\d.]+) N it would slip\.",
         check_squeeze,
     ),
+    *KNOWLEDGE,
 )
 
 

@@ -520,6 +520,18 @@ def test_a_sidecar_of_an_earlier_version_is_completed_from_the_recording(store, 
     assert json.loads(path.read_text())["digest"]
 
 
+def test_what_was_unknown_is_found_in_the_recording_where_its_sidecar_is_older(store, short_run):
+    stored = store.save(short_run)
+    path = stored.path.with_suffix(".json")
+    document = json.loads(path.read_text())
+    del document["summary"]["unknowns"], document["summary"]["told"]
+    path.write_text(json.dumps(document))
+
+    found = store.get(stored.id).summary
+    assert found["unknowns"] == [each.parameter for each in short_run.scenario.estimates]
+    assert found["told"] is False
+
+
 def test_a_run_is_called_by_what_differs_until_a_user_names_it(store, short_run):
     stored = store.save(short_run)
     assert stored.display_name == short_run.name == "paper-case-2 · duration 0.3 s"

@@ -94,7 +94,8 @@ def test_without_json_the_answer_is_told_in_words(slipgrasp):
     ):
         assert line.startswith(f"{label}  ")
     assert lines[1].endswith(" kg")
-    for line, word in zip(lines[4:], ("held", "lost"), strict=True):
+    assert lines[6].startswith("knowledge   Unknown to the controller: ")
+    for line, word in zip(lines[4:6], ("held", "lost"), strict=True):
         path, told = line.removeprefix("recordings").split(maxsplit=1)
         assert told.startswith("(held" if word == "held" else "(ended: ")
         assert read_recording(Path(path)).metrics.held is (word == "held")

@@ -18,10 +18,12 @@ def test_what_would_go_is_listed_and_only_deleted_on_request(slipgrasp):
     listed = slipgrasp("prune", "--keep-runs", 1)
     assert listed.returncode == 0
     assert [line.split()[0] for line in listed.stdout.splitlines()[:-1]] == [ids[1], ids[0]]
+    assert all("(unknown: " in line for line in listed.stdout.splitlines()[:-1])
     assert "2 runs" in listed.stdout and "--delete" in listed.stdout
     assert len(list(slipgrasp.data.glob("*.mcap"))) == 3
 
     told = json.loads(slipgrasp("prune", "--keep-runs", 1, "--delete", "--json").stdout)
+    assert all(run["unknowns"] and run["told"] is False for run in told["runs"])
     assert told["deleted"] and [run["id"] for run in told["runs"]] == [ids[1], ids[0]]
     assert [path.stem for path in slipgrasp.data.glob("*.mcap")] == [ids[2]]
     assert "no run goes" in slipgrasp("prune", "--keep-runs", 1).stdout

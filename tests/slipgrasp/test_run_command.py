@@ -1,13 +1,14 @@
 import json
 import resource
 import signal
+from dataclasses import replace
 
 import pytest
 from mcap.reader import make_reader
 
 from slipgrasp.core.scenario import CONTROL_LAWS
 from slipgrasp.core.scenario.law_choice import with_law
-from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.loading import load_scenario, scenario_to_toml, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.file.reader import read_recording
 
@@ -24,6 +25,8 @@ LOST_GRIP = (
 )
 KEYS = {
     "law",
+    "unknowns",
+    "told",
     *("outcome", "reason", "end_time", "phase_changes", "estimates", "recording", "metrics"),
     *("warnings", "name"),
 }
@@ -278,12 +281,30 @@ def test_a_law_comes_with_its_settings_in_one_line_and_what_is_set_wins(slipgras
     assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[0] == (
         "slipgrasp: composite: control every 1 ms, grip safety 1.05, distribution hold, estimates "
-        "within physical bounds"
+        "within physical bounds; unknown: friction, mass, inertia"
     )
     (recording,) = (path for path in slipgrasp.saved() if path.suffix == ".mcap")
     scenario = read_recording(recording).scenario
     values = {"simulation.duration": 0.3, "controller.grip_safety": 1.2}
     assert scenario == with_values(with_law(load_scenario("paper-case-2"), "composite"), values)
+
+
+def test_a_run_without_estimates_says_that_everything_was_given(slipgrasp):
+    scenario = replace(load_scenario("paper-case-2"), estimates=())
+    file = slipgrasp.folder / "blind.toml"
+    file.write_text(scenario_to_toml(with_values(scenario, {"simulation.duration": 0.1})))
+    given = "given the true friction and mass at every instant"
+
+    done = slipgrasp("run", file, "--law", "composite")
+    first = done.stderr.splitlines()[0]
+    assert first.endswith(f"; nothing unknown, {given}")
+    assert f"The controller was {given}; nothing was unknown to it." in done.stdout
+    told = slipgrasp.run_json(file)
+    assert (told["unknowns"], told["told"]) == ([], True)
+    # What is set after the law may make its model wrong.
+    wrong = ("--set", "controller.link_mass_ratio=1.2")
+    line = slipgrasp("run", file, "--law", "composite", *wrong).stderr.splitlines()[0]
+    assert line.endswith("; unknown: link masses")
 
 
 def test_the_kind_alone_keeps_its_plain_meaning(in_process):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import viser
 
+from slipgrasp.core.words.knowledge_words import describe_knowledge
 from slipgrasp.web.charts.html import note_html
 from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
 from slipgrasp.web.model.intents.picture import SeeCharts
@@ -43,6 +44,7 @@ class LawsTab:
         if drawing == self._drawn:
             return
         self._drawn = drawing
-        self._note.content = note_html([_ABOUT if runs else "Running every law …"])
+        known = describe_knowledge(view.shown.result.scenario)
+        self._note.content = note_html([_ABOUT, known] if runs else ["Running every law …"])
         self._buttons.content = laws_html(runs, present, dark=dark)
         self._pictures.content = law_charts_html(runs, window, dark=dark) if runs else ""

@@ -13,6 +13,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import Verdict, describe_run
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.knowledge_words import describe_knowledge
 from slipgrasp.core.words.phrases import joined, milliseconds
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
 from slipgrasp.web.model.colours import css, sign, tone, word
@@ -106,15 +107,22 @@ def outcome_html(
 def _card_html(result: RunResult, how_heavy: str, premises: str) -> str:
     """What matters most in plain sight; the rest unfolds, and then stays so."""
     verdict = describe_run(result)
-    told = [in_page_words(text, result.scenario) for text in verdict.sentences]
+    known = describe_knowledge(result.scenario)
+    sentences = [text for text in verdict.sentences if text != known]
+    told = [in_page_words(text, result.scenario) for text in sentences]
     return (
         f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
         f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
-        f"{_hint_html(verdict, result.scenario)}"
+        f"{_knowledge_html(known, result)}{_hint_html(verdict, result.scenario)}"
         f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
         f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
     )
+
+
+def _knowledge_html(known: str, result: RunResult) -> str:
+    """What the controller was given; bold where that was everything."""
+    return _paragraph(f"<b>{escape(known)}</b>" if result.knowledge.told else escape(known), _SMALL)
 
 
 def _first_slip_html(result: RunResult) -> str:

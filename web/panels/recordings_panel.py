@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import viser
 
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.knowledge_words import list_unknowns
 from slipgrasp.recordings.export import DATA_FORMATS
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.addresses import API_PATH, UPLOAD_PATH, from_page
@@ -210,7 +211,8 @@ def row_words(run: StoredRun) -> RowWords:
     outcome, tone_name = _outcome_words(run.summary)
     slip = 1e3 * max(run.summary["metrics"]["slip_path"])
     end = f"{run.summary['end_time']:.4g} s"
-    details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created).removesuffix(' UTC')}"
+    unknown, moment = list_unknowns(run.summary["unknowns"]), moment_words(run.created)
+    details = f"{end} · slip {slip:.1f} mm · {unknown} · {moment.removesuffix(' UTC')}"
     return RowWords(run.display_name, outcome, tone_name, details)
 
 

@@ -7,6 +7,7 @@ from html import escape
 
 import viser
 
+from slipgrasp.core.study.knowledge import describe_knowledge_in
 from slipgrasp.recordings.study.categories import HELD
 from slipgrasp.server.addresses import API_PATH, from_page
 from slipgrasp.server.studies.progress import StudyState
@@ -309,6 +310,7 @@ def summary_html(followed: Followed, opening: int | None = None, wrong: str = ""
     lines = [f"<b>{title}</b>", f"<div style='{_SMALL}'>{_state_words(followed)}</div>"]
     if followed.picture is not None and followed.picture.finished:
         lines.append(_held_html(followed.picture))
+        lines.append(f"<div>{escape(describe_knowledge_in(followed.picture.study))}</div>")
     elif not followed.has_map:
         lines.append("<div>It varies no two parameters in numbers, so there is no map of it.</div>")
     if opening is not None:

@@ -1,0 +1,108 @@
+"""What the control law of a run knows of the hand and the object, and what it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.own_laws import kinds_in, law_of
+
+_RATIOS = {"link_mass_ratio": "link_masses", "link_length_ratio": "link_lengths"}
+Varied = Mapping[str, Collection[Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Knowledge:
+    """Which parameters of the hand and the object a controller does not know.
+
+    Each of the others reaches every control law, custom ones too, with its true value at every
+    instant, through timed changes and patches (`slipgrasp.core.kernel.law.believe`). Pushes and
+    errors of sensors are no parameters of the hand or the object.
+
+    Attributes:
+        estimated: Keys of the parameters of which it has an estimate instead.
+        mistaken: Keys of the parameters that its model has wrong, or not at all, at some time:
+            links whose masses or lengths it assumes wrong by a ratio, static friction that
+            differs from that of slip, friction of joints.
+        uses_friction: Whether its law grips by friction; a custom law may.
+    """
+
+    estimated: tuple[str, ...]
+    mistaken: tuple[str, ...]
+    uses_friction: bool
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Keys of all parameters that it does not know."""
+        return (*self.estimated, *self.mistaken)
+
+    @property
+    def told(self) -> bool:
+        """Whether nothing is unknown to it."""
+        return not self.unknowns
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The keys and `told` as plain values for JSON."""
+        return {"unknowns": list(self.unknowns), "told": self.told}
+
+
+def knowledge_of(scenario: Scenario, varied: Varied | None = None) -> Knowledge:
+    """What the controller of a run knows.
+
+    Args:
+        scenario: The scenario of the run.
+        varied: Values that parameters take instead, by key, in the runs of a study; unknown is
+            then what is so in one of them.
+    """
+    values = _Values(scenario, varied or {})
+    estimated = dict.fromkeys(
+        str(key)
+        for k, estimate in enumerate(scenario.estimates)
+        for key in values.of(f"estimates.{k}.parameter", estimate.parameter)
+    )
+    mistaken = (key for key in _mistaken(scenario, values) if key not in estimated)
+    kinds = (*kinds_in(scenario), *values.of("controller.kind", scenario.controller.kind))
+    laws = [law_of(str(kind)) for kind in kinds]
+    return Knowledge(
+        estimated=tuple(estimated),
+        mistaken=tuple(mistaken),
+        uses_friction=any(law.uses_friction or law.is_own for law in laws),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Values:
+    """All values that parameters take in a run, or in the runs of a study."""
+
+    scenario: Scenario
+    varied: Varied
+
+    def of(self, key: str, present: Any) -> list[Any]:
+        """The values of a parameter.
+
+        Args:
+            key: Its dotted key.
+            present: Its value in the scenario.
+        """
+        later = [change.value for change in self.scenario.changes if change.parameter == key]
+        return [*self.varied.get(key, (present,)), *later]
+
+
+def _mistaken(scenario: Scenario, values: _Values) -> Iterator[str]:
+    """Keys of what the model of the law has wrong or lacks; see `Knowledge.mistaken`."""
+    for ratio, parts in _RATIOS.items():
+        key = f"controller.{ratio}"
+        if any(value != 1.0 for value in values.of(key, getattr(scenario.controller, ratio))):
+            for i, finger in enumerate(scenario.fingers):
+                yield from (f"fingers.{i}.{parts}.{k}" for k in range(len(finger.link_masses)))
+    for i, finger in enumerate(scenario.fingers):
+        static = values.of(f"fingers.{i}.static_friction", finger.static_friction)
+        kinetic = values.of(f"fingers.{i}.friction", finger.friction)
+        if any(one not in (None, other) for one in static for other in kinetic):
+            yield f"fingers.{i}.static_friction"
+        for name in ("joint_damping", "joint_friction"):
+            key = f"fingers.{i}.{name}"
+            if any(value != 0.0 for value in values.of(key, getattr(finger, name))):
+                yield key

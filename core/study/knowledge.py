@@ -1,0 +1,54 @@
+"""What the controllers in the runs of a study know, and whether that leaves anything to compare."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from typing import Any
+
+from slipgrasp.core.scenario.knowledge import Knowledge, knowledge_of
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.study.definition import Study, expand_key
+from slipgrasp.core.words.knowledge_words import describe_knowledge, given_words
+
+
+def knowledge_in(study: Study) -> Knowledge:
+    """What is unknown in one of the runs of a study, or in all of them."""
+    return knowledge_of(study.base, _values_in(study))
+
+
+def describe_knowledge_in(study: Study) -> str:
+    """What the controllers were given, and whether the study compares anything of adaptation."""
+    known = knowledge_in(study)
+    told = describe_knowledge(study.base, known)
+    return told if known.estimated else f"{told} This study compares nothing of adaptation."
+
+
+def find_nothing_to_adapt(study: Study) -> Iterator[str]:
+    """Yields that a study compares nothing of adaptation, where no law has anything to adapt."""
+    known = knowledge_in(study)
+    if not known.estimated:
+        yield (
+            f"its controllers are given {given_words(known)} at every instant and have no estimate "
+            "to adapt: it compares nothing of adaptation"
+        )
+
+
+def _values_in(study: Study) -> dict[str, Collection[Any]]:
+    """The values of each parameter that varies, each once; of a range both bounds."""
+    found: dict[str, dict[Any, None]] = {}
+    for axis in study.axes:
+        values = axis.values if axis.values is not None else (axis.minimum, axis.maximum)
+        found |= {key: dict.fromkeys(values) for key in expand_key(study.base, axis.key)}
+    runs: Counter[str] = Counter()
+    for run in study.listed:
+        for key, value in run.items():
+            for one in expand_key(study.base, key):
+                found.setdefault(one, {})[value] = None
+                runs[one] += 1
+    # A listed run that does not set a parameter has that of the base.
+    lacking = [key for key, count in runs.items() if count < len(study.listed)]
+    base = parameter_definitions(study.base) if lacking else {}
+    for key in lacking:
+        found[key] |= {base[key].value: None} if key in base else {}
+    return dict(found)

@@ -1,0 +1,119 @@
+"""What a controller was given and what was unknown to it, in a sentence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.knowledge import Knowledge, knowledge_of
+from slipgrasp.core.scenario.unknowns import name_unknown
+from slipgrasp.core.words.phrases import joined
+
+_KINDS = (
+    ("friction", re.compile(r"fingers\.\d+\.friction")),
+    ("mass", re.compile(r"object\.mass")),
+    ("inertia", re.compile(r"object\.inertia(s\.\d)?")),
+    ("link masses", re.compile(r"fingers\.\d+\.link_masses\.\d+")),
+    ("link lengths", re.compile(r"fingers\.\d+\.link_lengths\.\d+")),
+    ("static friction", re.compile(r"fingers\.\d+\.static_friction")),
+    ("joint friction", re.compile(r"fingers\.\d+\.joint_(damping|friction)")),
+)
+_MASSES = {"mass", "inertia", "link masses"}
+_MOST_LINKS = 2
+
+
+def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> str:
+    """What the controller of a run was given, and what was unknown to it, in one sentence.
+
+    Args:
+        scenario: The scenario of the run, or the base of a study.
+        known: What the controller knows; that of the scenario if None.
+    """
+    known = known or knowledge_of(scenario)
+    given, always = given_words(known), "at every instant" + _through(scenario, known)
+    unused = "" if known.uses_friction else ", and its law uses no friction"
+    if known.told:
+        return f"The controller was given {given} {always}{unused}; nothing was unknown to it."
+    unknown = [*_names(scenario, known.estimated), *_mistakes(scenario, known)]
+    return f"Unknown to the controller: {joined(unknown)}; it was given {given} {always}{unused}."
+
+
+def list_unknowns(keys: Sequence[str]) -> str:
+    """Unknown parameters by their kinds: ``unknown: friction, mass``, or ``nothing unknown``."""
+    kinds = list(_by_kind(keys))
+    return f"unknown: {', '.join(kinds)}" if kinds else "nothing unknown"
+
+
+def _by_kind(keys: Sequence[str]) -> dict[str, list[str]]:
+    """Keys by what they are of, those kinds alone that there are."""
+    found = {kind: [key for key in keys if form.fullmatch(key)] for kind, form in _KINDS}
+    return {kind: members for kind, members in found.items() if members}
+
+
+def given_words(known: Knowledge) -> str:
+    """What a controller is given; friction and mass by name where nothing of them is unknown."""
+    unknown = _by_kind(known.unknowns).keys()
+    friction = ["friction"] * (known.uses_friction and "friction" not in unknown)
+    mass = ["mass"] * (not unknown & _MASSES)
+    if not friction and not mass:
+        return "the true value of every other parameter"
+    others = "" if len(friction) >= known.uses_friction and mass else " and every other parameter"
+    return f"the true {joined([*friction, *mass])}{others}"
+
+
+def _through(scenario: Scenario, known: Knowledge) -> str:
+    """That it was given each value anew, where something that it knows changes."""
+    changed = {change.parameter for change in scenario.changes} - {*known.unknowns}
+    what = ["timed changes"] * any(key.startswith(("object.", "fingers.")) for key in changed)
+    friction = {f"fingers.{i}.friction" for i in range(len(scenario.fingers))}
+    on_patches = scenario.patches and known.uses_friction and friction - {*known.unknowns}
+    what += ["patches"] * bool(on_patches)
+    return f", {joined(what)} included" if what else ""
+
+
+def _names(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
+    """Unknown parameters as a sentence names them, those of one kind together."""
+    names, count = scenario.finger_names, len(scenario.fingers)
+    found = _by_kind(keys)
+    axes = 3 if scenario.in_space else 1
+    has_both = "mass" in found and len(found.get("inertia", ())) == axes
+    for kind, members in found.items():
+        fingers = sorted({int(key.split(".")[1]) for key in members if key.startswith("fingers.")})
+        which = [names[i] for i in fingers]
+        if kind in ("friction", "static friction"):
+            yield f"the {kind} of {_some(which, count, 'fingertip')}"
+        elif kind == "joint friction":
+            yield f"the friction of the joints of {_some(which, count, 'finger')}"
+        elif kind == "link lengths":
+            yield "the lengths of the links"
+        elif kind == "link masses":
+            yield from _link_masses(scenario, members)
+        elif has_both:
+            yield from ["the mass and inertia of the object"] * (kind == "mass")
+        else:
+            yield from (name_unknown(scenario, key) for key in members)
+
+
+def _some(names: Sequence[str], total: int, noun: str) -> str:
+    """Some of the fingers, or fingertips."""
+    if len(names) == total:
+        return f"{'both' if total == 2 else 'all'} {noun}s"
+    return f"the {joined(names)} {noun}{'s' if len(names) > 1 else ''}"
+
+
+def _link_masses(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
+    total = sum(len(finger.link_masses) for finger in scenario.fingers)
+    if len(keys) == total:
+        yield "the masses of the links"
+    elif len(keys) > _MOST_LINKS:
+        yield f"the masses of {len(keys)} of {total} links"
+    else:
+        yield from (name_unknown(scenario, key) for key in keys)
+
+
+def _mistakes(scenario: Scenario, known: Knowledge) -> Iterator[str]:
+    """What the model has wrong or lacks, and which of both."""
+    for kind, members in _by_kind(known.mistaken).items():
+        how = "wrong in its model" if kind.startswith("link") else "not in its model"
+        yield from (f"{name} ({how})" for name in _names(scenario, members))
