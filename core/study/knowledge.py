@@ -9,7 +9,7 @@ from typing import Any
 from slipgrasp.core.scenario.knowledge import Knowledge, knowledge_of
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.study.definition import Study, expand_key
-from slipgrasp.core.words.knowledge_words import describe_knowledge, given_words
+from slipgrasp.core.words.knowledge_words import describe_comparison, given_words
 
 
 def knowledge_in(study: Study) -> Knowledge:
@@ -19,9 +19,7 @@ def knowledge_in(study: Study) -> Knowledge:
 
 def describe_knowledge_in(study: Study) -> str:
     """What the controllers were given, and whether the study compares anything of adaptation."""
-    known = knowledge_in(study)
-    told = describe_knowledge(study.base, known)
-    return told if known.estimated else f"{told} This study compares nothing of adaptation."
+    return describe_comparison(study.base, knowledge_in(study), "study")
 
 
 def find_nothing_to_adapt(study: Study) -> Iterator[str]:

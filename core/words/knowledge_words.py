@@ -39,6 +39,18 @@ def describe_knowledge(scenario: Scenario, known: Knowledge | None = None) -> st
     return f"Unknown to the controller: {joined(unknown)}; it was given {given} {always}{unused}."
 
 
+def describe_comparison(scenario: Scenario, known: Knowledge, what: str) -> str:
+    """What the controllers of several runs were given, and whether adaptation is compared.
+
+    Args:
+        scenario: The scenario that all of them begin with.
+        known: What is unknown in one of them or in all.
+        what: What they are together, such as ``study``.
+    """
+    told = describe_knowledge(scenario, known)
+    return told if known.estimated else f"{told} This {what} compares nothing of adaptation."
+
+
 def list_unknowns(keys: Sequence[str]) -> str:
     """Unknown parameters by their kinds: ``unknown: friction, mass``, or ``nothing unknown``."""
     kinds = list(_by_kind(keys))

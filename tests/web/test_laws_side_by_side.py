@@ -11,7 +11,7 @@ import pytest
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
-from slipgrasp.core.scenario.law_choice import LAW
+from slipgrasp.core.scenario.law_choice import LAW, choose_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.recordings.store.store import RecordingStore
@@ -24,7 +24,8 @@ from slipgrasp.web.model.laws import with_law
 from slipgrasp.web.model.laws_view import LawRun, LawsView
 from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.playback import TimeWindow
-from slipgrasp.web.model.view import ViewState
+from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
+from slipgrasp.web.panels.laws_tab import known_words
 from slipgrasp.web.panels.outcome_panel import outcome_html
 from slipgrasp.web.reducers.laws import REST, LawsReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
@@ -33,6 +34,7 @@ from tests.waiting import wait_until
 from tests.web.test_charts_panel import view_of
 from tests.web.test_xy_charts import path_of
 
+PREVIEW = RunStatus(RunStage.PREVIEW)
 QUICK = {"simulation.duration": 0.05}
 
 
@@ -127,3 +129,22 @@ def test_what_is_left_besides_the_buttons_is_told_in_words() -> None:
     assert "<b>Try to stop the slip earlier:</b>" in card
     assert card.count("&quot;try-out&quot;") == 3
     assert "Or use a longer face (object face half length)." in card
+
+
+def test_the_card_says_what_was_given_and_in_bold_where_that_was_everything(
+    case_2: RunResult,
+) -> None:
+    shown = Shown(1, case_2, 0.1)
+    assert "<p class='sg-small'>Unknown to the controller: " in outcome_html(PREVIEW, shown)
+    blind = with_values(replace(load_scenario("paper-case-2"), estimates=()), QUICK)
+    html = outcome_html(PREVIEW, replace(shown, result=simulate(blind)))
+    assert "<b>The controller was given the true friction and mass at every instant" in html
+    assert html.count("The controller was given") == 1
+
+
+def test_laws_on_a_scenario_without_unknowns_are_said_to_compare_nothing_of_adaptation() -> None:
+    scenario = replace(load_scenario("paper-case-2"), estimates=())
+    told = known_words(choose_law(scenario, "pd-gravity").scenario)
+    assert told.startswith("The controller was given the true friction and mass")
+    assert told.endswith("This comparison compares nothing of adaptation.")
+    assert "nothing of adaptation" not in known_words(load_scenario("paper-case-2"))

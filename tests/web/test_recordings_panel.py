@@ -30,6 +30,7 @@ def test_a_row_says_how_a_run_went(store: RecordingStore, case_1: RunResult) -> 
     words = row_words(stored)
     assert (words.label, words.outcome, words.tone) == ("paper-case-1", "held", "good")
     assert re.fullmatch(r"7 s · slip 2\.6 mm · \d{4}-\d\d-\d\d \d\d:\d\d", words.details)
+    assert words.unknown == "unknown: mass, link masses"
     ended = {**stored.summary, "outcome": "left_face"}
     assert row_words(replace(stored, summary=ended)).outcome == "left face"
     slipping = {**stored.summary, "metrics": {**stored.summary["metrics"], "held": False}}

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 
 import pytest
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.study.knowledge import describe_knowledge_in
 from slipgrasp.recordings.study.study_store import StoredStudy
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.server.viewer.server import ViewerServer
@@ -89,6 +91,16 @@ def on_map(picture: MapPicture | None, status: StudyStatus) -> StudyView:
     return replace(
         PLANNED, is_draft_shown=False, is_wide=True, followed=Followed(status, 0, picture)
     )
+
+
+def test_what_was_unknown_stands_above_the_map(picture: MapPicture) -> None:
+    status = status_of(StudyState.COMPLETED)
+    html = summary_html(Followed(status, 0, picture))
+    assert escape(describe_knowledge_in(picture.study)) in html
+    blind = replace(picture.study, base=replace(picture.study.base, estimates=()))
+    html = summary_html(Followed(status, 0, replace(picture, study=blind)))
+    assert "given the true friction and mass at every instant" in html
+    assert "This study compares nothing of adaptation." in html
 
 
 def test_a_plan_stands_in_its_inputs_with_units_and_bounds(bench: Bench) -> None:

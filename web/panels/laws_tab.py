@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import viser
 
-from slipgrasp.core.words.knowledge_words import describe_knowledge
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.knowledge import knowledge_of
+from slipgrasp.core.scenario.own_laws import LAW, law_names
+from slipgrasp.core.words.knowledge_words import describe_comparison
 from slipgrasp.web.charts.html import note_html
 from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
 from slipgrasp.web.model.intents.picture import SeeCharts
@@ -44,7 +47,13 @@ class LawsTab:
         if drawing == self._drawn:
             return
         self._drawn = drawing
-        known = describe_knowledge(view.shown.result.scenario)
+        known = known_words(view.shown.result.scenario)
         self._note.content = note_html([_ABOUT, known] if runs else ["Running every law …"])
         self._buttons.content = laws_html(runs, present, dark=dark)
         self._pictures.content = law_charts_html(runs, window, dark=dark) if runs else ""
+
+
+def known_words(scenario: Scenario) -> str:
+    """What all the laws are given of a scenario."""
+    known = knowledge_of(scenario, {LAW: law_names()})
+    return describe_comparison(scenario, known, "comparison")

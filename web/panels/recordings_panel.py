@@ -181,12 +181,13 @@ class _ChosenRun:
 
 
 class RowWords(NamedTuple):
-    """What the list says about a stored run: its name, and how it went."""
+    """What the list says about a stored run: its name, how it went, what was unknown in it."""
 
     label: str
     outcome: str
     tone: str
     details: str
+    unknown: str = ""
 
 
 def distinct_names(runs: Sequence[StoredRun]) -> dict[str, str]:
@@ -211,9 +212,9 @@ def row_words(run: StoredRun) -> RowWords:
     outcome, tone_name = _outcome_words(run.summary)
     slip = 1e3 * max(run.summary["metrics"]["slip_path"])
     end = f"{run.summary['end_time']:.4g} s"
-    unknown, moment = list_unknowns(run.summary["unknowns"]), moment_words(run.created)
-    details = f"{end} · slip {slip:.1f} mm · {unknown} · {moment.removesuffix(' UTC')}"
-    return RowWords(run.display_name, outcome, tone_name, details)
+    details = f"{end} · slip {slip:.1f} mm · {moment_words(run.created).removesuffix(' UTC')}"
+    unknown = list_unknowns(run.summary["unknowns"])
+    return RowWords(run.display_name, outcome, tone_name, details, unknown)
 
 
 def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
@@ -255,7 +256,8 @@ def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
         f"<div {choosing} aria-pressed='{str(is_chosen).lower()}'>"
         f"<div class='sg-row-head'><b title='{escape(name)}'>{escape(name)}</b>{badge}"
         f"<b style='color:{tone(words.tone)}'>{escape(words.outcome)}</b></div>"
-        f"<div class='sg-small sg-clipped'>{escape(words.details)}{tags}</div></div>"
+        f"<div class='sg-small sg-clipped'>{escape(words.details)}{tags}</div>"
+        f"<div class='sg-small sg-clipped'>{escape(words.unknown)}</div></div>"
         f"<div {opening} aria-label='Open {escape(run.id)}'>▶</div></div>"
     )
 
