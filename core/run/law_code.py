@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.kernel.compiler import INTERPRETED, OPTIONS
+from slipgrasp.core.kernel.compiler import INTERPRETED
 from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.run.checked_code import compile_checked, in_python
 from slipgrasp.core.scenario.field_types import FrozenMapping
 from slipgrasp.core.scenario.own_laws import Diagnostic, OwnLaw
 from slipgrasp.core.trace.ticks import Ticks
@@ -87,7 +88,8 @@ class LawCode:
             return f"out.{wrong[0]} is not finite: {getattr(self._out, wrong[0]).tolist()}"
         if self._failure is None and self._compiled is not None:
             # Compiled code tells no line: Python finds it, with what the law saw last.
-            self._guarded(self._compiled.py_func)(0, 0, 0)
+            with in_python():
+                self._guarded(self._compiled.py_func)(0, 0, 0)
         return self._failure or self._refusal or "its compiled code raised an exception"
 
     def _compile(self) -> Any:
@@ -305,8 +307,7 @@ def _compile(
     scope = {**tuples, "carray": numba.carray, "command": command}
     exec(source, scope)
     seen, answer = (types.CPointer(numba.from_dtype(kind)) for kind in kinds)
-    signature = types.int64(seen, types.CPointer(types.float64), answer)
-    return numba.cfunc(signature, **OPTIONS)(scope["entry"])
+    return compile_checked(scope["entry"], types.int64(seen, types.CPointer(types.float64), answer))
 
 
 def _entry_source(
