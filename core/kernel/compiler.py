@@ -97,6 +97,7 @@ def _link(code: bytes) -> int:
 
 
 _UNITS: dict[str, Unit] = {}
+_DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
 
 
 def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -104,17 +105,29 @@ def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]
 
     In the kernel the decorated name is called like any function; from Python by `call`.
     """
-    if INTERPRETED:
-        return lambda function: function
-    kinds = [a if isinstance(a, types.Type) else record_type(a) for a in arguments]
 
     def declare(function: Callable[..., Any]) -> Any:
+        _DECLARED[function] = (result, *arguments)
+        if INTERPRETED:
+            return function
+        kinds = [a if isinstance(a, types.Type) else record_type(a) for a in arguments]
         unit = Unit(function, result(*kinds))
         assert unit.symbol not in _UNITS, f"two units are called {unit.symbol}"
         _UNITS[unit.symbol] = unit
         return types.ExternalFunction(unit.symbol, unit.signature)
 
     return declare
+
+
+def function_of(unit: Any) -> Any:
+    """The Python function of a unit, given what its name stands for."""
+    symbol = getattr(unit, "symbol", None)
+    return _UNITS[symbol].function if symbol in _UNITS else unit
+
+
+def declared_types(function: Callable[..., Any]) -> tuple[Any, ...]:
+    """What a unit was declared with, its result first; nothing for other functions."""
+    return _DECLARED.get(function, ())
 
 
 @cache

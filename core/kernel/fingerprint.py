@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
-from types import CodeType, FunctionType, ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import llvmlite
@@ -20,6 +20,8 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import cpu_target
 from numba.core.types import ExternalFunction
+
+from slipgrasp.core.kernel.references import code_lines, plain, references_of
 
 _DIGEST_BYTES = 12
 
@@ -55,26 +57,15 @@ def _compiler() -> str:
 def _describe(function: FunctionType) -> tuple[bytes, tuple[FunctionType, ...]]:
     """What one function is made of, and the functions that are inlined in it."""
     lines = [function.__qualname__]
-    lines += _code_lines(function.__code__, documented=function.__doc__ is not None)
+    lines += code_lines(function.__code__, documented=function.__doc__ is not None)
     inlined = []
-    for name in function.__code__.co_names:
-        value = function.__globals__.get(name)
+    for name, value in references_of(function):
         if isinstance(value, Dispatcher):
-            inlined.append(value.py_func)
+            inlined.append(plain(value))
             lines.append(f"{name} {sorted(value.targetoptions.items())}")
         elif value is not None:
             lines.append(f"{name} {_describe_value(value)}")
     return "\n".join(lines).encode(), tuple(inlined)
-
-
-def _code_lines(code: CodeType, *, documented: bool) -> Iterator[str]:
-    """What of a code object decides what it does; the docstring is its first constant."""
-    yield f"{code.co_argcount} {code.co_names} {code.co_varnames} {code.co_code.hex()}"
-    for constant in code.co_consts[1 if documented else 0 :]:
-        if isinstance(constant, CodeType):
-            yield from _code_lines(constant, documented=False)
-        else:
-            yield repr(constant)
 
 
 def _describe_value(value: Any) -> str:

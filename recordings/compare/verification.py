@@ -1,7 +1,8 @@
 """Whether a recorded run can be computed again: its scenario is simulated and compared.
 
-Where the kernel has the same name, every bit must agree, on any machine. Another version may
-round differently, and slip amplifies that; there the stated tolerance applies.
+Where the numerics have the same name, or one that is known to have had the same bits, every bit
+must agree, on any machine. Another version may round differently, and slip amplifies that; there
+the stated tolerance applies.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def verify(
     """
     whole = not _is_cut_short(result)
     present = present_provenance(in_space=result.scenario.in_space)
-    bit_for_bit = result.provenance.kernel == present.kernel
+    bit_for_bit = result.provenance.has_bits_of(present)
     replayed = own_kind_in(result.scenario) is not None and not with_law
     simulation = Simulation.replaying(result) if replayed else Simulation(result.scenario)
     computed = _compute_again(result, simulation, progress, bit_for_bit=bit_for_bit)

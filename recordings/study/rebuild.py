@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 
 from slipgrasp.core.executors import Cancelled
+from slipgrasp.core.run.numerics import same_bits
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -97,6 +98,6 @@ def _check_laws(study: Study, row: StudyRow) -> None:
 
 def _cause(row: StudyRow, *, in_space: bool) -> str:
     here = present_provenance(in_space=in_space).kernel
-    if row.kernel == here:
+    if same_bits(row.kernel, here):
         return "its row was altered, or is not of this study"
     return f"another version of the kernel computed it ({row.kernel}, here it is {here})"

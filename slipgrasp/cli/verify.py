@@ -107,9 +107,10 @@ def _altered(found: Verification) -> list[str]:
 
 
 def _rule(found: Verification) -> str:
-    if found.bit_for_bit:
-        return f"Compared bit for bit: the same numerics computed it ({found.present.kernel})."
     recorded, present = found.recorded, found.present
+    if found.bit_for_bit:
+        earlier = "" if recorded.kernel == present.kernel else f", earlier {recorded.kernel}"
+        return f"Compared bit for bit: the same numerics computed it ({present.kernel}{earlier})."
     was = f"{recorded.program} ({recorded.kernel or 'machine code not recorded'})"
     rule = (
         f"Compared within the tolerance: version {was} recorded it, "

@@ -12,9 +12,7 @@ from numba import types
 from slipgrasp.core.kernel.cache import code_path, read_code, write_code
 from slipgrasp.core.kernel.compiler import compiled, kept_code
 from slipgrasp.core.kernel.fingerprint import fingerprint
-from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.run.simulator import prepare_kernel
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
 
 pytestmark = pytest.mark.slow
 
@@ -122,6 +120,34 @@ def test_a_constant_that_is_changed_elsewhere_changes_the_name():
     assert name != digest_of(PLAIN)
 
 
+CLOSED = """
+def make(scale):
+    @compiled
+    def g(x):
+        return scale * x
+
+    def f(x):
+        'Says what it does.'
+        return g(x) + 1.0
+
+    return f
+
+f = make(2.0)
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "changes"),
+    [
+        ("Says what it does.", "Says it.", False),
+        ("make(2.0)", "make(3.0)", True),
+        ("scale * x", "scale + x", True),
+    ],
+)
+def test_what_a_function_has_from_the_one_around_it_decides_its_machine_code_too(old, new, changes):
+    assert (digest_of(CLOSED.replace(old, new)) != digest_of(CLOSED)) == changes
+
+
 def test_machine_code_that_the_disk_has_spoilt_counts_as_missing():
     name = "spoilt-by-a-test"
     try:
@@ -132,12 +158,3 @@ def test_machine_code_that_the_disk_has_spoilt_counts_as_missing():
     finally:
         code_path(name).unlink()
     assert read_code(name) is None
-
-
-def test_another_fact_of_a_law_is_another_kernel(monkeypatch):
-    name = present_provenance().kernel
-    present_provenance.cache_clear()
-    monkeypatch.setitem(CONTROL_LAWS, "theorem-3", CONTROL_LAWS["theorem-4"])
-    other = present_provenance().kernel
-    present_provenance.cache_clear()
-    assert other != name

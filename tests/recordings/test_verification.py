@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.numerics import SAME_BITS
 from slipgrasp.core.run.simulator import Simulation, simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
@@ -257,6 +258,19 @@ def test_other_machine_code_is_held_to_the_tolerance(short_run):
 
     assert found.same and not found.bit_for_bit
     assert found.recorded.kernel == OTHER_KERNEL != found.present.kernel
+
+
+def test_a_run_of_an_earlier_version_that_had_the_same_bits_is_compared_bit_for_bit(
+    short_run, monkeypatch
+):
+    earlier = replace(short_run, provenance=replace(short_run.provenance, kernel=OTHER_KERNEL))
+    # What was the same as another version need not be the same as this one.
+    monkeypatch.setitem(SAME_BITS, "numerics-of-another-version", (OTHER_KERNEL,))
+    assert not verify(earlier).bit_for_bit
+    monkeypatch.setitem(SAME_BITS, short_run.provenance.kernel, (OTHER_KERNEL,))
+    found = verify(earlier)
+    assert found.same and found.bit_for_bit
+    assert mismatches(moved(earlier, "slip_0", 1, 1)) == ["slip_0"]
 
 
 def test_columns_may_differ_by_the_tolerance_until_the_first_phase_change(short_run):

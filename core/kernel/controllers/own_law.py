@@ -110,7 +110,7 @@ def _call_interpreted(address: int, seen: Record, memory: int, answer: Record) -
     return status
 
 
-_call = _call_interpreted if INTERPRETED else _call_compiled
+call_law = _call_interpreted if INTERPRETED else _call_compiled
 
 
 @compiled
@@ -176,7 +176,7 @@ def ask(own: Record) -> int:
     """Calls the law; 0 unless it failed. An answer from outside is there already."""
     if own.address == 0:
         return 0
-    return _call(own.address, own.seen, own.memory, own.answer)
+    return call_law(own.address, own.seen, own.memory, own.answer)
 
 
 @compiled

@@ -1,0 +1,95 @@
+"""The name of the numerics: a digest of all code that decides the bits of a run.
+
+What it leaves out (`slipgrasp.core.kernel.normal_form`) decides no bit: where code is defined and
+how it is called, comments, words, annotations, and what no code uses. So the name is the same for
+every version of Python, processor and machine code, and where Python runs the kernel.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import slipgrasp.core
+from slipgrasp.core.kernel.cache import read_code, write_code
+from slipgrasp.core.kernel.compiler import OPTIONS, call
+from slipgrasp.core.kernel.controllers.own_law import call_law
+from slipgrasp.core.kernel.entry import compile_entry
+from slipgrasp.core.kernel.normal_form import NormalForm
+from slipgrasp.core.run.engine import PlanarEngine, make_engine
+from slipgrasp.core.run.metrics import compute_metrics
+from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.scenario.own_laws import law_number, law_of, own_law_in
+
+PORTABLE = "numerics-"
+
+# Names of earlier versions whose code was another and whose bits were the same, by the present
+# name: recordings with these verify bit for bit. An entry holds for this very name, so that it
+# ends with the next change of the code; who adds one has compared the hashes of
+# `python -m benchmarks portability` first (docs/portability.md).
+SAME_BITS: dict[str, tuple[str, ...]] = {}
+
+_DIGEST_BYTES = 8
+# They read what is asked, or call what is not the kernel's; none of them computes anything.
+_ENDS = (call, call_law, make_engine, with_values, law_number, law_of, own_law_in)
+
+
+def same_bits(recorded: str, present: str) -> bool:
+    """Whether runs of two numerics are equal to the last bit, by their names."""
+    return recorded == present or recorded in SAME_BITS.get(present, ())
+
+
+@cache
+def numerics_name(*, in_space: bool) -> str:
+    """The name of what computes runs here; kept on disk until some source changes.
+
+    Args:
+        in_space: Whether of hands in space; what computes those has no part in others.
+    """
+    kept_as = f"numerics-{'space' if in_space else 'plane'}-{_sources_digest()}"
+    kept = read_code(kept_as)
+    if kept is not None:
+        return kept.decode()
+    name = compute_name(in_space=in_space)
+    write_code(kept_as, name.encode())
+    return name
+
+
+def compute_name(*, in_space: bool) -> str:
+    """The same, from the code."""
+    digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
+    for line in normal_form(in_space=in_space).lines:
+        digest.update(f"{line}\n".encode())
+    return f"{PORTABLE}{digest.hexdigest()}"
+
+
+def normal_form(*, in_space: bool) -> NormalForm:
+    """All code that decides the bits of a run."""
+    return NormalForm(_roots(in_space), _ENDS)
+
+
+def _roots(in_space: bool) -> Iterator[Any]:
+    from slipgrasp.core.run.simulation import Simulation
+
+    yield from (OPTIONS, compile_entry, compute_metrics)
+    yield from (Simulation._prepare, Simulation.advance, Simulation._pass_end)
+    yield from (Simulation._begin_stretch, Simulation._pack, Simulation._reset_estimate)
+    if not in_space:
+        yield PlanarEngine
+        return
+    from slipgrasp.core.run.space_engine import SpatialEngine
+
+    yield SpatialEngine
+
+
+def _sources_digest() -> str:
+    """Of every source that could be reached, and of the library whose values it holds."""
+    digest = hashlib.blake2b(np.__version__.encode(), digest_size=2 * _DIGEST_BYTES)
+    for path in sorted(Path(slipgrasp.core.__path__[0]).rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
