@@ -11,7 +11,9 @@ import numpy as np
 from slipgrasp.core.kernel.methods import MAX_METHODS, METHOD
 from slipgrasp.core.kernel.motion import MOTION
 from slipgrasp.core.kernel.records import MAX_COORDINATES, MAX_FINGERS
-from slipgrasp.core.scenario import LAW_FACTS, MAX_UNKNOWNS
+from slipgrasp.core.scenario import CONTROL_LAWS, MAX_UNKNOWNS
+from slipgrasp.core.scenario.laws import PLANAR, facts_read_for
+from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 
 OBJECT_MASS, OBJECT_INERTIA, FRICTION, LINK_MASS = range(4)
 
@@ -61,8 +63,20 @@ UNKNOWNS = np.dtype(
     align=True,
 )
 
-# What is true of the control law.
-FACTS = np.dtype([(fact, np.bool_) for fact in LAW_FACTS], align=True)
+
+def facts_layout(hand: str) -> np.dtype:
+    """What is true of a control law, for the kernel of a kind of hands."""
+    return np.dtype([(fact, np.bool_) for fact in facts_read_for(hand)], align=True)
+
+
+def facts_table(hand: str) -> np.ndarray:
+    """What is true of every law by its number; those of one's own are the last."""
+    laws, facts = (*CONTROL_LAWS.values(), law_of(OUTSIDE)), facts_read_for(hand)
+    rows = [tuple(getattr(law, fact) for fact in facts) for law in laws]
+    return np.array(rows, facts_layout(hand))
+
+
+FACTS = facts_layout(PLANAR)
 
 # Gains and settings of the control law (Theorems 3 and 4).
 LAW = np.dtype(

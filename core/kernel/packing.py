@@ -15,25 +15,25 @@ from slipgrasp.core.kernel.elementary import exp, log
 from slipgrasp.core.kernel.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
-    FACTS,
     FRICTION,
     LINK_MASS,
     MODEL,
     OBJECT_INERTIA,
     OBJECT_MASS,
+    facts_table,
 )
 from slipgrasp.core.kernel.pieces import pack_motion
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record, as_record, make_record
 from slipgrasp.core.kernel.state import count_states
 from slipgrasp.core.scenario import (
     CONTROL_LAWS,
-    LAW_FACTS,
     ControllerParameters,
     FingerParameters,
     Scenario,
     SensingParameters,
 )
 from slipgrasp.core.scenario.geometry import TANGENTS
+from slipgrasp.core.scenario.laws import PLANAR
 from slipgrasp.core.scenario.own_laws import OUTSIDE, law_of
 from slipgrasp.core.scenario.parameters import kinds_using
 from slipgrasp.core.scenario.table import NUMBER, TABLE, choices_of, place_of, write_table
@@ -63,7 +63,7 @@ _FIRST_EDGE = len(TANGENTS)
 _SIDES = tuple(TANGENTS).index("bottom")  # left and right come before
 # By number of the law; one's own is the last.
 _LAWS = (*CONTROL_LAWS.values(), law_of(OUTSIDE))
-_FACTS = np.array([tuple(getattr(law, fact) for fact in LAW_FACTS) for law in _LAWS], FACTS)
+_FACTS = facts_table(PLANAR)
 _BRAKES = np.array([law.kind in kinds_using(ControllerParameters, "slip_stop") for law in _LAWS])
 # Of sampled control in rising order, and that of continuous control.
 _SAMPLED = np.array([BS32, RK43, DOPRI5], METHOD)

@@ -9,7 +9,6 @@ from slipgrasp.core.scenario.finger import FingerParameters
 from slipgrasp.core.scenario.held_object import ObjectParameters
 from slipgrasp.core.scenario.laws import (
     CONTROL_LAWS,
-    LAW_FACTS,
     SAMPLED_CONTROL,
     ControlLaw,
     LawSetting,
@@ -32,7 +31,6 @@ from slipgrasp.core.scenario.world import ActuationParameters, Patch, Pulse, Sen
 
 __all__ = [
     "CONTROL_LAWS",
-    "LAW_FACTS",
     "MAX_CHATTER_CHANGES",
     "MAX_DIAGNOSTICS",
     "MAX_FINGERS",

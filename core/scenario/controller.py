@@ -9,7 +9,7 @@ from pydantic import AfterValidator, StringConstraints, WithJsonSchema
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, MAX_FINGERS, FrozenMapping
-from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.laws import CONTROL_LAWS, PLANAR
 from slipgrasp.core.scenario.own_laws import LAW_NAME, PARAMETER_NAME, law_names
 from slipgrasp.core.scenario.parameters import Quantity
 
@@ -68,6 +68,7 @@ class ControllerParameters:
             "s",
             typical=(0.0001, 0.01),
             changeable=True,
+            hands=(PLANAR,),
         ),
     ] = 0.001
     latency: Annotated[
@@ -112,6 +113,7 @@ class ControllerParameters:
             "1",
             typical=(0.8, 1.2),
             changeable=True,
+            hands=(PLANAR,),
         ),
     ] = 1.0
     position_gain: Annotated[

@@ -6,7 +6,12 @@ beside the parameters (`slipgrasp.core.scenario.controller`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+PLANAR, SPATIAL = "planar", "spatial"
+HANDS = (PLANAR, SPATIAL)
+"""Kinds of hands: each has a kernel of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +48,16 @@ _EXACT = LawSetting(key="controller.distribution", value="exact")
 _HOLDING = LawSetting(key="controller.distribution", value="hold")
 
 
+def read_for(*hands: str, default: bool = False) -> Any:
+    """A fact by which kernels tell laws apart.
+
+    Args:
+        hands: Those whose kernel reads it; others refuse the laws that differ from the default.
+        default: What is true of a law that says nothing.
+    """
+    return field(default=default, metadata={"hands": hands})
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlLaw:
     """Facts about a control law that do not depend on a scenario.
@@ -73,12 +88,12 @@ class ControlLaw:
     kind: str
     summary: str
     sampled: bool = False
-    learns: bool = False
-    has_memory: bool = False
-    pulls_back: bool = False
-    uses_friction: bool = True
-    reacts_to_slip: bool = False
-    is_own: bool = False
+    learns: bool = read_for(*HANDS)
+    has_memory: bool = read_for(*HANDS)
+    pulls_back: bool = read_for(*HANDS)
+    uses_friction: bool = read_for(*HANDS, default=True)
+    reacts_to_slip: bool = read_for(*HANDS)
+    is_own: bool = read_for(*HANDS)
     stops_slip_with: tuple[str, ...] = ()
     learns_with: tuple[str, ...] = ()
     settings: tuple[LawSetting, ...] = ()
@@ -146,5 +161,16 @@ CONTROL_LAWS = {
     )
 }
 
-LAW_FACTS = tuple(field.name for field in fields(ControlLaw) if isinstance(field.default, bool))
-"""Names of all that is true of a control law or not."""
+
+def facts_read_for(hand: str) -> tuple[str, ...]:
+    """Names of the facts that the kernel of a kind of hands reads."""
+    return tuple(each.name for each in fields(ControlLaw) if hand in each.metadata.get("hands", ()))
+
+
+def is_computed_for(law: ControlLaw, hand: str) -> bool:
+    """Whether the kernel of a kind of hands reads all that tells a law from others."""
+    return all(
+        getattr(law, each.name) == each.default
+        for each in fields(law)
+        if hand not in each.metadata.get("hands", (hand,))
+    )

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import annotated_types
 
+from slipgrasp.core.scenario.laws import HANDS
 from slipgrasp.core.scenario.own_laws import law_parameters
 
 ParameterValue = float | int | bool | str | tuple[float, ...] | None
@@ -32,6 +33,7 @@ class Quantity:
         changeable: Whether a timed change may set it during a run.
         used_by: The kinds of its part that use it, such as control laws; all of them if empty.
         choices: Gives the words to choose from, where they are not known beforehand.
+        hands: The kinds of hands whose kernel uses it; for others it keeps its default.
     """
 
     text: str
@@ -40,6 +42,7 @@ class Quantity:
     changeable: bool = False
     used_by: tuple[str, ...] = ()
     choices: Callable[[], tuple[str, ...]] | None = None
+    hands: tuple[str, ...] = HANDS
 
     @property
     def sentence(self) -> str:
@@ -148,6 +151,38 @@ def kinds_using(part: type, name: str) -> tuple[str, ...]:
     """
     quantity, _, _ = split_hint(hints_of(part)[name])
     return () if quantity is None else quantity.used_by
+
+
+def values_not_for(node: Any, hand: str, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Key, value and default of every parameter that differs from its default and has no use.
+
+    Args:
+        node: A scenario or a part of one (a dataclass instance).
+        hand: Kind of hands whose kernel does not use it.
+        prefix: Dotted key of ``node``.
+    """
+    for name, default in _kept_for(type(node), hand):
+        value = getattr(node, name)
+        if value != default:
+            yield f"{prefix}{name}", value, default
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        parts = value if isinstance(value, tuple) else (value,)
+        for i, part in enumerate(parts):
+            if dataclasses.is_dataclass(part):
+                index = "" if part is value else f"{i}."
+                yield from values_not_for(part, hand, f"{prefix}{field.name}.{index}")
+
+
+@cache
+def _kept_for(part: type, hand: str) -> tuple[tuple[str, Any], ...]:
+    """Parameters of a part that a kernel does not use, with their defaults."""
+    kept = []
+    for field in dataclasses.fields(part):
+        quantity, _, _ = split_hint(hints_of(part)[field.name])
+        if quantity is not None and hand not in quantity.hands:
+            kept.append((field.name, field.default))
+    return tuple(kept)
 
 
 @cache

@@ -15,7 +15,6 @@ from slipgrasp.core.kernel.lyapunov import pack_coupling, pack_lyapunov
 from slipgrasp.core.kernel.methods import BS32, DOPRI5, METHOD, RK43
 from slipgrasp.core.kernel.model import (
     ACTUATORS,
-    FACTS,
     FRICTION,
     LINK_MASS,
     NUMERICS,
@@ -23,13 +22,16 @@ from slipgrasp.core.kernel.model import (
     OBJECT_MASS,
     SENSORS,
     UNKNOWNS,
+    facts_layout,
+    facts_table,
 )
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record, make_record
 from slipgrasp.core.kernel.space.motion import MOTION, pack_motion
 from slipgrasp.core.kernel.space.rosenbrock import ROS34PW2
 from slipgrasp.core.kernel.space.state import count_states
-from slipgrasp.core.scenario import LAW_FACTS, MAX_UNKNOWNS
-from slipgrasp.core.scenario.own_laws import law_of
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+from slipgrasp.core.scenario.laws import SPATIAL
+from slipgrasp.core.scenario.own_laws import law_number
 from slipgrasp.core.scenario.spatial import SpatialController, SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.scenario.unknowns import parse_unknown
@@ -42,6 +44,7 @@ MAX_COORDINATES = 6 + MAX_SLIPS
 _MATRIX = np.dtype([("entries", np.float64, (2 * MAX_COORDINATES, 2 * MAX_COORDINATES))])
 FORGETTING_TIME = 1e-3  # [s]
 INERTIA_DEVIATION, DEVIATION = 0.1, 3.0
+_FACTS = facts_table(SPATIAL)
 
 _KINDS = {
     "object_mass": OBJECT_MASS,
@@ -101,7 +104,7 @@ TRUTH = np.dtype(
 # Gains and settings of the control law.
 LAW = np.dtype(
     [
-        ("facts", FACTS),
+        ("facts", facts_layout(SPATIAL)),
         ("period", np.float64),  # [s]
         ("position_gains", np.float64, (MAX_COORDINATES,)),  # K_p
         ("velocity_gains", np.float64, (MAX_COORDINATES,)),  # K_v
@@ -276,8 +279,7 @@ def _pack_unknowns(scenario: SpatialScenario, unknowns: Record) -> None:
 
 def _pack_law(scenario: SpatialScenario, model: Record) -> None:
     controller, law, n = scenario.controller, model.law, model.num_fingers
-    for fact in LAW_FACTS:
-        law.facts[fact] = getattr(law_of(controller.kind), fact)
+    law.facts = _FACTS[law_number(controller.kind)]
     law.period = controller.control_period
     size = 6 + 2 * int(n)
     law.position_gains[:6] = controller.position_gain

@@ -21,6 +21,7 @@ from slipgrasp.core.scenario.validation.control import (
     check_sampled,
 )
 from slipgrasp.core.scenario.validation.hand import check_faces, check_start_pose
+from slipgrasp.core.scenario.validation.hands import check_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.space import (
     check_body,
@@ -90,7 +91,7 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
         ScenarioError: With one entry per wrong field.
     """
     refuse_other_types(scenario)
-    errors = [*check_law(scenario)] if with_law else []
+    errors = [*check_law(scenario), *check_computed(scenario)] if with_law else []
     unknown = {error.field for error in errors}
     others = list(_contradictions(scenario))
     # What a law that is not known here needs cannot be said.

@@ -1,4 +1,4 @@
-"""Whether a scenario in space can be: body, faces, reach and motion; what is not computed yet."""
+"""Whether a scenario in space can be: body, faces, reach, motion and control."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import ControllerParameters
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import (
     distance_inside,
@@ -14,6 +13,7 @@ from slipgrasp.core.scenario.spatial_geometry import (
     spatial_face_names,
     tip_at_start,
 )
+from slipgrasp.core.scenario.validation.hands import not_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 from slipgrasp.core.scenario.validation.trajectory import (
     check_cycles,
@@ -130,22 +130,11 @@ def check_spatial_motion(scenario: SpatialScenario) -> Iterator[FieldError]:
 
 
 def check_known_in_space(scenario: SpatialScenario) -> Iterator[FieldError]:
-    """What only hands in the plane can do so far is not asked of one in space."""
-    for key, shown, way_out in _only_in_the_plane(scenario):
-        yield FieldError(
-            field=key,
-            value=shown,
-            limit=way_out,
-            message=f"{key} is {shown}, which is not computed for hands in space yet; {way_out}",
+    """Control in space is sampled."""
+    if scenario.controller.control_period == 0.0:
+        yield not_computed(
+            scenario,
+            "controller.control_period",
+            "0 s (continuous control)",
+            "set it to the time between control updates, for example 0.001 s",
         )
-
-
-def _only_in_the_plane(scenario: SpatialScenario) -> Iterator[tuple[str, str, str]]:
-    """Key, value and way out of everything that is asked for and not computed in space."""
-    controller = scenario.controller
-    if controller.control_period == 0.0:
-        way_out = "set it to the time between control updates, for example 0.001 s"
-        yield "controller.control_period", "0 s (continuous control)", way_out
-    ratio, usual = controller.link_length_ratio, ControllerParameters().link_length_ratio
-    if ratio != usual:
-        yield "controller.link_length_ratio", f"{ratio:g}", f"set it to {usual:g}"

@@ -1,0 +1,58 @@
+"""Whether the kernel of a kind of hands computes what a scenario asks for.
+
+What it uses is declared with each parameter (`Quantity.hands`) and with each fact of control laws;
+that the declarations are true is tested for all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from slipgrasp.core.exceptions import FieldError
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.field_errors import echo
+from slipgrasp.core.scenario.laws import PLANAR, SPATIAL, is_computed_for
+from slipgrasp.core.scenario.own_laws import LAW, law_names, law_of
+from slipgrasp.core.scenario.parameters import values_not_for
+
+_HANDS = {PLANAR: "hands in the plane", SPATIAL: "hands in space"}
+
+
+def check_computed(scenario: Scenario) -> Iterator[FieldError]:
+    """The law and all parameters that are not as usual are those of this kind of hands."""
+    hand, kind = _hand_of(scenario), scenario.controller.kind
+    if not is_computed_for(law_of(kind), hand):
+        laws = [name for name in law_names() if is_computed_for(law_of(name), hand)]
+        yield not_computed(scenario, LAW, f"'{kind}'", f"choose one of {', '.join(laws)}")
+    for key, value, usual in values_not_for(scenario, hand):
+        yield not_computed(scenario, key, _words_of(value), f"set it to {_words_of(usual)}")
+
+
+def not_computed(scenario: Scenario, key: str, shown: str, way_out: str) -> FieldError:
+    """The error for a value that the kernel of this kind of hands does not know.
+
+    Args:
+        scenario: Of such a hand.
+        key: Dotted key.
+        shown: Its value.
+        way_out: What to do.
+    """
+    hands = _HANDS[_hand_of(scenario)]
+    return FieldError(
+        field=key,
+        value=shown,
+        limit=way_out,
+        message=f"{key} is {shown}, which is not computed for {hands} yet; {way_out}",
+    )
+
+
+def _hand_of(scenario: Scenario) -> str:
+    return SPATIAL if scenario.in_space else PLANAR
+
+
+def _words_of(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"'{value}'"
+    return f"{value:g}" if isinstance(value, float | int) else str(echo(value) or value)
