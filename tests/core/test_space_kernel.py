@@ -18,7 +18,7 @@ from tests.references.spatial_hands import (
     random_state,
 )
 from tests.references.spatial_law import regressor, tracking_errors
-from tests.references.spatial_plant import finger_dynamics
+from tests.references.spatial_plant import Phase, finger_dynamics
 from tests.references.spatial_run import Simulator
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
 from tests.spatial_evaluation import SpatialEvaluation
@@ -232,3 +232,35 @@ def test_runs_agree_through_events_and_ticks(preset, friction, duration):
     ends = [change.time for change in result.phase_changes if change.to_phase == 0]
     wanted = np.sort(reference.slip_ends[~np.isnan(reference.slip_ends)])
     np.testing.assert_allclose(ends, wanted, atol=1e-9)
+
+
+@FRICTIONS
+@pytest.mark.parametrize("latency", [0.0, 0.003])
+def test_a_slip_is_asked_to_stop_until_the_next_torque_acts(latency, friction):
+    """On the cone a contact brakes along its slip, in the pyramid each tangent by itself."""
+    period, most, n = 0.002, 2.0, 3
+    rng, scenario, world, state = sample(
+        n,
+        0,
+        **{
+            "simulation.friction": friction,
+            "controller.kind": "composite",
+            "controller.slip_stop": most,
+            "controller.control_period": period,
+            "controller.latency": latency,
+        },
+    )
+    state.slip_velocity[:] = rng.uniform(-1.5, 1.5, (n, 2)) * most * period
+    state.slip[:] = 0.0
+    _, directions = moving_directions(state.slip_velocity, friction)
+    phase = Phase(np.zeros((n, 2), bool), directions)
+    evaluation = SpatialEvaluation(scenario, state, phase, world.estimates)
+    evaluation.command()
+    if friction == "pyramid":
+        speeds = np.abs(state.slip_velocity)
+    else:
+        speeds = np.repeat(np.linalg.norm(state.slip_velocity, axis=1)[:, None], 2, axis=1)
+    brake = np.minimum(most, speeds / (period + latency) + 0.01 * most)
+    gains = np.broadcast_to(scenario.controller.velocity_gain, 6 + 2 * n)[6:].reshape(n, 2)
+    wanted = -gains * state.slip_velocity - brake * directions
+    assert_close(evaluation.work.room.slip_demand[:n], wanted)

@@ -310,6 +310,23 @@ def test_two_fingers_in_a_plane_foresee_what_the_planar_hand_does(unknown, laten
     assert np.abs(np.subtract(measured.metrics.slip_path, spatial.metrics.slip_path)).max() > 1e-6
 
 
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+@pytest.mark.parametrize("latency", [0.0, 0.001, 0.0035])
+def test_two_fingers_in_a_plane_brake_their_slips_as_the_planar_hand_does(latency, friction):
+    values = {"controller.latency": latency, "simulation.duration": 0.1}
+    learning = with_values(load_scenario("composite-case-2"), values)
+    planar, mapping = simulate(learning), planar_limit(friction_unknown=True).to_mapping()
+    mapping["controller"] = learning.to_mapping()["controller"]
+    *estimates, inertia = learning.to_mapping()["estimates"]
+    mapping["estimates"] = [*estimates, inertia | {"parameter": "object.inertias.1"}]
+    mapping["simulation"] |= {"duration": 0.1, "friction": friction}
+    spatial = simulate(scenario_from_mapping(mapping))
+    assert spatial.outcome is planar.outcome is Outcome.COMPLETED
+    # Least squares weigh the moments of a spatial hand a little otherwise.
+    assert_allclose(slip_ends(spatial), slip_ends(planar), rtol=1e-5)
+    assert_allclose(spatial.metrics.slip_path, planar.metrics.slip_path, rtol=1e-5)
+
+
 def test_what_is_foreseen_comes_true_up_to_the_kinematics_that_are_kept():
     """Frozen kinematics err with the distance travelled, so the errors fall with the latency."""
     values = {

@@ -15,7 +15,6 @@ from slipgrasp.core.kernel.model import FRICTION, OBJECT_INERTIA, OBJECT_MASS
 from slipgrasp.core.kernel.motion import desired_motion
 from slipgrasp.core.kernel.records import Floats, Record
 from slipgrasp.core.kernel.space.dynamics import multiply
-from slipgrasp.core.kernel.space.flow import slip_speed
 from slipgrasp.core.kernel.space.kinematics import rotate
 from slipgrasp.core.kernel.space.plant import own_force, tip_acceleration, to_contact_frame
 from slipgrasp.core.kernel.space.state import (
@@ -26,6 +25,7 @@ from slipgrasp.core.kernel.space.state import (
     slip_at,
     slip_velocity_at,
 )
+from slipgrasp.core.kernel.space.ways import axes_of
 from slipgrasp.core.kernel.space.workspace import STICK
 
 LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
@@ -286,13 +286,19 @@ def tilt(room: Record) -> float:
 
 @compiled
 def brake_slips(model: Record, discrete: Record, state: Record, room: Record) -> None:
-    """Asks contacts that are believed to slip to brake by slip_stop more."""
+    """Asks contacts that are believed to slip to brake by slip_stop more, each way by itself."""
     n, law = model.num_fingers, model.law
     for i in range(n):
-        if discrete.beliefs[i] != STICK and law.slip_stop > 0.0:
-            stopping = slip_speed(n, state, i) / law.period
+        if discrete.beliefs[i] == STICK or not law.slip_stop > 0.0:
+            continue
+        for way in range(model.ways):
+            speed = 0.0
+            for axis in axes_of(model, way):
+                speed += room.gamma[i, axis] * state.x[slip_velocity_at(n, i, axis)]
+            # Little more than stops it until the next torque can act, as in the plane.
+            stopping = max(speed, 0.0) / (law.period + law.latency)
             brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
-            for axis in range(2):
+            for axis in axes_of(model, way):
                 room.slip_demand[i, axis] -= brake * room.gamma[i, axis]
 
 
