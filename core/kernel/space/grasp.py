@@ -22,6 +22,7 @@ from slipgrasp.core.kernel.space.grasp_limits import (
     FRICTION,
     PER_CONTACT,
     allowed,
+    exists,
     limit,
     set_force,
     slope_of_limit,
@@ -72,7 +73,7 @@ def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
         for k in range(size):
             rows[p, k] *= inverse
             grasp.step[k] -= square(rows[p, k])
-        if grasp.softens == 1 and strength < WEAK:
+        if grasp.softens == 1 and square(strength / WEAK) < 1.0:
             _soften(grasp, soft, p, strength, strength * wanted, size)
             soft += 1
             continue
@@ -132,7 +133,7 @@ def _worst_limit(grasp: Record, n: int) -> int:
     worst, least = -1, -allowed(grasp, n)
     for c in range(PER_CONTACT * n):
         value = limit(grasp, c)
-        if value < least:
+        if not value >= least:  # so that what is no number is violated too
             worst, least = c, value
     return worst
 
@@ -163,16 +164,17 @@ def spatial_follow(grasp: Record, n: int) -> int:
         if not abs(factor_dense(grasp.matrix, size, grasp.order)) > 0.0:
             return 0
         solve_dense(grasp.matrix, size, grasp.order, grasp.right, grasp.step)
-        moved = scale = 0.0
+        moved = scale = total = 0.0
         for j in range(free):
             grasp.point[j] += grasp.step[j]
             moved, scale = max(moved, abs(grasp.step[j])), max(scale, abs(grasp.point[j]))
+            total += abs(grasp.step[j])
         row = free
         for c in range(PER_CONTACT * n):
             if grasp.active[c] == 1:
                 grasp.multipliers[c] += grasp.step[row]
                 row += 1
-        if not moved < 1e12:
+        if not total < 1e12:  # the largest of some numbers does not show that one is none
             return 0
         if moved <= SHORT * (1.0 + scale):
             set_force(grasp, n)
@@ -229,9 +231,15 @@ def _is_solution(grasp: Record, n: int) -> bool:
 
 @compiled
 def _follow_active(grasp: Record, n: int) -> int:
-    """Newton from the last tick's forces and active limits; 1 if that is the solution."""
+    """Newton from the last tick's forces and active limits; 1 if that is the solution.
+
+    Of these limits the cone of a contact that slips since then is no more.
+    """
     for j in range(grasp.free):
         grasp.point[j] = grasp.trial[j]
+    for c in range(PER_CONTACT * n):
+        if not exists(grasp, c):
+            grasp.active[c] = 0
     return 1 if spatial_follow(grasp, n) == 1 and _is_solution(grasp, n) else 0
 
 

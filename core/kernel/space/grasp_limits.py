@@ -32,13 +32,22 @@ def tangential(grasp: Record, i: int, way: int) -> float:
 
 
 @compiled
+def exists(grasp: Record, c: int) -> bool:
+    """Whether limit ``c`` bounds its contact at all."""
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
+    if kind < LEAST:
+        return grasp.cones[i, kind] >= 0.0
+    return kind == LEAST or grasp.most < np.inf
+
+
+@compiled
 def limit(grasp: Record, c: int) -> float:
     """How far a force is inside limit ``c`` [N]; inf where there is no such limit."""
+    if not exists(grasp, c):
+        return np.inf
     i, kind = c // PER_CONTACT, c % PER_CONTACT
     normal = grasp.force[3 * i + 2]
     if kind < LEAST:
-        if grasp.cones[i, kind] < 0.0:
-            return np.inf
         return grasp.cones[i, kind] * normal - tangential(grasp, i, kind)
     return normal - grasp.least if kind == LEAST else grasp.most - normal
 
