@@ -21,6 +21,8 @@ _HATCHES = {
 }
 _HATCHES_BY_REASON = {
     "model_estimate_singular": "\\\\\\\\",
+    "nonfinite_torque": "ooo",
+    "turned_too_far": "\\\\..",
     "painleve": "----",
     "step_underflow": "||||",
     "stiff_loop": "////",

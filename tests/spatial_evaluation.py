@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import call
+from slipgrasp.core.kernel.jump import RUNNING
 from slipgrasp.core.kernel.records import Floats, Record, make_record
 from slipgrasp.core.kernel.space.command import spatial_command
 from slipgrasp.core.kernel.space.flow import spatial_plant
@@ -78,8 +79,8 @@ class SpatialEvaluation:
 
     def command(self, t: float = 0.0) -> Floats:
         """Torques that the law asks for, ``(n, 3)`` [N m]."""
-        answered = call(spatial_command, self.model, self.discrete, t, self.senses, self.work)
-        assert answered == 1
+        status = call(spatial_command, self.model, self.discrete, t, self.senses, self.work)
+        assert status == RUNNING
         return self.discrete.commanded[: self.n].copy()
 
     def learn(self) -> Floats:

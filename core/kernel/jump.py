@@ -51,8 +51,11 @@ from slipgrasp.core.kernel.state import estimate_at, slip_at, slip_velocity_at
     STIFF,
     NOT_FINITE,
     LAW_FAILED,
-) = range(15)
+    TORQUE_NOT_FINITE,
+    TURNED_TOO_FAR,
+) = range(17)
 
+LARGEST_TILT = 3.1  # of a spatial object; the coordinates of its control laws end at pi [rad]
 
 LOST_FORCES = 1e-4  # sin^2 q2: forces go with its inverse, their errors with its square
 

@@ -29,6 +29,7 @@ from slipgrasp.core.kernel.jump import (
     LAW_FAILED,
     MODEL_SINGULAR,
     RUNNING,
+    TORQUE_NOT_FINITE,
     finish_jump,
     set_first_slope,
     settle,
@@ -279,13 +280,13 @@ def _evaluate_law(model: Record, run: Record) -> int:
     if model.law.predicts and run.acting == 1:
         regular = min(regular, _command_ahead(model, run))
     work.quadratic.warm = 0
-    if regular == 0 or not abs(work.estimated_factors.determinant) > 0.0:
+    if regular == 0 or work.estimated_factors.determinant == 0.0:
         return MODEL_SINGULAR
     forces_to_torques(work.kin, n, work.tip_forces, run.commanded)
     total = 0.0
     for i in range(n):
         total += run.commanded[i, 0] + run.commanded[i, 1]
-    return RUNNING if np.isfinite(total) else MODEL_SINGULAR
+    return RUNNING if np.isfinite(total) else TORQUE_NOT_FINITE
 
 
 @compiled

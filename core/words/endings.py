@@ -11,6 +11,7 @@ from slipgrasp.core.kernel.jump import (
     CHATTERING,
     EVENT_STALL,
     INCONSISTENT,
+    LARGEST_TILT,
     LEFT_FACE,
     MAX_STEPS,
     MODEL_SINGULAR,
@@ -20,6 +21,8 @@ from slipgrasp.core.kernel.jump import (
     SINGULAR,
     STEP_UNDERFLOW,
     STIFF,
+    TORQUE_NOT_FINITE,
+    TURNED_TOO_FAR,
 )
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial import SpatialScenario
@@ -222,6 +225,19 @@ def _explain_singular_model(end: _End) -> _Finding:
     return _Finding("the controller's estimate of the reduced inertia became singular", condition)
 
 
+def _explain_nonfinite_torque(_end: _End) -> _Finding:
+    return _Finding("the torque that the control law commands is not finite")
+
+
+def _explain_turn(end: _End) -> _Finding:
+    tilt = math.hypot(*end.last.tracking_error[0, 3:].tolist())
+    message = (
+        f"the object turned away from its desired attitude by {LARGEST_TILT:g} rad, where the "
+        "coordinates of the control law end,"
+    )
+    return _Finding(message, tilt, LARGEST_TILT)
+
+
 def _explain_underflow(_end: _End) -> _Finding:
     return _Finding("no step of the integration is small enough: the closed loop diverges")
 
@@ -390,6 +406,20 @@ _ENDINGS = {
         code="model_estimate_singular",
         explain=_explain_singular_model,
         hint=_keep_the_model_regular,
+        by_the_torque=True,
+    ),
+    TORQUE_NOT_FINITE: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="nonfinite_torque",
+        explain=_explain_nonfinite_torque,
+        hint=_keep_the_model_regular,
+        by_the_torque=True,
+    ),
+    TURNED_TOO_FAR: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="turned_too_far",
+        explain=_explain_turn,
+        hint=_hold_better,
         by_the_torque=True,
     ),
     STEP_UNDERFLOW: _Ending(

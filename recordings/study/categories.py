@@ -35,6 +35,8 @@ CATEGORIES: tuple[Category, ...] = (
     Category("chattering between stick and slip", Outcome.CHATTERING),
     Category("no consistent phase", Outcome.INCONSISTENT),
     Category("diverged: estimates became singular", Outcome.DIVERGED, "model_estimate_singular"),
+    Category("diverged: the commanded torque is not finite", Outcome.DIVERGED, "nonfinite_torque"),
+    Category("diverged: the object turned too far", Outcome.DIVERGED, "turned_too_far"),
     Category("diverged: Painlevé, friction too high", Outcome.DIVERGED, "painleve"),
     Category("diverged: no step small enough", Outcome.DIVERGED, "step_underflow"),
     Category("diverged: the loop is too stiff to follow", Outcome.DIVERGED, "stiff_loop"),

@@ -257,6 +257,12 @@ def has_singular_model(result: RunResult, found: re.Match[str]) -> None:
     assert law_of(result, result.end_time) in GRIPPING_BY_FRICTION
 
 
+def has_turned_too_far(result: RunResult, found: re.Match[str]) -> None:
+    outcome_is(Outcome.DIVERGED)(result, found)
+    # A law that looks ahead, or measures with noise, is there a little before the object.
+    assert math.hypot(*result.trace.tracking_error[-1, 3:]) > 2.5
+
+
 def is_too_stiff(result: RunResult, found: re.Match[str]) -> None:
     outcome_is(Outcome.DIVERGED)(result, found)
     assert near(found["condition"], float(result.trace.estimated_inertia_condition[-1]), 2)
@@ -303,6 +309,15 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
     "model_estimate_singular": (
         rf"the controller's estimate of the reduced inertia became singular {TIME}",
         has_singular_model,
+    ),
+    "nonfinite_torque": (
+        rf"the torque that the control law commands is not finite {TIME}",
+        outcome_is(Outcome.DIVERGED),
+    ),
+    "turned_too_far": (
+        r"the object turned away from its desired attitude by 3.1 rad, where the coordinates of "
+        rf"the control law end, {TIME}",
+        has_turned_too_far,
     ),
     "step_underflow": (
         rf"no step of the integration is small enough: the closed loop diverges {TIME}",

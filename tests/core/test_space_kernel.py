@@ -7,6 +7,9 @@ algorithms: the kernel eliminates contact by contact, the reference assembles an
 import numpy as np
 import pytest
 
+from slipgrasp.core.kernel.compiler import call
+from slipgrasp.core.kernel.jump import RUNNING, TORQUE_NOT_FINITE
+from slipgrasp.core.kernel.space.command import spatial_command
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.hands import general_gains
@@ -264,3 +267,17 @@ def test_a_slip_is_asked_to_stop_until_the_next_torque_acts(latency, friction):
     gains = np.broadcast_to(scenario.controller.velocity_gain, 6 + 2 * n)[6:].reshape(n, 2)
     wanted = -gains * state.slip_velocity - brake * directions
     assert_close(evaluation.work.room.slip_demand[:n], wanted)
+
+
+def test_a_law_whose_torque_is_not_finite_says_so():
+    """That is another fault than an estimate of the inertia that is singular."""
+    _, scenario, world, state = sample(3, 0)
+    phase = next(iter(cone_phases(state)))
+    for estimates, wanted in (
+        (world.estimates, RUNNING),
+        (np.full_like(world.estimates, np.inf), TORQUE_NOT_FINITE),
+        (np.full_like(world.estimates, np.nan), TORQUE_NOT_FINITE),
+    ):
+        evaluation = SpatialEvaluation(scenario, state, phase, estimates)
+        parts = evaluation.model, evaluation.discrete, 0.0, evaluation.senses, evaluation.work
+        assert call(spatial_command, *parts) == wanted

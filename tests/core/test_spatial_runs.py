@@ -359,6 +359,18 @@ def test_what_is_foreseen_comes_true_up_to_the_kinematics_that_are_kept():
     assert (sizes[1:] < sizes[:-1] / 3.5).all()
 
 
+def test_an_object_that_turns_further_than_its_law_can_tell_ends_the_run_and_says_so():
+    """Nothing resists a turn about the line through two contacts."""
+    spin = {"time": 0.1, "duration": 0.1, "force": [0.0] * 3, "moment": [1.0, 0.0, 0.0]}
+    mapping = planar_limit(friction_unknown=False).to_mapping() | {"pulses": [spin]}
+    result = simulate(scenario_from_mapping(mapping))
+    assert result.outcome is Outcome.DIVERGED
+    assert result.reason.code == "turned_too_far"
+    assert result.reason.value == pytest.approx(3.1, abs=0.02)
+    assert result.reason.limit == 3.1
+    assert "reduced inertia" not in result.reason.message
+
+
 def test_under_pd_control_a_believed_mass_too_small_leaves_the_object_too_low():
     """g dm / (m K_p) at rest, with the weights of the links known."""
     scenario = with_values(

@@ -13,13 +13,19 @@ import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.jump import (
+    LARGEST_TILT,
+    MODEL_SINGULAR,
+    RUNNING,
+    TORQUE_NOT_FINITE,
+    TURNED_TOO_FAR,
+)
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.dynamics import combine_links, multiply, update_unit_dynamics
 from slipgrasp.core.kernel.space.grasp import spatial_grasp
 from slipgrasp.core.kernel.space.grip import fill_wrench, spatial_grip
 from slipgrasp.core.kernel.space.kinematics import forces_to_torques, update_kinematics
 from slipgrasp.core.kernel.space.law import (
-    LARGEST_TILT,
     believe,
     brake_slips,
     leave_stuck,
@@ -66,29 +72,29 @@ def spatial_command(model: Record, discrete: Record, t: float, senses: Record, w
     """Writes the commanded torque to ``discrete.commanded``.
 
     Returns:
-        1, or 0 where the law has no answer: its model is singular, or the object has turned so far
-        that the coordinates of its law end.
+        RUNNING, or why the law has no answer: its model is singular, its torque not finite, or the
+        object has turned so far that the coordinates of the law end.
     """
     law = model.law
     spatial_believe(model, discrete, t, senses, work)
     if not tilt(work.room) < LARGEST_TILT:
-        return 0
+        return TURNED_TOO_FAR
     discrete.violation = 0.0
     if not law.facts.uses_friction:
         added = discrete.added_grip if law.facts.reacts_to_slip else 0.0
         spatial_grip(model, work, law.grip_force + added)
-    elif abs(work.believed_system.determinant) > 0.0:
-        _command_forces(model, discrete, senses.measured, work)
+    elif work.believed_system.determinant == 0.0:
+        return MODEL_SINGULAR
     else:
-        return 0
+        _command_forces(model, discrete, senses.measured, work)
     total = 0.0
     for i in range(model.num_fingers):
         for k in range(3):
             total += work.tip_forces[i, k]
     if not abs(total) < np.inf:
-        return 0
+        return TORQUE_NOT_FINITE
     forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.commanded)
-    return 1
+    return RUNNING
 
 
 @compiled

@@ -30,7 +30,6 @@ from slipgrasp.core.kernel.space.workspace import STICK
 
 LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
 SMALL_ANGLE = 1e-3
-LARGEST_TILT = 3.1  # where the coordinates of the law end [rad]
 
 
 @compiled

@@ -7,7 +7,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED, NOTHING, ask
 from slipgrasp.core.kernel.elementary import nearest
-from slipgrasp.core.kernel.jump import LAW_FAILED, MODEL_SINGULAR, RUNNING
+from slipgrasp.core.kernel.jump import LAW_FAILED, RUNNING
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import CLAMPED, SATURATED, phases_changed, warn
 from slipgrasp.core.kernel.sensing import trust, trust_in_contact
@@ -207,10 +207,11 @@ def spatial_look(model: Record, run: Record) -> None:
 def _evaluate_law(model: Record, run: Record) -> int:
     """The command of a built-in law, if it has one."""
     grasp = run.work.grasp
-    if spatial_command(model, run.discrete, run.now, run.senses, run.work) == 0:
-        return MODEL_SINGULAR
-    if model.law.predicts and run.acting == 1 and _command_ahead(model, run) == 0:
-        return MODEL_SINGULAR
+    status = spatial_command(model, run.discrete, run.now, run.senses, run.work)
+    if status == RUNNING and model.law.predicts and run.acting == 1:
+        status = _command_ahead(model, run)
+    if status != RUNNING:
+        return status
     if grasp.rank < 6:
         warn(run, FREE_ROTATION)
     if grasp.soft > 0:
@@ -228,10 +229,10 @@ def _command_ahead(model: Record, run: Record) -> int:
     while then > model.motion.breaks[discrete.piece]:
         discrete.piece += 1
     _swap(model, senses.measured, ahead.state)
-    answered = spatial_command(model, discrete, then, senses, run.work)
+    status = spatial_command(model, discrete, then, senses, run.work)
     _swap(model, senses.measured, ahead.state)
     discrete.piece = now
-    return answered
+    return status
 
 
 @compiled
