@@ -28,6 +28,7 @@ from slipgrasp.core.kernel.jump import (
 )
 from slipgrasp.core.kernel.jump import SINGULAR as FINGER_SINGULAR
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.motion import pass_breaks
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
     CHANGE_CAPACITY,
@@ -183,15 +184,12 @@ def pass_break(model: Record, run: Record, outlet: Record, t_stop: float) -> int
 @compiled
 def _change_piece(model: Record, run: Record, outlet: Record) -> int:
     """The desired acceleration jumps; under sampled control it is seen at the next tick."""
-    breaks = model.motion.breaks
     if model.law.period > 0.0:
-        run.discrete.piece += 1
+        pass_breaks(model.motion, run.discrete, run.now)
         return RUNNING
     keep_old(model, run)
     emit(model, run, outlet, run.now, run.step.start)
-    run.discrete.piece += 1
-    while breaks[run.discrete.piece] <= run.now:
-        run.discrete.piece += 1
+    pass_breaks(model.motion, run.discrete, run.now)
     return select_again(model, run, outlet)
 
 

@@ -16,6 +16,7 @@ from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.elementary import sincos
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
+from slipgrasp.core.scenario.motion import SAME_TIME
 
 DEGREE = 5
 MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
@@ -33,6 +34,16 @@ MOTION = np.dtype(
     ],
     align=True,
 )
+
+
+@compiled
+def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
+    """Makes the segment of the desired motion that holds from ``t`` on the present one.
+
+    A break a rounding after ``t`` is at ``t``: times of ticks and of breaks are sums.
+    """
+    while motion.breaks[discrete.piece] <= t + SAME_TIME:
+        discrete.piece += 1
 
 
 @compiled

@@ -36,6 +36,7 @@ from slipgrasp.core.kernel.jump import (
 )
 from slipgrasp.core.kernel.law import believe
 from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.motion import pass_breaks
 from slipgrasp.core.kernel.prediction import predict
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.reduced import forces_to_torques, torques_to_forces
@@ -235,6 +236,7 @@ def _emit_before(model: Record, run: Record, outlet: Record) -> None:
 def _sense(model: Record, run: Record) -> None:
     """New estimates, and what is measured at a tick."""
     senses = run.senses
+    pass_breaks(model.motion, run.discrete, run.now)
     _advance_estimates(model, run, run.now - run.last_tick)
     run.last_tick = run.now
     measure(model, senses, run.step.start, run.discrete.torques, run.now)
@@ -332,8 +334,7 @@ def _command_ahead(model: Record, run: Record) -> int:
     ahead, then = run.prediction.state, run.now + model.law.latency
     _add_up_impulses(model, run)
     predict(model, discrete, run.senses.measured, work, run.prediction)
-    while then > model.motion.breaks[discrete.piece]:
-        discrete.piece += 1
+    pass_breaks(model.motion, discrete, then)
     forget_mechanics(work)  # the prediction has its own bias
     update_seen_mechanics(model, ahead, work)
     regular = update_command(model, discrete, then, ahead, work)

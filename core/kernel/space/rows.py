@@ -10,6 +10,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
+from slipgrasp.core.kernel.motion import pass_breaks
 from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.space.dynamics import combine_links, stored_energy, update_unit_dynamics
 from slipgrasp.core.kernel.space.flow import set_directions, spatial_plant
@@ -93,6 +94,7 @@ ROW = np.dtype(
 def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
     """Evaluates plant and errors at the state of ``row``; 0 where anything is not finite."""
     n, discrete = model.num_fingers, row.discrete
+    pass_breaks(model.motion, discrete, row.time)
     spatial_plant(model, discrete, row.state, work)
     update_errors(model, discrete.piece, row.time, row.state, work.room)
     leave_stuck(n, discrete.slips, work.room)

@@ -8,6 +8,7 @@ from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED, NOTHING, ask
 from slipgrasp.core.kernel.elementary import nearest
 from slipgrasp.core.kernel.jump import LAW_FAILED, RUNNING
+from slipgrasp.core.kernel.motion import pass_breaks
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import CLAMPED, SATURATED, phases_changed, warn
 from slipgrasp.core.kernel.sensing import trust, trust_in_contact
@@ -186,6 +187,7 @@ def _sense(model: Record, run: Record) -> None:
     """New estimates, and what is measured at a tick."""
     senses, start = run.senses, run.step.start
     keep_old(model, run)
+    pass_breaks(model.motion, run.discrete, run.now)
     _advance_estimates(model, run)
     run.ticks += 1
     measure(model, senses, start, run.discrete.torques, run.now)
@@ -226,8 +228,7 @@ def _command_ahead(model: Record, run: Record) -> int:
     then = run.now + model.law.latency
     add_up_impulses(model, run)
     spatial_predict(model, senses, run.work, ahead)
-    while then > model.motion.breaks[discrete.piece]:
-        discrete.piece += 1
+    pass_breaks(model.motion, discrete, then)
     _swap(model, senses.measured, ahead.state)
     status = spatial_command(model, discrete, then, senses, run.work)
     _swap(model, senses.measured, ahead.state)
