@@ -100,7 +100,7 @@ def test_a_force_that_grows_breaks_loose_where_it_reaches_static_friction(fricti
         "simulation.friction": friction,
         "pulses.0.time": 0.05,
         "pulses.0.duration": 0.1,
-        "pulses.0.force": (0.3, 0.1, 0.0),
+        "pulses.0.force": (0.0, 0.6, 0.0),
     }
     result = simulate(with_values(HELD, shaken))
     trace = result.trace

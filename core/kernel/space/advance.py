@@ -1,7 +1,8 @@
 """The hybrid loop of a run in space, in resumable pieces: tick, flow, detect, locate, jump.
 
 Torques are held from tick to tick, so that nothing jumps between two ticks but phases, and a law
-need not be asked which phases it believes in. No step passes a tick or an output time.
+need not be asked which phases it believes in. No step passes a tick; output times have no part in
+the steps.
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ from slipgrasp.core.kernel.jump import (
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
     CHANGE_CAPACITY,
-    OUTPUT_ROUNDING,
     ROOM_TO_SPARE,
 )
 from slipgrasp.core.kernel.space.dynamics import stored_energy
@@ -36,15 +36,12 @@ from slipgrasp.core.kernel.space.guards import (
     NORMAL_FORCE,
     PER_CONTACT,
     PHASE,
-    relax,
-    spatial_fired,
 )
 from slipgrasp.core.kernel.space.guards import SINGULAR as SINGULAR_FINGER
 from slipgrasp.core.kernel.space.jump import (
     finish_jump,
     forget_leaving,
     keep_old,
-    next_output,
     next_tick,
     restart,
     settle,
@@ -59,7 +56,13 @@ from slipgrasp.core.kernel.space.run import (
 )
 from slipgrasp.core.kernel.space.slip_rows import spatial_follow_slip, spatial_leave_slip
 from slipgrasp.core.kernel.space.state import slip_velocity_at, supplied_at
-from slipgrasp.core.kernel.space.steps import spatial_accept, spatial_locate, stop_in_patch
+from slipgrasp.core.kernel.space.steps import (
+    emit_at_start,
+    spatial_accept,
+    spatial_cut,
+    spatial_emit_inside,
+    stop_in_patch,
+)
 from slipgrasp.core.kernel.space.tick import spatial_apply, spatial_tick
 from slipgrasp.core.kernel.space.ways import axes_of, way_speed
 from slipgrasp.core.kernel.tick import next_command
@@ -70,13 +73,13 @@ STOPS_TOO, STOPS_WITHIN = 1e-7, 1e-8  # slips that end with another one [m/s, s]
 
 
 @compiled
-def _pass_step(model: Record, run: Record, size: float, until: float, fired: int) -> None:
+def _pass_step(model: Record, run: Record, size: float, until: float) -> None:
     """The end of the step becomes the present state."""
     step = run.step
     for k in range(model.num_states):
         step.start.x[k] = step.end.x[k]
         step.slopes[0].x[k] = step.slopes[step.last].x[k]
-    run.now = until if size == until - run.now and fired == 0 else run.now + size
+    run.now = until if size == until - run.now and run.fired == 0 else run.now + size
 
 
 @compiled
@@ -176,31 +179,21 @@ def _is_stiff(run: Record) -> bool:
 @compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, types.float64)
 def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
     """One step, cut at the first event in it, and the jump at its end if there is one."""
-    if run.own.asked == ANSWERED:
-        return spatial_tick(model, run, outlet, 0, 0)
-    if next_tick(model, run) <= run.now:
+    if run.own.asked == ANSWERED or next_tick(model, run) <= run.now:
         return spatial_tick(model, run, outlet, 0, 0)
     if next_command(run) <= run.now:
         return spatial_apply(model, run, outlet)
-    while model.motion.breaks[run.discrete.piece] <= run.now:
-        run.discrete.piece += 1
-    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
-        spatial_emit(model, run, outlet, run.discrete)
-        run.outputs += 1
-    until = min(t_stop, next_tick(model, run), next_command(run), next_output(model, run))
+    emit_at_start(model, run, outlet)
+    until = min(t_stop, next_tick(model, run), next_command(run))
     size = spatial_accept(model, run, until)
     if size == 0.0:
         spatial_emit(model, run, outlet, run.discrete)
         return STEP_UNDERFLOW
-    size = stop_in_patch(model, run, size)
-    fired = spatial_fired(model, run.discrete, run.step.end, run.work, run.guards)
-    if fired == 1:
-        size = spatial_locate(model, run, size)
-    else:
-        relax(model, run.discrete, run.work, run.guards)
+    size = spatial_cut(model, run, stop_in_patch(model, run, size))
+    spatial_emit_inside(model, run, outlet, size)
     spatial_follow_slip(model, run, outlet, size)
-    _pass_step(model, run, size, until, fired)
-    if fired == 1:
+    _pass_step(model, run, size, until)
+    if run.fired == 1:
         return spatial_event(model, run, outlet)
     if _thaw(model, run):
         spatial_plant(model, run.discrete, run.step.start, run.work)
@@ -216,8 +209,6 @@ def _begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_
         _book_energy(model, run)
     if same_ticks == 0:
         run.tick_origin, run.ticks = run.now, 0
-    while model.motion.breaks[run.discrete.piece] <= run.now:
-        run.discrete.piece += 1
     if run.now >= next_tick(model, run):
         return spatial_tick(model, run, outlet, first, 1)
     keep_old(model, run)

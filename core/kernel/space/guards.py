@@ -17,13 +17,14 @@ from slipgrasp.core.kernel.guards import (
     FORCE_NOISE,
     SLIP_BAND,
     SLIP_NOISE,
+    WIDEST_BAND,
 )
-from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.space.flow import LEAST_SPEED
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.state import STATE, slip_at, slip_velocity_at
 from slipgrasp.core.kernel.space.ways import axes_of, friction_margin, way_speed
-from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.space.workspace import DISCRETE, STICK, WORKSPACE
 
 # The phase guard of the second way stands behind that of the first.
 PHASE, _, NORMAL_FORCE, FACE, SINGULAR = range(5)
@@ -34,6 +35,7 @@ BACKWARD = 1e-9  # a slip that has just begun may run back by this before it end
 GUARDS = np.dtype(
     [
         ("values", np.float64, (MAX_GUARDS,)),
+        ("starts", np.float64, (MAX_GUARDS,)),  # values at the start of the step
         ("levels", np.float64, (MAX_GUARDS,)),
         ("fired", np.int64, (MAX_GUARDS,)),
     ],
@@ -93,7 +95,28 @@ def _update_values(
 
 
 @compiled
-def _band(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
+def sample_guards(
+    model: Record, discrete: Record, state: Record, work: Record, samples: Floats, row: int
+) -> None:
+    """Keeps, of a state inside a step, the values of guards that may dip within it.
+
+    Each stands at its own number in ``samples[row]``. Normal forces and the distances to edges are
+    only kept in slip.
+    """
+    for i in range(model.num_fingers):
+        base = PER_CONTACT * i
+        for way in range(model.ways):
+            value = _phase_value(model, discrete, state, work, i, way)
+            samples[row, base + PHASE + way] = value
+        if discrete.phases[i] != STICK:
+            samples[row, base + NORMAL_FORCE] = work.forces[i, 2]
+            samples[row, base + FACE] = _distance_to_edge(model, state, i)
+        samples[row, base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
+    samples[row, PER_CONTACT * model.num_fingers] = work.system.determinant
+
+
+@compiled
+def band_of(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
     """Noise and band of guard j: within its band a value does not tell its sign."""
     i, kind = j // PER_CONTACT, j % PER_CONTACT
     if i == model.num_fingers or kind == SINGULAR:
@@ -113,9 +136,12 @@ def spatial_arm(
     """After a jump: a guard that starts inside its band may sink to twice the band first."""
     _update_values(model, discrete, state, work, guards)
     for j in range(PER_CONTACT * model.num_fingers + 1):
-        _, band = _band(model, discrete, work, j)
         value = guards.values[j]
-        guards.levels[j] = min(-2.0 * band, value - band) if value <= band else 0.0
+        guards.starts[j], guards.levels[j] = value, 0.0
+        if value < WIDEST_BAND:
+            _, band = band_of(model, discrete, work, j)
+            if value <= band:
+                guards.levels[j] = min(-2.0 * band, value - band)
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
@@ -126,10 +152,27 @@ def spatial_fired(
     _update_values(model, discrete, state, work, guards)
     found = 0
     for j in range(PER_CONTACT * model.num_fingers + 1):
-        noise, _ = _band(model, discrete, work, j)
-        # Not greater, so that what is no number fires too.
-        guards.fired[j] = 0 if guards.values[j] >= guards.levels[j] - noise else 1
-        found |= guards.fired[j]
+        guards.fired[j] = 0
+        # Not less, so that what is no number fires too.
+        if not guards.values[j] >= guards.levels[j]:
+            noise, _ = band_of(model, discrete, work, j)
+            guards.fired[j] = 0 if guards.values[j] >= guards.levels[j] - noise else 1
+            found |= guards.fired[j]
+    return found
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
+def spatial_overlooked(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+    """1 if a guard that did not fire in the whole step is past its level at the event in it.
+
+    Such guards are marked too: the first event is theirs, or at the same time.
+    """
+    found = 0
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.fired[j] == 0 and guards.values[j] < guards.levels[j]:
+            noise, _ = band_of(model, discrete, work, j)
+            if guards.values[j] < guards.levels[j] - noise:
+                guards.fired[j] = found = 1
     return found
 
 
@@ -150,8 +193,9 @@ def spatial_least(
 def relax(model: Record, discrete: Record, work: Record, guards: Record) -> None:
     """After a step without event: guards that have left their band are back at level 0."""
     for j in range(PER_CONTACT * model.num_fingers + 1):
+        guards.starts[j] = guards.values[j]
         if guards.levels[j] < 0.0:
-            _, band = _band(model, discrete, work, j)
+            _, band = band_of(model, discrete, work, j)
             if guards.values[j] > band:
                 guards.levels[j] = 0.0
 

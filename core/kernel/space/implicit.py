@@ -13,6 +13,7 @@ import numpy as np
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.records import MAX_FINGERS, Record
 from slipgrasp.core.kernel.space.flow import flow
+from slipgrasp.core.kernel.space.guards import sample_guards
 from slipgrasp.core.kernel.space.linear import factor_dense, solve_dense
 from slipgrasp.core.kernel.space.model import MAX_COORDINATES
 from slipgrasp.core.kernel.space.rosenbrock import COUPLING, DIAGONAL
@@ -103,6 +104,7 @@ def implicit_step(model: Record, discrete: Record, h: float, step: Record, work:
         if row > 1:
             set_stage(model, h, row, step)
             flow(model, discrete, step.end, slope, work)
+            sample_guards(model, discrete, step.end, work, step.samples, row)
         for c in range(stiff.count):
             coupled = 0.0
             for k in range(1, row):

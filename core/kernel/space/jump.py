@@ -14,7 +14,7 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import FIRST_STEP, OUTPUT_ROUNDING, log_changes, warn
 from slipgrasp.core.kernel.space.flow import set_derivative, set_directions
 from slipgrasp.core.kernel.space.guards import spatial_arm
-from slipgrasp.core.kernel.space.run import copy_discrete, spatial_emit
+from slipgrasp.core.kernel.space.run import copy_discrete, next_output, spatial_emit
 from slipgrasp.core.kernel.space.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
 from slipgrasp.core.kernel.space.slip_rows import spatial_leave_slip
 
@@ -25,12 +25,6 @@ FREE_ROTATION, RESTARTS, SOFTENED = 4, 5, 6  # of the warnings, after those of t
 def next_tick(model: Record, run: Record) -> float:
     """When the law is asked next [s]."""
     return run.tick_origin + run.ticks * model.law.period
-
-
-@compiled
-def next_output(model: Record, run: Record) -> float:
-    """When the next row is due [s]."""
-    return run.outputs / model.numerics.output_rate
 
 
 @compiled

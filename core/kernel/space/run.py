@@ -19,6 +19,7 @@ from slipgrasp.core.kernel.run import (
     MAX_SLIP_STATES,
     MAX_WAITING,
     ROOM_TO_SPARE,
+    ROWS_PER_STEP,
     slip_room,
 )
 from slipgrasp.core.kernel.space.guards import GUARDS
@@ -43,7 +44,7 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 
 ROWS_BEFORE_PAUSE = 2048
 TICKS_BEFORE_PAUSE = 2048
-ROW_CAPACITY = ROWS_BEFORE_PAUSE + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
+ROW_CAPACITY = ROWS_BEFORE_PAUSE + ROWS_PER_STEP + 2 * MAX_SLIP_STATES + ROOM_TO_SPARE
 TICK_COLUMNS = 1 + 3 * MAX_FINGERS + MAX_UNKNOWNS + MAX_DIAGNOSTICS
 
 # Everything that changes during a run, but for the outlet.
@@ -64,6 +65,7 @@ PROGRESS = np.dtype(
         ("prediction", PREDICTION),
         ("now", np.float64),  # simulation time [s]
         ("step_size", np.float64),  # to try next [s]
+        ("rank", np.int64),  # of the method for the next step
         ("quiet_steps", np.int64),  # in a row, far within tolerance
         ("tick_origin", np.float64),  # time of tick 0 [s]
         ("last_tick", np.float64),  # [s]
@@ -73,6 +75,7 @@ PROGRESS = np.dtype(
         ("steps", np.int64),
         ("stalls", np.int64),  # events in a row without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
+        ("fired", np.int64),  # 1 where the present step ends at an event
         ("lost", np.int64),  # 1 once a row of the trace has a number that is not finite
         ("pace_time", np.float64),  # when the steps were last looked at for their size [s]
         ("pace_steps", np.int64),  # and how many there were
@@ -161,17 +164,35 @@ def copy_discrete(model: Record, source: Record, target: Record) -> None:
         target.diagnostics[k] = source.diagnostics[k]
 
 
-@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, DISCRETE)
-def spatial_emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
-    """Appends a row for the present state; one that is not finite is dropped, and ends the run."""
-    row, start = run.row, run.step.start
-    row.time = run.now
+@compiled
+def next_output(model: Record, run: Record) -> float:
+    """When the next row is due [s]."""
+    return run.outputs / model.numerics.output_rate
+
+
+@compiled_apart(types.int64, MODEL, PROGRESS, OUTLET, DISCRETE, types.float64, STATE, types.float64)
+def spatial_emit_as_of(
+    model: Record,
+    run: Record,
+    outlet: Record,
+    discrete: Record,
+    t: float,
+    state: Record,
+    written: float,
+) -> int:
+    """Appends a row for ``state`` at time ``t``, which it says is ``written``, a rounding beside.
+
+    Returns:
+        0 where the row is not finite and is dropped.
+    """
+    row = run.row
+    row.time = t
     for k in range(model.num_states):
-        row.state.x[k] = start.x[k]
+        row.state.x[k] = state.x[k]
     copy_discrete(model, discrete, row.discrete)
     if spatial_evaluate(model, row, run.work) == 0:
-        run.lost = 1
-        return
+        return 0
+    row.time = written
     if outlet.keeps_rows == 1:
         spatial_fill(model, row, run.work)
         first = outlet.num_rows * row.length
@@ -179,6 +200,20 @@ def spatial_emit(model: Record, run: Record, outlet: Record, discrete: Record) -
             outlet.rows[first + k] = row.values[k]
         outlet.num_rows += 1
     spatial_tally(model, row, run.work, run.tally)
+    return 1
+
+
+@compiled
+def emit_due(model: Record, run: Record, outlet: Record, discrete: Record, written: float) -> None:
+    """Appends a row for the present state; one that is not finite is dropped, and ends the run."""
+    if spatial_emit_as_of(model, run, outlet, discrete, run.now, run.step.start, written) == 0:
+        run.lost = 1
+
+
+@compiled
+def spatial_emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
+    """Appends a row for the present state, as of now."""
+    emit_due(model, run, outlet, discrete, run.now)
 
 
 @compiled

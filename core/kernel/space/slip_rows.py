@@ -11,8 +11,7 @@ from slipgrasp.core.kernel.space.guards import spatial_fired
 from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.rows import AT, column_of, spatial_evaluate, spatial_fill
 from slipgrasp.core.kernel.space.run import OUTLET, PROGRESS, copy_discrete
-from slipgrasp.core.kernel.space.selection import normalise
-from slipgrasp.core.kernel.stepper import fill_terms, interpolate
+from slipgrasp.core.kernel.space.stepper import state_inside
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
@@ -30,13 +29,8 @@ def spatial_leave_slip(model: Record, run: Record, outlet: Record, at_end: int) 
 
 @compiled
 def _sample(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
-    """The state inside the step just taken, which slips, by a method with all its slopes."""
-    step = run.step
-    if step.prepared == 0:
-        step.prepared = 1
-        fill_terms(model, h, step)
-    interpolate(model, step, fraction, state)
-    normalise(state)
+    """The state inside the step just taken."""
+    state_inside(model, run.step, h, fraction, state)
 
 
 @compiled

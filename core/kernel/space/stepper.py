@@ -16,11 +16,14 @@ from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.methods import DENSE_ROWS, MAX_SLOPES
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.flow import flow, slip_speed
+from slipgrasp.core.kernel.space.guards import MAX_GUARDS, sample_guards
 from slipgrasp.core.kernel.space.implicit import STIFFNESS, implicit_step, set_stage
 from slipgrasp.core.kernel.space.model import IMPLICIT, MODEL
+from slipgrasp.core.kernel.space.selection import normalise
 from slipgrasp.core.kernel.space.state import MAX_STATE, STATE, slip_velocity_at
 from slipgrasp.core.kernel.space.ways import axes_of, way_of, way_speed
 from slipgrasp.core.kernel.space.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.stepper import fill_terms, interpolate
 
 SLIP_TOLERANCE = 1e-11  # absolute, of slip velocities [m/s]
 STOP_SHARE = 0.6  # of the time in which a slip would stop
@@ -32,13 +35,14 @@ CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed 
 # A step from ``start`` to ``end`` with its slopes.
 STEP = np.dtype(
     [
-        ("rank", np.int64),  # of the method by which the next one is taken
+        ("rank", np.int64),  # of the method by which it is taken
         ("last", np.int64),  # number of the slope at its end
         ("start", STATE),
         ("end", STATE),
         ("slopes", STATE, (MAX_SLOPES,)),
         ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
         ("prepared", np.int64),  # 1 where the terms are those of this step
+        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
         ("stiffness", STIFFNESS),  # at the start of an implicit step
     ],
     align=True,
@@ -55,6 +59,17 @@ def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: 
     for row in range(1, step.last + 1):
         set_stage(model, h, row, step)
         flow(model, discrete, step.end, step.slopes[row], work)
+        sample_guards(model, discrete, step.end, work, step.samples, row)
+
+
+@compiled
+def state_inside(model: Record, step: Record, h: float, share: float, state: Record) -> None:
+    """The state at a share of the step just taken, by a method with all its slopes."""
+    if step.prepared == 0:
+        step.prepared = 1
+        fill_terms(model, h, step)
+    interpolate(model, step, share, state)
+    normalise(state)
 
 
 @compiled_apart(types.float64, MODEL, types.float64, STEP)

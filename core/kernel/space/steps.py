@@ -1,4 +1,4 @@
-"""Steps in space within tolerance, and where in a step a guard is at its level."""
+"""Steps in space within tolerance, cut at the first event in them, and the rows inside them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,24 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import root, square
 from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.space.guards import keep_first, spatial_least
+from slipgrasp.core.kernel.run import OUTPUT_ROUNDING
+from slipgrasp.core.kernel.space.dips import spatial_dip
+from slipgrasp.core.kernel.space.guards import (
+    keep_first,
+    relax,
+    spatial_fired,
+    spatial_least,
+    spatial_overlooked,
+)
 from slipgrasp.core.kernel.space.implicit import find_stiffness
 from slipgrasp.core.kernel.space.model import IMPLICIT, MODEL
-from slipgrasp.core.kernel.space.run import PROGRESS
+from slipgrasp.core.kernel.space.run import (
+    OUTLET,
+    PROGRESS,
+    emit_due,
+    next_output,
+    spatial_emit_as_of,
+)
 from slipgrasp.core.kernel.space.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.space.stepper import (
     creeps,
@@ -27,6 +41,7 @@ STIFF = 1.0  # steps times the rate of a slip that creeps, from which on they ar
 CAUTION = 30.0  # with the error of these, which is not much smaller than its estimate
 QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
 LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
+MAX_CUTS = 50
 CLOSEST_HALVINGS = 20  # of the step in which a fingertip passes the middle of a patch
 
 
@@ -66,8 +81,8 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
 def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
     """In stick the last explicit one, in slip the largest, where that creeps the implicit one."""
     step, largest = run.step, model.num_methods - 1
-    crept = step.rank == IMPLICIT
-    step.rank = min(step.rank, largest) if sticks else largest
+    crept = run.rank == IMPLICIT
+    step.rank = min(run.rank, largest) if sticks else largest
     if not sticks and (crept or creeps(model, run.discrete, step, h)):
         find_stiffness(model, run.discrete, step, run.work)
         if h * step.stiffness.rate > STIFF:
@@ -82,16 +97,17 @@ def _follow_error(
     grown = size * min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), 2))
     # A step cut short by a tick says little of the next one.
     run.step_size = max(grown, run.step_size) if grown >= size == rest else grown
+    run.rank = run.step.rank
     if not sticks:
         return
     if error > QUIET:
         run.quiet_steps = 0
-        run.step.rank = min(run.step.rank + 1, model.num_methods - 1)
+        run.rank = min(run.rank + 1, model.num_methods - 1)
         return
     run.quiet_steps += 1
-    if run.quiet_steps >= QUIET_STEPS and run.step.rank > 0:
+    if run.quiet_steps >= QUIET_STEPS and run.rank > 0:
         run.quiet_steps = 0
-        run.step.rank -= 1
+        run.rank -= 1
 
 
 @compiled
@@ -183,6 +199,53 @@ def spatial_locate(model: Record, run: Record, h: float) -> float:
     spatial_step(model, discrete, high, step, work)
     keep_first(model, guards, spatial_least(model, discrete, step.end, work, guards))
     return high
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_cut(model: Record, run: Record, h: float) -> float:
+    """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
+    discrete, step, work, guards, size = run.discrete, run.step, run.work, run.guards, h
+    for _ in range(MAX_CUTS):
+        run.fired = spatial_fired(model, discrete, step.end, work, guards)
+        if run.fired == 1:
+            size = spatial_locate(model, run, size)
+            # What is quiet again at the end of the whole step may have fired before this event.
+            while size > 0.0 and spatial_overlooked(model, discrete, work, guards) == 1:
+                size = spatial_locate(model, run, size)
+        dip = spatial_dip(model, run, size) if size > 0.0 else 0.0
+        if dip == 0.0:
+            break
+        # A guard of this step is past its level there, though not at the end.
+        spatial_step(model, discrete, dip, step, work)
+        size = dip
+    if run.fired == 0:
+        relax(model, discrete, work, guards)
+    return size
+
+
+@compiled
+def emit_at_start(model: Record, run: Record, outlet: Record) -> None:
+    """Rows whose time has come are those of the present state."""
+    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
+        emit_due(model, run, outlet, run.discrete, next_output(model, run))
+        run.outputs += 1
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
+def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
+    """Rows at the output times inside the step just taken, each a shorter step of its method.
+
+    The step itself is taken again then, so that nothing but the rows depends on the rate of output.
+    """
+    step, end, found = run.step, run.now + h, False
+    while next_output(model, run) < end - OUTPUT_ROUNDING:
+        t = next_output(model, run)
+        spatial_step(model, run.discrete, t - run.now, step, run.work)
+        spatial_emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
+        run.outputs += 1
+        found = True
+    if found:
+        spatial_step(model, run.discrete, h, step, run.work)
 
 
 @compiled
