@@ -86,6 +86,19 @@ def test_an_estimate_counts_and_keeps_nothing(studies):
     assert studies.get("/studies").json()["count"] == before
 
 
+def test_a_study_without_estimates_is_said_to_compare_nothing_of_adaptation(studies):
+    base = {**studies.get("/presets/paper-case-1").json()["scenario"], "estimates": []}
+    body = {**QUICK, "base": base, "sampling": {"method": "latin-hypercube", "runs": 2}}
+
+    (warning,) = studies.post("/studies/estimate", json=body).json()["warnings"]
+    study = create(studies, body)
+
+    assert "compares nothing of adaptation" in warning and study["warnings"] == [warning]
+    finished(studies, study)
+    summary = studies.get(f"/studies/{study['id']}/summary").json()
+    assert (summary["unknowns"], summary["told"]) == ([], True)
+
+
 def test_an_estimate_warns_of_what_this_server_does_not_take(studies):
     body = {**QUICK, "sampling": {"method": "random", "runs": 400_000}}
 

@@ -64,6 +64,7 @@ def test_a_study_gives_table_map_recordings_and_one_object_of_what_happened(stud
     assert told["runs"] == told["planned"] == 18
     assert told["outcomes"] == {"diverged": 12, "left_face": 3, "completed": 3}
     assert told["held"] == 3
+    assert "object.mass" in told["unknowns"] and told["told"] is False
     assert told["seconds"] > 0.0
     assert "18 runs, about" in said.err
     assert files_in("done") == FILES
