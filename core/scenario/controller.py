@@ -88,7 +88,7 @@ class ControllerParameters:
             "Whether it commands for the state in which its model expects the hand when the torque "
             "acts, after the latency; otherwise for the measured one.",
             changeable=True,
-            used_by=tuple(law.kind for law in _LAWS if law.uses_friction),
+            used_by=tuple(law.kind for law in _LAWS),
         ),
     ] = False
     link_mass_ratio: Annotated[

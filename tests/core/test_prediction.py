@@ -5,7 +5,8 @@ import pytest
 
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end, simulate
-from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.laws import CONTROL_LAWS
+from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
 from tests.core.test_composite import at_ticks
 
 CASE_2 = load_scenario("composite-case-2")
@@ -69,6 +70,19 @@ def test_a_heavy_object_with_little_friction_is_held_through_the_latency(latency
     if latency == 0.04:
         late = simulate(with_values(CASE_2, {**values, "controller.prediction": False}))
         assert not late.metrics.held
+
+
+@pytest.mark.parametrize("kind", CONTROL_LAWS)
+@pytest.mark.parametrize("preset", ["composite-case-2", "spatial-composite"])
+def test_prediction_is_used_by_every_law_that_its_description_names(preset, kind):
+    base = load_scenario(preset)
+    assert kind in parameter_definitions(base)["controller.prediction"].used_by
+    late = {"controller.kind": kind, "controller.latency": 0.01, "simulation.duration": 0.05}
+    ahead, behind = (
+        simulate(with_values(base, {**late, "controller.prediction": predicts}))
+        for predicts in (True, False)
+    )
+    assert ahead.trace.to_rows().tobytes() != behind.trace.to_rows().tobytes()
 
 
 def test_without_latency_prediction_is_nothing():
