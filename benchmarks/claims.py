@@ -1,50 +1,47 @@
-"""Three claims about the composite law, each with the figure that carries or refutes it."""
+"""Claims about the composite law, each with the figure that carries or refutes it.
+
+Both are about the composite law alone, with one of its parts and without; it is compared with
+other laws in `benchmarks.robustness_gains`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from benchmarks.report import Table, format_share
-from benchmarks.robustness import COUNT, random_objects, vary_objects
-from benchmarks.robustness_worlds import (
-    SETTINGS,
-    WORLDS,
-    Held,
-    hold,
-    load_field_laws,
-    noisy_motion,
-)
+from benchmarks.report import Table
+from benchmarks.robustness import COUNT
+from benchmarks.robustness_gains import GAINS, Result
+from benchmarks.robustness_hands import MORE_SETTINGS, hand_of
+from benchmarks.robustness_start import TUNED, hold_at_best
+from benchmarks.robustness_tables import describe
+from benchmarks.robustness_worlds import SETTINGS, noisy_motion
 from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.flow import update_mechanics
 from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.records import make_record
 from slipgrasp.core.kernel.run import make_run
 from slipgrasp.core.kernel.workspace import WORKSPACE
-from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 PAGE = "claims.md"
+FEWER = 500  # objects where gains are chosen
 EXPECTED = 0.3  # error of a force that the law expects beside that from noise [N]
 SIGMAS = 6.0  # beyond which an error counts as news and what was known is forgotten
 
 LATENCIES = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)  # [s]
-_BLIND = {**SETTINGS, "controller.prediction": False}
-SWITCHES, HOLDS = "switches, K_v 20", "holds, K_v 20"
+_SWITCHES = {**SETTINGS, "controller.distribution": "exact"}
+_BLIND = {"controller.prediction": False}
+SWITCHES, HOLDS = "switches", "holds"
 SWITCHING: dict[str, dict[str, Any]] = {
-    "switches, K_v 10": {
-        **_BLIND,
-        "controller.distribution": "exact",
-        "controller.velocity_gain": 10.0,
-    },
-    "holds, K_v 10": {**_BLIND, "controller.velocity_gain": 10.0},
-    SWITCHES: {**_BLIND, "controller.distribution": "exact"},
-    HOLDS: _BLIND,
-    "holds and looks ahead": SETTINGS,
+    SWITCHES: {**_SWITCHES, **_BLIND},
+    HOLDS: {**SETTINGS, **_BLIND},
+    "switches, predicts": _SWITCHES,
+    "holds, predicts": SETTINGS,
 }
 NOISES = (5e-4, 1e-3, 2e-3, 3e-3, 5e-3, 1e-2)  # [m/s]
 _UNAWARE = {**SETTINGS, "controller.velocity_noise": 0.0}
@@ -60,66 +57,37 @@ AWARE: dict[str, dict[str, Any]] = {
     },
     "6 mm/s, slip by sums": {**SETTINGS, **_DETECTED},
 }
-LATE = {
-    "sensing.true_phases": False,
-    "sensing.slip_detector": "threshold",
-    "sensing.slip_delay": 0.02,
-    "controller.latency": 0.017,
+_PRESET_GAINS = ((100.0, 20.0),)
+LATENCY, NOISE = 0.03, 3e-3  # put to more hands [s], [m/s]
+_LIGHT, _HEAVY = ({"controller.link_mass_ratio": ratio} for ratio in (0.9, 1.1))
+HANDS: dict[str, tuple[int, dict[str, float]]] = {
+    "2 fingers": (2, {}),
+    "2, links 10 % too light in the model": (2, _LIGHT),
+    "2, links 10 % too heavy in the model": (2, _HEAVY),
+    "3 fingers": (3, {}),
+    "3, links 10 % too light in the model": (3, _LIGHT),
+    "3, links 10 % too heavy in the model": (3, _HEAVY),
+    "4 fingers": (4, {}),
+    "6 fingers": (6, {}),
 }
-LATE_WORLDS = (
-    "ideal",
-    "noise 1 mm/s",
-    "noise 3 mm/s",
-    "push, 1 mm/s",
-    "friction falls by 40 %, 1 mm/s",
-    "mass grows by half, 1 mm/s",
-)
-RIVALS = ("composite", "reactive force")
-
-
-class Point(NamedTuple):
-    """How objects fared in one world.
-
-    Attributes:
-        held: How many were held.
-        count: Of how many.
-        median: Of the slip paths of all runs [m].
-        worst: The longest of them [m].
-        safety: Least of mu F_n over |F_x| at the end, median of the held; None where it was not
-            asked for.
-    """
-
-    held: int
-    count: int
-    median: float
-    worst: float
-    safety: float | None = None
-
-
-class Series(NamedTuple):
-    """Points of one way of control, in the order of what is swept."""
-
-    name: str
-    points: tuple[Point, ...]
+Series = Mapping[str, Sequence[Result]]
 
 
 def run(docs: Path | None = None) -> list[Table]:
-    """The tables ``claim-1`` to ``claim-3`` and ``claim-hands``, and their picture."""
-    # Those modules know this one.
+    """The tables ``claim-1``, ``claim-2`` and ``claim-hands``, and their picture."""
+    # That module knows this one.
     from benchmarks.claims_chart import draw_claims
-    from benchmarks.claims_hands import measure_hands, tabulate_hands
 
     delay, noise = measure_switching(), measure_noise()
-    late = measure_late()
     expected = noise_that_fails(load_scenario("composite-case-2"))
     if docs is not None:
-        draw_claims(delay, noise, late, expected, docs / "images" / "claims.png")
+        draw_claims(delay, noise, expected, docs / "images" / "claims.png")
     return [
-        _tabulate("claim-1", "latency [ms]", [1e3 * t for t in LATENCIES], delay),
+        _tabulate("claim-1", "latency [ms]", [f"{1e3 * t:g}" for t in LATENCIES], delay),
         _tabulate(
             "claim-2",
             "velocity noise [mm/s]",
-            [1e3 * v for v in NOISES],
+            [f"{1e3 * v:g}" for v in NOISES],
             noise,
             (
                 f"Errors of the object's vertical row reach {EXPECTED:g} N at "
@@ -127,52 +95,53 @@ def run(docs: Path | None = None) -> list[Table]:
                 f"{1e3 * SIGMAS * expected:.2f} mm/s.",
             ),
         ),
-        _tabulate("claim-3", "20 ms to detection and 17 ms late", LATE_WORLDS, late),
-        tabulate_hands(measure_hands()),
+        _tabulate("claim-hands", "hand", list(HANDS), measure_hands()),
     ]
 
 
-def measure_switching(count: int = COUNT) -> list[Series]:
-    """Latency with and without a torque that switches on the belief of slip."""
-    return [
-        _sweep(name, values, [{"controller.latency": t} for t in LATENCIES], count)
+def measure_switching(count: int = FEWER, tuned: int = TUNED) -> Series:
+    """Latency with and without a torque that switches on the phase estimate; best gains."""
+    worlds = [{"controller.latency": latency} for latency in LATENCIES]
+    return {
+        name: [_hold({**values, **world}, count, tuned) for world in worlds]
         for name, values in SWITCHING.items()
-    ]
+    }
 
 
-def measure_noise(count: int = COUNT) -> list[Series]:
-    """Velocity noise where the law expects its errors, and where it does not."""
-    worlds = [noisy_motion(noise) for noise in NOISES]
-    return [_sweep(name, values, worlds, count) for name, values in AWARE.items()]
+def measure_noise(count: int = COUNT) -> Series:
+    """Velocity noise where the law expects its errors, and where it does not; preset gains."""
+    return {
+        name: [_hold({**values, **noisy_motion(noise)}, count) for noise in NOISES]
+        for name, values in AWARE.items()
+    }
 
 
-def measure_late(count: int = COUNT) -> list[Series]:
-    """The delays of the field, from a first grip of 30 N, in the worlds of the table."""
-    load_field_laws()
-    found = []
-    for law in RIVALS:
-        runs = [hold(law, {**WORLDS[world], **LATE}, count) for world in LATE_WORLDS]
-        found.append(Series(law, tuple(map(point_of, runs))))
+def measure_hands(count: int = FEWER, tuned: int = TUNED) -> Series:
+    """Both claims put to more fingers and to models that do not match."""
+    late = {"controller.latency": LATENCY}
+    found: dict[str, list[Result]] = {}
+    for n, model in HANDS.values():
+        base = load_scenario("composite-case-2") if n == 2 else hand_of(n)
+        more = {**model, **(MORE_SETTINGS if n > 2 else {})}
+        for name in (SWITCHES, HOLDS):
+            values = {**SWITCHING[name], **more, **late}
+            found.setdefault(f"{1e3 * LATENCY:g} ms: {name}", []).append(
+                _hold(values, count, tuned, base)
+            )
+        for name in (UNAWARE_OF_NOISE, AWARE_OF_NOISE):
+            values = {**AWARE[name], **more, **noisy_motion(NOISE)}
+            found.setdefault(f"{1e3 * NOISE:g} mm/s: {name}", []).append(
+                _hold(values, count, base=base)
+            )
     return found
 
 
-def point_of(runs: Sequence[Held]) -> Point:
-    """How the objects of one world fared, with how hard they were held at the end."""
-    safety = [run.safety for run in runs if run.held]
-    point = _point([run.held for run in runs], [run.path for run in runs])
-    return point._replace(safety=float(np.median(safety)) if safety else np.nan)
-
-
-def hold_for_a_second(base: Scenario, count: int) -> Point:
-    """Lets the composite law hold the random objects, from a friction believed to be 1.2.
-
-    Args:
-        base: Hand, law and world.
-        count: Number of objects.
-    """
-    objects = random_objects(count, len(base.fingers))
-    metrics = [run.metrics for run in simulate_many(vary_objects(base, "composite", objects))]
-    return _point([m.held for m in metrics], [max(m.slip_path) for m in metrics])
+def _hold(
+    values: Mapping[str, Any], count: int, tuned: int = 0, base: Scenario | None = None
+) -> Result:
+    """The composite law for a second, with its best gains or, if none are tuned, the preset's."""
+    base = with_values(base or load_scenario("composite-case-2"), values)
+    return hold_at_best(base, "composite", tuned or 1, count, GAINS if tuned else _PRESET_GAINS)
 
 
 def noise_that_fails(scenario: Scenario) -> float:
@@ -198,42 +167,20 @@ def noise_that_fails(scenario: Scenario) -> float:
     return float(EXPECTED / (per_noise * np.linalg.norm(row)))
 
 
-def _sweep(
-    name: str, values: Mapping[str, Any], worlds: Sequence[Mapping[str, Any]], count: int
-) -> Series:
-    """One law in every world, for a second."""
-    base = with_values(load_scenario("composite-case-2"), values)
-    points = (hold_for_a_second(with_values(base, world), count) for world in worlds)
-    return Series(name, tuple(points))
-
-
-def _point(held: Sequence[bool], paths: Sequence[float]) -> Point:
-    return Point(sum(held), len(held), float(np.median(paths)), max(paths))
-
-
 def _tabulate(
-    name: str,
-    head: str,
-    labels: Sequence[float | str],
-    series: Sequence[Series],
-    notes: tuple[str, ...] = (),
+    name: str, head: str, labels: Sequence[str], series: Series, notes: tuple[str, ...] = ()
 ) -> Table:
     rows = tuple(
-        (
-            label if isinstance(label, str) else f"{label:g}",
-            *(describe_point(each.points[k]) for each in series),
-        )
+        (label, *(_describe_point(points[k]) for points in series.values()))
         for k, label in enumerate(labels)
     )
-    count = series[0].points[0].count
-    legend = f"{count} objects: held, with the 95 % interval; slip path, median/worst [mm]"
-    if series[0].points[0].safety is not None:
-        legend += "; least of mu F_n over |F_x| at the end, median of the held"
-    return Table(name, (head, *(each.name for each in series)), rows, (legend + ".", *notes), PAGE)
+    count = next(iter(series.values()))[0].count
+    legend = (
+        f"{count} objects: held, with the 95 % interval, gains K_p/K_v; slip path, median/worst "
+        "[mm]."
+    )
+    return Table(name, (head, *series), rows, (legend, *notes), PAGE)
 
 
-def describe_point(point: Point) -> str:
-    """Held, slip path and, where asked for, how hard, as the legend of `_tabulate` says."""
-    share = format_share(point.held, point.count)
-    safety = "" if point.safety is None else f"; {point.safety:.2f}"
-    return f"{share}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}{safety}"
+def _describe_point(point: Result) -> str:
+    return f"{describe(point)}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}"

@@ -1,4 +1,4 @@
-"""Pictures of what each control law holds, over the friction of its two fingertips."""
+"""Pictures of docs/robustness.md: success maps over both frictions, and sweeps."""
 
 from __future__ import annotations
 
@@ -14,30 +14,11 @@ from matplotlib.figure import Figure
 from benchmarks.report import share_interval
 
 if TYPE_CHECKING:
-    from benchmarks.robustness import World
     from benchmarks.robustness_sweeps import MeasuredSweep
 
-_HELD, _LOST = "#005596", "#e66100"
 _SERIES = (("#005596", "o"), ("#e66100", "s"), ("#5d3a9b", "^"))
 _NOT_HELD = "#c8ccd2"
 _RESOLUTION = 130
-
-
-def draw_random_objects(worlds: Sequence[World], path: Path) -> None:
-    """One row per world, one square per law, one dot per object: blue held, orange lost."""
-    laws = list(worlds[0].runs)
-    figure = new_figure(2.1 * len(laws) + 0.4, 2.45 * len(worlds) + 0.6)
-    axes = figure.subplots(len(worlds), len(laws), sharex=True, sharey=True, squeeze=False)
-    for row, world in zip(axes, worlds, strict=True):
-        for axis, (law, runs) in zip(row, world.runs.items(), strict=True):
-            held = np.array([run.metrics.held for run in runs])
-            _scatter(axis, world.objects[:, 1:], held)
-            share = f"{100.0 * held.mean():.1f} % held"
-            axis.set_title(f"{law.split(':')[0]}\n{share}", fontsize=9)
-        row[0].set_ylabel(f"{world.name} world\nfriction right")
-    for axis in axes[-1]:
-        axis.set_xlabel("friction left")
-    save(figure, path)
 
 
 def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray], path: Path) -> None:
@@ -98,14 +79,6 @@ def _draw_series(
         markersize=4.0,
         linewidth=1.2,
     )
-
-
-def _scatter(axis: Axes, friction: np.ndarray, held: np.ndarray) -> None:
-    for chosen, colour in ((~held, _LOST), (held, _HELD)):
-        axis.scatter(*friction[chosen].T, s=7.0, color=colour, linewidths=0.0)
-    axis.set_aspect("equal")
-    axis.set_xticks([0.2, 0.4, 0.6])
-    axis.set_yticks([0.2, 0.4, 0.6])
 
 
 def new_figure(width: float, height: float) -> Figure:

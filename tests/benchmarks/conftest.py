@@ -11,7 +11,7 @@ from slipgrasp.core.scenario.own_laws import forget, own_laws
 
 @pytest.fixture(autouse=True)
 def _known_laws() -> Iterator[None]:
-    """Forgets the laws of the field afterwards: lists of laws to choose from have them."""
+    """Forgets the published laws afterwards: lists of laws to choose from have them."""
     before = own_laws()
     yield
     for law in own_laws():
