@@ -18,29 +18,15 @@ from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial
 from slipgrasp.core.scenario.own_laws import law_of
 from slipgrasp.core.scenario.spatial import SpatialFinger
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.core.trace.types import ContactPhase, Outcome
-from slipgrasp.core.words.endings import hint_for
-from slipgrasp.core.words.hints import (
-    Hint,
-    Situation,
-    any_of,
-    change_law,
-    scenario_at,
-    squeeze_harder,
-    start_nearer_to_the_truth,
-    stop_slip_earlier,
-)
+from slipgrasp.core.trace.types import ContactPhase, Outcome, Reason
+from slipgrasp.core.words.cures import come_nearer, hold, leave_the_cones, slip_less
+from slipgrasp.core.words.endings import describe_circumstances, hint_for
+from slipgrasp.core.words.hints import Goal, Hint, Situation, any_of, scenario_at
 from slipgrasp.core.words.knowledge_words import describe_knowledge
 from slipgrasp.core.words.misbelief import describe_misbelief
-from slipgrasp.core.words.options import (
-    Option,
-    believe_in_less,
-    lower,
-    lower_all_friction,
-    raise_,
-)
+from slipgrasp.core.words.options import Option, believe_in_less, only_words, raise_
 from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence
-from slipgrasp.core.words.placement import describe_offset, is_far_off
+from slipgrasp.core.words.placement import describe_lasting_error, describe_offset, is_far_off
 
 Tone = Literal["good", "warning", "bad"]
 
@@ -61,6 +47,9 @@ _LEAST_FORCE = 1e-3
 _ROUNDING = 1e-6
 _NO_WAY = 1e-15  # [m]
 _MOST = 0.5
+_SWITCHINGS = 100  # of one contact, in a run and in a second of it
+_WATCHED = 0.2  # [s]
+_LITTLE_SLIP = 1e-4  # [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,16 +77,25 @@ class Verdict:
 def describe_run(result: RunResult) -> Verdict:
     """Says in words how a run ended, what slipped, and what to try."""
     reason, found = result.reason, _find_overestimates(result)
-    cause = (sentence(reason.message),) if reason is not None and reason.message else ()
+    cause = [sentence(_describe_reason(result, reason))] if reason and reason.message else []
     belief = map(_describe_belief, found[:1]) if found else _describe_other_belief(result)
     facts = (
         _describe_slips(result),
+        *_describe_lasting_error(result),
+        *_describe_switching(result),
         *_describe_pyramid(result),
         *belief,
         *_describe_squeeze(result),
         describe_knowledge(result.scenario),
     )
     return Verdict(_tone(result), headline_of(result), (*cause, *facts), _suggest(result, found))
+
+
+def _describe_reason(result: RunResult, reason: Reason) -> str:
+    """Why a run ended early, and what of its delays and its law may have had part in that."""
+    present = scenario_at(result.scenario, result.end_time)
+    more = describe_circumstances(reason, result.scenario, present, result.trace[-1:])
+    return "; ".join([reason.message, *more])
 
 
 def headline_of(run: RunResult | RunSummary) -> str:
@@ -161,6 +159,38 @@ def _describe_pyramid(result: RunResult) -> Iterator[str]:
             "still sticks along the other, which hides how far it would drift aside on the cone, "
             "Coulomb's law, and whether the object would still be held."
         )
+
+
+def _describe_switching(result: RunResult) -> Iterator[str]:
+    """That contacts switch between stick and slip all the time, and why if that is known."""
+    count, contacts = result.metrics.phase_change_count, len(result.scenario.fingers)
+    if count < _SWITCHINGS * contacts or count < _SWITCHINGS * contacts * result.end_time:
+        return
+    last = scenario_at(result.scenario, result.end_time)
+    at_end = Situation(start=result.scenario, scenario=last, last=result.trace[-1:])
+    why = (
+        ": with controller.grip_safety 1 the commanded forces lie on the edges of their cones, "
+        "where every small error lets a contact slip"
+    )
+    yield (
+        f"The contacts switched between stick and slip {count} times"
+        f"{why * any(True for _ in leave_the_cones(at_end))}."
+    )
+
+
+def _describe_lasting_error(result: RunResult) -> Iterator[str]:
+    """How far a held object stays from where it was wanted, unless the headline says it."""
+    if not result.metrics.held:
+        return
+    trace = result.trace
+    body = scenario_at(result.scenario, result.end_time).object
+    final = result.metrics.final_tracking_error
+    if not is_far_off(body, final):
+        earlier = trace.tracking_error[np.searchsorted(trace.times, result.end_time - _WATCHED)]
+        words = describe_lasting_error(final, earlier.tolist())
+        yield from [
+            f"At the end the object is {words} from where it was wanted, and comes no nearer."
+        ] * bool(words)
 
 
 def _fingertips(names: Sequence[str], total: int) -> str:
@@ -321,48 +351,53 @@ def _suggest(result: RunResult, found: Sequence[_Overestimate]) -> Hint:
         return hint_for(result.reason, result.scenario, present, last)
     at_end = Situation(start=result.scenario, scenario=present, last=last)
     if metrics.slipping_at_end:
-        return any_of(
-            stop_slip_earlier(at_end),
-            squeeze_harder(at_end),
-            start_nearer_to_the_truth(at_end),
-            change_law(at_end),
-        )
+        return any_of(hold(at_end))
     longer = list(raise_(present, "simulation.duration"))
     if longer and not metrics.held:
-        return any_of(longer, purpose="to see whether it stays at rest")
-    if metrics.held and is_far_off(present.object, metrics.final_tracking_error):
-        return _suggest_to_come_nearer(at_end)
-    if not any(path > 0.0 for path in metrics.slip_path):
-        return _suggest_to_let_it_slip(at_end)
+        return any_of(longer, purpose="to see whether it stays at rest", risky=hold(at_end))
+    if _is_off(result):
+        return _suggest_to_come_nearer(at_end, found)
+    if max(metrics.slip_path) < _LITTLE_SLIP:
+        return _ask_for_the_margin(present)
     return _suggest_less_slip(at_end, found)
 
 
-def _suggest_to_come_nearer(situation: Situation) -> Hint:
+def _is_off(result: RunResult) -> bool:
+    """Whether the words about a held object say that it is not where it was wanted."""
+    body = scenario_at(result.scenario, result.end_time).object
+    far = is_far_off(body, result.metrics.final_tracking_error)
+    return far or any(True for _ in _describe_lasting_error(result))
+
+
+def _ask_for_the_margin(scenario: Scenario) -> Hint:
+    """Of what is held as it should be, the question that is left: how far it is from a loss."""
+    friction = max(finger.friction for finger in scenario.fingers)
+    question, key, start, stop = "little friction is enough", "fingers.*.friction", friction, 0.1
+    if friction == 0.0:
+        question, key, start, stop = "heavy it may be", "object.mass", scenario.object.mass, 10.0
+    span = f"--from {start:.6g} --to {stop * start:.6g}"
+    command = f"slipgrasp margin SCENARIO --over '{key}' {span}"
+    return any_of(only_words(f"ask how {question}: {command}"), goal=Goal.MARGIN)
+
+
+def _suggest_to_come_nearer(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
     """A held object hangs where feedback and a wrong belief balance, or is still on its way."""
     return any_of(
-        start_nearer_to_the_truth(situation),
-        raise_(situation.scenario, "controller.position_gain"),
-        change_law(situation),
+        _believe_in_less_friction(situation.start, found),
         purpose="to bring it nearer to where it was wanted",
-    )
-
-
-def _suggest_to_let_it_slip(situation: Situation) -> Hint:
-    return any_of(
-        lower_all_friction(situation.scenario),
-        lower(situation.scenario, situation.law.holds_with),
-        purpose="until a fingertip slips",
+        goal=Goal.NEARER,
+        risky=come_nearer(situation),
     )
 
 
 def _suggest_less_slip(situation: Situation, found: Sequence[_Overestimate]) -> Hint:
     """Less slip on the way to a grasp that holds."""
-    believe = list(_believe_in_less_friction(situation.start, found))
-    earlier = stop_slip_earlier(situation)
-    options = [believe, earlier]
-    if not believe:
-        options = [start_nearer_to_the_truth(situation), squeeze_harder(situation), earlier]
-    return any_of(*options, purpose="for less slip")
+    return any_of(
+        _believe_in_less_friction(situation.start, found),
+        purpose="for less slip",
+        goal=Goal.LESS_SLIP,
+        risky=slip_less(situation),
+    )
 
 
 def _believe_in_less_friction(start: Scenario, found: Sequence[_Overestimate]) -> Iterator[Option]:

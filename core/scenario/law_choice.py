@@ -116,7 +116,7 @@ def law_settings(scenario: Scenario, kind: str) -> dict[str, float | str | bool]
         for setting in _settings_of(law, scenario)
         if not setting.suits(getattr(scenario.controller, setting.key.rpartition(".")[2]))
     }
-    bounds = dict(_missing_bounds(scenario)) if law.bounded else {}
+    bounds = dict(missing_bounds(scenario)) if law.bounded else {}
     return {**unsuitable, **dict(_grip(law, scenario)), **bounds}
 
 
@@ -185,7 +185,7 @@ def _carrying_grip(scenario: Scenario) -> float:
     return float(math.ceil(_FIRMNESS * weight / (len(scenario.fingers) * friction)))
 
 
-def _missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
+def missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
     """Physical bounds for the estimates that have none.
 
     What is estimated, or believed at first, may be of unusual size: it lies well within then.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,23 +29,18 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, Reason
-from slipgrasp.core.words.hints import (
-    Hint,
-    Situation,
-    any_of,
-    bound_estimates,
-    change_law,
-    sample_control,
-    squeeze_harder,
-    start_nearer_to_the_truth,
-    stop_slip_earlier,
-)
+from slipgrasp.core.words.cures import bound_estimates, hold, sample_control
+from slipgrasp.core.words.hints import Hint, Situation, any_of
 from slipgrasp.core.words.misbelief import describe_misbelief
 from slipgrasp.core.words.options import Option, lower, lower_all_friction, only_words, raise_
+from slipgrasp.core.words.phrases import joined
 from slipgrasp.core.words.placement import is_far_off
 
 _SINGULAR_ESTIMATE = 1e6
 _NO_FORCE = 1e-6
+_LATE = 0.002  # [s]
+_HUGE = 100.0  # times the weight of the object
+_GRAVITY = 9.81
 _STRAIGHT = 2e-3  # sine of the last joint, of a finger that is nearly straight or folded
 
 
@@ -132,11 +127,35 @@ def hint_for(reason: Reason, start: Scenario, present: Scenario, last: Trace) ->
         present: Parameters at its end.
         last: Trace of the last row; empty if a run ended before its first one.
     """
+    end, endings = _end_of(reason, start, present, last)
+    same = (hint for hint in (each.hint(end) for each in endings) if str(hint) == reason.hint)
+    return next(same, Hint((Option(reason.hint),)))
+
+
+def describe_circumstances(
+    reason: Reason, start: Scenario, present: Scenario, last: Trace
+) -> list[str]:
+    """What a reason does not say of a controller that could not prevent it, in clauses.
+
+    Args:
+        reason: Why a run ended early; a recording holds its message, which stays as it is.
+        start: Parameters as the run began.
+        present: Parameters at its end.
+        last: Trace of the last row; empty if a run ended before its first one.
+    """
+    end, endings = _end_of(reason, start, present, last)
+    if not any(each.by_the_torque for each in endings):
+        return []
+    return [words for words in (_describe_delay(end), _describe_distribution(end)) if words]
+
+
+def _end_of(
+    reason: Reason, start: Scenario, present: Scenario, last: Trace
+) -> tuple[_End, list[_Ending]]:
+    """Where a run ended, and the endings here that have its code; none without a last row."""
     contact = -1 if reason.contact is None else reason.contact
     end = _End(start=start, scenario=present, last=last, contact=contact)
-    of_code = (each for each in _ENDINGS.values() if each.code == reason.code and len(last))
-    same = (hint for hint in (each.hint(end) for each in of_code) if str(hint) == reason.hint)
-    return next(same, Hint((Option(reason.hint),)))
+    return end, [each for each in _ENDINGS.values() if each.code == reason.code and len(last)]
 
 
 def _has_singular_model(end: _End) -> bool:
@@ -152,6 +171,33 @@ def _describe_weakness(end: _End) -> str:
         return ""
     limit = end.scenario.actuation.torque_limit
     return f"a joint gave all that actuation.torque_limit allows, {limit:g} N m"
+
+
+def _describe_delay(end: _End) -> str:
+    """How late torques answer what happens; empty if that is soon."""
+    controller, sensing = end.controller, end.scenario.sensing
+    if controller.control_period == 0.0:
+        return ""
+    late = []
+    if controller.latency >= _LATE:
+        late.append(f"torques act {1e3 * controller.latency:.3g} ms late (controller.latency)")
+    if not sensing.true_phases and sensing.slip_delay >= _LATE and end.last.phase.any():
+        found = f"slip is detected {1e3 * sensing.slip_delay:.3g} ms late (sensing.slip_delay)"
+        late.append(found)
+    return joined(late)
+
+
+def _describe_distribution(end: _End) -> str:
+    """The force of a law whose distribution has come near a singularity; empty if it is usual."""
+    if not end.law.uses_friction or end.controller.distribution != "exact":
+        return ""
+    force = float(end.last.normal_force[0].max())
+    if not end.last.phase.any() or force < _HUGE * end.scenario.object.mass * _GRAVITY:
+        return ""
+    return (
+        "the law puts the forces of slipping contacts exactly on their cones "
+        f"(controller.distribution) and presses with {force:.3g} N"
+    )
 
 
 def _explain_separation(end: _End) -> _Finding:
@@ -266,21 +312,12 @@ def _explain_max_steps(end: _End) -> _Finding:
 
 
 def _hold_better(end: _End, instead: str = "") -> Hint:
-    return any_of(
-        squeeze_harder(end),
-        stop_slip_earlier(end),
-        start_nearer_to_the_truth(end),
-        change_law(end),
-        instead=instead,
-    )
+    return any_of(hold(end), instead=instead)
 
 
 def _stop_before_the_edge(end: _End) -> Hint:
     return any_of(
-        stop_slip_earlier(end),
-        squeeze_harder(end),
-        start_nearer_to_the_truth(end),
-        change_law(end),
+        hold(end),
         purpose="to stop the slip earlier",
         instead=f"use a longer face ({_length_of_face(end)})",
     )
@@ -313,38 +350,33 @@ def _stay_within_reach(end: _End) -> Hint:
     reach = f"move the base of the {end.finger_name} finger (fingers.{end.contact}.base)"
     if is_far_off(end.scenario.object, end.last.tracking_error[0].tolist()):
         return _hold_better(end, instead=reach)
-    return any_of(only_words(reach, "choose a motion within its reach (trajectory)"))
+    words = only_words(reach, "choose a motion within its reach (trajectory)")
+    return any_of(words, risky=hold(end))
 
 
 def _avoid_chatter(end: _End) -> Hint:
-    return any_of(squeeze_harder(end), sample_control(end), change_law(end))
+    return any_of(sample_control(end), hold(end))
 
 
 def _allow_a_solution(end: _End) -> Hint:
     friction = lower_all_friction(end.scenario)
-    return any_of(sample_control(end), friction, only_words("change the pose"))
+    return any_of(sample_control(end), hold(end), friction, only_words("change the pose"))
 
 
 def _leave_painleve(end: _End) -> Hint:
-    return any_of(lower_all_friction(end.scenario), only_words("change the pose"))
+    return any_of(lower_all_friction(end.scenario), hold(end), only_words("change the pose"))
 
 
 def _keep_the_model_regular(end: _End) -> Hint:
-    """Bounds where there are none; else slower learning, and better beliefs."""
-    bounds = list(bound_estimates(end))
+    """Bounds and slower learning besides what holds objects."""
     slower = [hint for key in end.law.learns_with for hint in lower(end.scenario, key)]
-    nearer = start_nearer_to_the_truth(end)
-    return any_of(bounds, slower, nearer, change_law(end), otherwise="change the pose")
+    return any_of(hold(end), bound_estimates(end), slower, otherwise="change the pose")
 
 
-def _calm_the_loop(end: _End, *others: Iterable[Option]) -> Hint:
+def _calm_the_loop(end: _End) -> Hint:
     gains = ("controller.position_gain", "controller.velocity_gain")
     smaller = (lower(end.scenario, key) for key in gains)
-    return any_of(*smaller, sample_control(end), *others)
-
-
-def _calm_the_loop_or_bound(end: _End) -> Hint:
-    return _calm_the_loop(end, bound_estimates(end))
+    return any_of(*smaller, sample_control(end), hold(end))
 
 
 def _pass_the_instant(end: _End) -> Hint:
@@ -440,7 +472,7 @@ _ENDINGS = {
         outcome=Outcome.DIVERGED,
         code="nonfinite_state",
         explain=_explain_nonfinite,
-        hint=_calm_the_loop_or_bound,
+        hint=_calm_the_loop,
     ),
     EVENT_STALL: _Ending(
         outcome=Outcome.LIMIT,

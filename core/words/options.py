@@ -37,18 +37,25 @@ class Option:
     """
 
     words: str
-    values: Mapping[str, float | str] = field(default_factory=dict)
+    values: Mapping[str, float | str | bool] = field(default_factory=dict)
     label: str = ""
 
+    def with_(self, *others: Option) -> Option:
+        """This option together with others, as one."""
+        options = (self, *others)
+        values = {key: value for option in options for key, value in option.values.items()}
+        words = joined([option.words for option in options])
+        return Option(words, values, ", ".join(option.label for option in options))
 
-def raise_(scenario: Scenario, key: str) -> Iterator[Option]:
+
+def raise_(scenario: Scenario, key: str, factor: float = _FACTOR) -> Iterator[Option]:
     """To raise a parameter above its value, unless it is as large as may be."""
     parameter = parameter_definitions(scenario).get(key)
     if parameter is None or not isinstance(parameter.value, (int, float)):
         yield Option(f"raise {key}")
     elif parameter.maximum is None or parameter.value < parameter.maximum:
         usual = parameter.typical[1] if parameter.typical else 1.0
-        wanted = _FACTOR * parameter.value if parameter.value > 0.0 else usual
+        wanted = factor * parameter.value if parameter.value > 0.0 else usual
         yield _move("raise", "above", parameter, wanted)
 
 
@@ -61,7 +68,7 @@ def lower(scenario: Scenario, key: str) -> Iterator[Option]:
         yield _move("lower", "below", parameter, parameter.value / _FACTOR)
 
 
-def set_to(key: str, value: float | str, unit: str = "") -> Option:
+def set_to(key: str, value: float | str | bool, unit: str = "") -> Option:
     """To set a parameter to a value."""
     told = value_words(value, unit)
     return Option(f"set {key} to {told}", {key: value}, f"{key}: {told}")
@@ -128,7 +135,7 @@ def only_words(*words: str) -> Iterable[Option]:
 
 def _move(verb: str, side: str, parameter: Parameter, wanted: float) -> Option:
     key, value = parameter.key, parameter.value
-    wanted = _rounded(_within(wanted, parameter.minimum, parameter.maximum))
+    wanted = _within(_rounded(wanted), parameter.minimum, parameter.maximum)
     wanted = int(wanted) if parameter.kind == "integer" else wanted
     label = f"{key}: {value:g} → {value_words(wanted, parameter.unit)}"
     return Option(f"{verb} {key} {side} {value_words(value, parameter.unit)}", {key: wanted}, label)
@@ -139,10 +146,13 @@ def _initial(index: int) -> str:
 
 
 def _beliefs(scenario: Scenario, wanted: Mapping[int, float]) -> dict[str, float]:
-    """First estimates as near to what is wanted as their bounds allow, by dotted key."""
+    """First estimates as near to what is wanted as their bounds allow, by dotted key.
+
+    The bounds come last: a value that is rounded after them may lie beyond them.
+    """
     return {
-        _initial(k): _rounded(
-            _within(value, scenario.estimates[k].minimum, scenario.estimates[k].maximum)
+        _initial(k): _within(
+            _rounded(value), scenario.estimates[k].minimum, scenario.estimates[k].maximum
         )
         for k, value in wanted.items()
     }

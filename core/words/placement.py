@@ -14,6 +14,8 @@ from slipgrasp.core.scenario.spatial_geometry import base_corners
 from slipgrasp.core.words.phrases import joined
 
 _SHARE = 0.1  # of the object's smallest extent
+_WORTH_TELLING = 1e-3  # [m]
+_LASTING = 0.99  # of what it was a little before
 
 
 def is_far_off(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> bool:
@@ -35,6 +37,19 @@ def describe_offset(body: ObjectParameters | SpatialObject, error: Sequence[floa
     """
     offsets = _offsets(body, error)
     return f"{joined(offsets)} from where it was wanted" if offsets else ""
+
+
+def describe_lasting_error(error: Sequence[float], earlier: Sequence[float]) -> str:
+    """How far an object is off that comes no nearer; empty if it is near, or on its way.
+
+    Args:
+        error: Desired minus actual pose, x, y, theta [m, m, rad], or six coordinates in space.
+        earlier: The same a little before.
+    """
+    ways = 3 if len(error) > 3 else 2
+    distance, before = math.hypot(*error[:ways]), math.hypot(*earlier[:ways])
+    lasts = distance >= _WORTH_TELLING and distance >= _LASTING * before
+    return _rounded(distance) if lasts else ""
 
 
 def _offsets(body: ObjectParameters | SpatialObject, error: Sequence[float]) -> list[str]:

@@ -18,10 +18,12 @@ from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
+    from slipgrasp.core.run.trying import TriedHint
     from slipgrasp.core.scenario import Scenario
 
 DESCRIPTION = "Simulates a scenario, keeps the recording and tells what happened."
 MAX_DISPLAY_RATE = 1000.0
+TRYING_LIMIT = 5.0  # [s]; what may help is tried within a second on most machines
 STATUSES = (
     "exit status: 0 completed, 3 ended early by physics, 2 bad input (nothing saved), "
     "4 any other early end (limit, interrupt, disk)"
@@ -75,8 +77,23 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     else:
         from slipgrasp.cli.summary import summarize
 
-        print(summarize(result, recording))
+        print(summarize(result, recording, _try_hint(result)))
     return ExitStatus.ENDED_EARLY if recording is None else ExitStatus.of(result.outcome)
+
+
+def _try_hint(result: RunResult) -> TriedHint:
+    """What of the hint helps, as far as it is found out before whoever waits loses patience."""
+    from slipgrasp.core.awake_clock import AwakeClock
+    from slipgrasp.core.run.trying import try_hint
+    from slipgrasp.core.run.verdict import describe_run
+
+    clock = AwakeClock()
+    with Interrupt() as interrupt, Progress("trying what may help"):
+        return try_hint(
+            result,
+            describe_run(result).hint,
+            should_stop=lambda: interrupt.requested or clock.read() > TRYING_LIMIT,
+        )
 
 
 @dataclass(frozen=True, slots=True)

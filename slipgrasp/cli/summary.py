@@ -6,25 +6,28 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.trying import TriedHint
 from slipgrasp.core.run.verdict import describe_run, title_of
 from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.core.words.phrases import sentence
 
 LABEL_WIDTH = 16
 
 
-def summarize(result: RunResult, recording: Path | None) -> str:
+def summarize(result: RunResult, recording: Path | None, tried: TriedHint | None = None) -> str:
     """Name, how it went, slip, errors, estimates against the truth, and where the recording is.
 
     Args:
         result: The run.
         recording: Its file; None if it could not be written.
+        tried: What came of trying what may help; None if nobody tried.
     """
     lines = [
         result.name,
         *_titled(title_of(result)),
         "",
-        *_told(result),
+        *_told(result, tried),
         "",
         *_contacts(result),
         *_errors(result),
@@ -39,15 +42,19 @@ def _titled(title: str) -> list[str]:
     return [title] if title else []
 
 
-def _told(result: RunResult) -> Iterator[str]:
+def _told(result: RunResult, tried: TriedHint | None) -> Iterator[str]:
     """How it went, in the words of the page."""
     verdict, end = describe_run(result), f"at {result.end_time:.4g} s"
     completed = result.outcome is Outcome.COMPLETED
     word = result.outcome.value.replace("_", " ")
     yield f"Completed {end}." if completed else f"Ended early {end}: {word}."
     yield f"{verdict.headline}. {' '.join(verdict.sentences)}"
-    if verdict.suggestion:
-        yield f"What to try: {verdict.suggestion}"
+    if tried is None or not tried.count:
+        yield from [f"What to try: {verdict.suggestion}"] * bool(verdict.suggestion)
+    elif tried.helpful:
+        yield f"What to try: {sentence(str(tried))}"
+    else:
+        yield f"What was tried: {sentence(str(tried))}"
 
 
 def _contacts(result: RunResult) -> Iterator[str]:

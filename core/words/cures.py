@@ -1,0 +1,189 @@
+"""What may help after a run, in the order in which it helped in random runs.
+
+The order is the one that ``python -m benchmarks hints`` measures (docs/verification.md). Where
+nothing can be tried only the first few are offered: of a lost object those that held the most, of
+a held one those that lost none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from slipgrasp.core.scenario.law_choice import missing_bounds
+from slipgrasp.core.scenario.loading import parameter_definitions
+from slipgrasp.core.scenario.own_laws import LAW_PARAMETERS, law_parameters
+from slipgrasp.core.words.hints import Situation
+from slipgrasp.core.words.misbelief import turns, worst_beliefs
+from slipgrasp.core.words.options import (
+    Option,
+    believe_the_truth,
+    lower,
+    raise_,
+    sample_at_1_khz,
+    set_to,
+    use_law,
+)
+from slipgrasp.core.words.phrases import joined
+
+_NEARLY_ALL = 1.0 - 1e-6
+_STIFFNESS, _DAMPING = 100.0, 20.0  # critically damped
+_PERIOD = 0.001  # [s]
+_INSIDE = 1.05
+"""A safety with which a torque that is held for a period keeps its contact in stick."""
+
+
+def hold(situation: Situation) -> Iterator[Option]:
+    """What held objects that were lost, the most successful first."""
+    laws = list(change_law(situation))
+    yield from laws[:2]
+    yield from share_forces(situation)
+    yield from leave_the_cones(situation)
+    yield from give_more_torque(situation)
+    yield from act_sooner(situation)
+    yield from start_nearer_to_the_truth(situation)
+    yield from squeeze_harder(situation)
+    yield from laws[2:]
+    yield from bound_estimates(situation)
+    yield from (option for option in stop_slip_earlier(situation) if not option.values)
+
+
+def slip_less(situation: Situation) -> Iterator[Option]:
+    """What lessened the slip of held objects, and may lose one: only for those who can try."""
+    yield from change_law(situation)
+    yield from stop_slip_earlier(situation)
+    yield from squeeze_harder(situation)
+    yield from start_nearer_to_the_truth(situation)
+    yield from share_forces(situation)
+    yield from act_sooner(situation)
+
+
+def come_nearer(situation: Situation) -> Iterator[Option]:
+    """What brought held objects nearer, and may lose one: only for those who can try."""
+    yield from raise_(situation.scenario, "controller.position_gain")
+    yield from start_nearer_to_the_truth(situation)
+    yield from change_law(situation)
+    yield from squeeze_harder(situation)
+
+
+def change_law(situation: Situation) -> Iterator[Option]:
+    """The law that holds what the others drop, where it is another: set firmly, and as it is."""
+    present = situation.controller
+    if present.kind == "composite":
+        return
+    law = use_law("composite")
+    settings: tuple[tuple[str, float | str | bool, str], ...] = (
+        *[("prediction", True, "")] * (present.latency > 0.0),
+        ("position_gain", _STIFFNESS, "1/s²"),
+        ("velocity_gain", _DAMPING, "1/s"),
+        ("grasp_force", "minimum", ""),
+    )
+    firm = [
+        set_to(f"controller.{name}", value, unit)
+        for name, value, unit in settings
+        if getattr(present, name) != value
+    ]
+    yield from [law.with_(*firm)] * bool(firm)
+    yield law
+    for more in (*give_more_torque(situation), *start_nearer_to_the_truth(situation)):
+        yield law.with_(*firm, more)
+
+
+def share_forces(situation: Situation) -> Iterator[Option]:
+    """All forces inside their cones, where those of slipping contacts are put onto them."""
+    if situation.law.uses_friction and situation.controller.distribution != "hold":
+        yield set_to("controller.distribution", "hold")
+
+
+def leave_the_cones(situation: Situation) -> Iterator[Option]:
+    """Forces a little inside their cones, where sampled torques put them onto the very edge."""
+    controller = situation.controller
+    if situation.law.uses_friction and controller.control_period and controller.grip_safety == 1.0:
+        yield set_to("controller.grip_safety", _INSIDE)
+
+
+def give_more_torque(situation: Situation) -> Iterator[Option]:
+    """Joints that give more, where they have limits."""
+    for key in ("actuation.torque_limit", "actuation.torque_rate_limit"):
+        if getattr(situation.scenario.actuation, key.rpartition(".")[2]) is not None:
+            yield from raise_(situation.scenario, key)
+
+
+def act_sooner(situation: Situation) -> Iterator[Option]:
+    """Less time between what happens and the torque that answers it, or a model to bridge it."""
+    scenario, controller = situation.scenario, situation.controller
+    if controller.control_period == 0.0:
+        return
+    if controller.latency > 0.0:
+        if situation.law.uses_friction and not controller.prediction:
+            yield set_to("controller.prediction", True)
+        yield from lower(scenario, "controller.latency")
+    if controller.control_period > _PERIOD:
+        yield sample_at_1_khz()
+    if not scenario.sensing.true_phases and scenario.sensing.slip_delay > 0.0:
+        yield from lower(scenario, "sensing.slip_delay")
+
+
+def squeeze_harder(situation: Situation) -> Iterator[Option]:
+    """What lets the law press the fingertips harder against the object."""
+    scenario, controller = situation.scenario, situation.controller
+    if situation.law.is_own:
+        return
+    most, key = controller.maximum_normal_force, "controller.maximum_normal_force"
+    is_bounded = most is not None and situation.last.normal_force[0].max() >= _NEARLY_ALL * most
+    if is_bounded:
+        yield from raise_(scenario, key)
+    elif situation.law.uses_friction and controller.grasp_force == "none":
+        yield set_to("controller.grasp_force", "minimum")
+    elif most is None or situation.law.uses_friction or controller.grip_force < most:
+        yield from raise_(scenario, situation.law.holds_with)
+    else:
+        yield from raise_(scenario, key)
+
+
+def stop_slip_earlier(situation: Situation) -> Iterator[Option]:
+    """What lets the law end a slip sooner."""
+    for key in situation.law.stops_slip_with:
+        yield from raise_(situation.scenario, key)
+    own = [f"{LAW_PARAMETERS}.{name}" for name in law_parameters(situation.controller.kind)]
+    if own:
+        yield Option(f"change what the law itself declares ({joined(own)})")
+
+
+def start_nearer_to_the_truth(situation: Situation) -> Iterator[Option]:
+    """The beliefs at the start that were farthest from what was true then."""
+    start = situation.start
+    definitions = parameter_definitions(start)
+    believed = [estimate.initial for estimate in start.estimates]
+    true = [_number(definitions[estimate.parameter].value) for estimate in start.estimates]
+    found = worst_beliefs(situation.scenario, believed, true, turns=turns(situation.last))
+    yield from believe_the_truth(start, {k: true[k] for k in sorted(found)})
+
+
+def sample_control(situation: Situation) -> Iterator[Option]:
+    """Sampled control, where control is continuous."""
+    if situation.controller.control_period == 0.0:
+        yield sample_at_1_khz()
+
+
+def bound_estimates(situation: Situation) -> Iterator[Option]:
+    """Physical bounds for the estimates of a learning law that lack them.
+
+    In words only where no physical bounds fit: then first for the estimate that went lowest.
+    """
+    estimates, values = situation.scenario.estimates, situation.last.estimates[0]
+    missing = {
+        k: [bound for bound in ("minimum", "maximum") if getattr(estimate, bound) is None]
+        for k, estimate in enumerate(estimates)
+    }
+    open_ends = {k: bounds for k, bounds in missing.items() if bounds}
+    if situation.law.learns and open_ends:
+        lowest = min(open_ends, key=lambda k: values[k])
+        first = joined([f"estimates.{lowest}.{bound}" for bound in open_ends[lowest]])
+        words = f"give the estimates bounds ({first} first)"
+        bounds = dict(missing_bounds(situation.start))
+        yield Option(words, bounds, "physical bounds for all estimates" * bool(bounds))
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, (int, float)), "only numbers can be estimated"
+    return float(value)
