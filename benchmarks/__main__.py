@@ -29,6 +29,7 @@ PARTS = {
     "claims": "two claims about the composite law, shown or refuted",
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
     "hands-in-space": "whether 5 000 random hands in space end truly, inside their cones",
+    "hints": "whether 600 hints of random runs, pressed, do what they say",
     "portability": "whether a run has the same bits under other machine code and in WebAssembly",
     "front-ends": "cost per tick of a law in every front end, beside MuJoCo with a controller",
     "preset-hashes": "the hashes of the presets' runs, which a test computes again",
@@ -44,7 +45,7 @@ PARTS = {
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = ("outcomes", "hands-in-space", "soak")
+SEEDED = ("outcomes", "hands-in-space", "hints", "soak")
 ONLY_IF_NAMED = ("soak",)
 
 

@@ -31,6 +31,7 @@ from slipgrasp.web.reducers.compare import CompareReducer
 from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.reducers.heavier import HeavierReducer
+from slipgrasp.web.reducers.hints import HintsReducer
 from slipgrasp.web.reducers.laws import LawsReducer
 from slipgrasp.web.reducers.link import LinkReducer
 from slipgrasp.web.reducers.picture import PictureReducer
@@ -109,6 +110,7 @@ class Session:
             ChartsReducer(),
             LawsReducer(services.runs, self._mailbox.send),
             HeavierReducer(services.runs, self._mailbox.send),
+            HintsReducer(services.runs, self._mailbox.send),
             PremisesReducer(self._mailbox.send),
             ExportReducer(services.recordings, self._mailbox.send, self._deliver),
             StudyReducer(services.studies, services.recordings.room, self._mailbox.send),

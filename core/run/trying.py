@@ -38,6 +38,8 @@ _SLIP, _OFFSET, _ANGLE = 1e-4, 1e-3, 1e-2
 """Slip, distance and angle below these are as good as none [m, m, rad]."""
 _NOISE = 1e-6
 """Slip and distance between which no hint is preferred to another [m]."""
+_LEAST_DURATION = 0.5
+"""How long a run must be to tell whether its object is held [s]."""
 _FORCE = 1.5
 """Share from which on a greater normal force is worth telling."""
 
@@ -234,7 +236,9 @@ def _effect(old: _Measures, new: _Measures) -> str:
         told.append(f"slip {length_words(new.slip)} instead of {length_words(old.slip)}")
     if new.offset <= _BETTER * old.offset and old.offset >= _OFFSET:
         told.append(f"{length_words(new.offset)} off instead of {length_words(old.offset)}")
-    return ", ".join([*told, *_force(old, new)])
+    if new.force >= _FORCE * old.force:
+        told.append(f"normal force up to {new.force:.3g} N instead of {old.force:.3g} N")
+    return ", ".join(told)
 
 
 def _prices(old: _Measures, new: _Measures) -> Iterator[str]:
@@ -243,12 +247,9 @@ def _prices(old: _Measures, new: _Measures) -> Iterator[str]:
         yield f"slip {length_words(new.slip)}"
     if new.offset >= _OFFSET:
         yield f"{length_words(new.offset)} off"
-    yield from _force(old, new)
-
-
-def _force(old: _Measures, new: _Measures) -> Iterator[str]:
+    # A lost object may have been lost before it was pressed at all.
     if new.force >= _FORCE * old.force:
-        yield f"normal force up to {new.force:.3g} N instead of {old.force:.3g} N"
+        yield f"normal force up to {new.force:.3g} N"
 
 
 def _ending(run: AnyRun) -> str:
@@ -262,14 +263,15 @@ def _ending(run: AnyRun) -> str:
 def _runnable(
     before: Scenario, hint: Hint, follow_option: Follow | None
 ) -> Iterator[tuple[Option, Scenario]]:
-    """The options that can be tried, each with its scenario."""
+    """The options that can be tried, each with its scenario; no run too short to tell anything."""
     known = [before]
     for option in hint.trials:
         try:
             scenario = follow_option(option) if follow_option else follow(before, option)
         except ScenarioError:
             continue
-        if scenario not in known and not _runs_own_law(scenario):
+        is_told = scenario.simulation.duration >= _LEAST_DURATION
+        if is_told and scenario not in known and not _runs_own_law(scenario):
             known.append(scenario)
             yield option, scenario
 

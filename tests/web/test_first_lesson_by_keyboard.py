@@ -43,14 +43,15 @@ def test_the_first_lesson_by_keyboard(visitors: Visitors) -> None:
     page.keyboard.press("Space")
     wait_until(lambda: not told(page)["playing"], "Space does not pause")
 
-    # What would stop it: the first suggestion, and back again.
+    # What would stop it: the first suggestion, which was tried and says so, and back again.
     page.keyboard.press("Home")
-    suggestion = page.get_by_role("button", name="composite law", exact=True)
-    tab_to(page, suggestion)
+    suggestions = page.get_by_role("group", name="What to try")
+    expect(suggestions).to_contain_text("slip 3.62 mm instead of 47.2 mm")
+    tab_to(page, suggestions.get_by_role("button").first)
     page.keyboard.press("Enter")
-    expect(card).to_contain_text("37.7 µm")
+    expect(card).to_contain_text("slipped, 3.62 mm left and 3.62 mm right")
     page.keyboard.press("Control+z")
-    expect(card).to_contain_text("47.2 mm")
+    expect(card).to_contain_text("slipped, 47.2 mm left and 47.2 mm right")
 
     # How much heavier it may get: by asking, and by a knob.
     tab_to(page, page.get_by_role("button", name="How much heavier may it get?"))

@@ -8,15 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.hints import does_what_it_says
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.trying import try_hint
 from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.law_choice import LAW, choose_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.own_laws import law_names
+from slipgrasp.core.words.options import Option
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.charts.law_charts import LAWS_TAB, law_charts_html, laws_html
+from slipgrasp.web.model.hints import HintTrials, followed
+from slipgrasp.web.model.intents.hints import HintTried
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.laws import LawRunFinished
 from slipgrasp.web.model.intents.scenario import ChooseLaw, TryOut, Undo
@@ -27,6 +33,8 @@ from slipgrasp.web.model.playback import TimeWindow
 from slipgrasp.web.model.view import RunStage, RunStatus, Shown, ViewState
 from slipgrasp.web.panels.laws_tab import known_words
 from slipgrasp.web.panels.outcome_panel import outcome_html
+from slipgrasp.web.reducers.hints import REST as HINTS_REST
+from slipgrasp.web.reducers.hints import HintsReducer
 from slipgrasp.web.reducers.laws import REST, LawsReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from tests.server.serving import patient_settings
@@ -106,28 +114,71 @@ def test_a_law_is_taken_on_the_whole_run_and_taken_back(case_2: RunResult) -> No
     assert ScenarioReducer().reduce(ChooseLaw("no such law"), view) is view
 
 
-def test_what_the_card_suggests_is_a_button_that_does_it_and_is_taken_back(
+def tried_on(view: ViewState) -> ViewState:
+    """The view after the hint of its run was tried on its draft."""
+    assert view.shown is not None
+    result = view.shown.result
+
+    def follow(option: Option) -> Scenario:
+        return followed(view.draft, option).scenario()
+
+    tried = try_hint(result, describe_run(result).hint, follow_option=follow)
+    return replace(view, hint_trials=HintTrials(view.draft, tried))
+
+
+def card_of(view: ViewState) -> str:
+    return outcome_html(view.status, view.shown, tried=view.hint_trials.of(view.draft))
+
+
+def test_what_the_card_suggests_is_a_button_that_does_what_it_says_and_is_taken_back(
     case_2: RunResult,
 ) -> None:
-    view = view_of(case_2)
-    trials = describe_run(case_2).hint.trials
-    card = outcome_html(view.status, view.shown)
-    assert card.count("&quot;try-out&quot;") == len(trials) == 3
-    for trial in trials:
-        after = ScenarioReducer().reduce(TryOut(in_page_words(trial.label, case_2.scenario)), view)
-        for key, value in trial.values.items():
-            assert after.draft.value_at(0.0, key) == value
+    view = tried_on(view_of(case_2))
+    tried, card = view.hint_trials.tried, card_of(view)
+    assert tried is not None
+    assert card.count("&quot;try-out&quot;") == len(tried.helpful) == 3
+    for each in tried.helpful:
+        assert each.effect in card
+        label = in_page_words(each.option.label, case_2.scenario)
+        after = ScenarioReducer().reduce(TryOut(label), view)
+        run = simulate(after.draft.scenario())
+        assert does_what_it_says(each.effect, case_2, run, tried.hint.goal)
         assert ScenarioReducer().reduce(Undo(), after).draft == view.draft
-    assert trials[-1].values == {LAW: "composite"}
     assert ScenarioReducer().reduce(TryOut("raise everything"), view) is view
+
+
+def test_a_law_that_the_card_suggests_is_one_step_of_undo_with_all_its_settings(
+    case_1: RunResult,
+) -> None:
+    view = tried_on(view_of(case_1))
+    tried = view.hint_trials.tried
+    assert tried is not None
+    option = next(each.option for each in tried.helpful if LAW in each.option.values)
+    label = in_page_words(option.label, case_1.scenario)
+    after = ScenarioReducer().reduce(TryOut(label), view)
+    assert after.draft == followed(view.draft, option)
+    assert after.editing.law_note is not None and after.editing.law_note.kind == "composite"
+    assert ScenarioReducer().reduce(Undo(), after).draft == view.draft
+
+
+def test_before_it_was_tried_a_hint_is_told_without_buttons(case_2: RunResult) -> None:
+    view = view_of(case_2)
+    assert "&quot;try-out&quot;" not in card_of(view) and "<b>Try:</b>" in card_of(view)
+    # What was tried on another draft is no promise for this one.
+    tried = tried_on(view)
+    edited = replace(tried, draft=replace(view.draft, edits={"object.mass": 2.0}))
+    assert "&quot;try-out&quot;" not in card_of(edited)
+    label = "position gain Kₚ: 100 → 200 1/s²"
+    assert label in card_of(tried)
+    assert ScenarioReducer().reduce(TryOut(label), edited) is edited
 
 
 def test_what_is_left_besides_the_buttons_is_told_in_words() -> None:
     loose = {"controller.kind": "pd-gravity", "controller.grip_force": 1.0}
     view = view_of(simulate(with_values(load_scenario("paper-case-2"), loose)))
-    card = outcome_html(view.status, view.shown)
+    card = card_of(tried_on(view))
     assert "<b>Try to stop the slip earlier:</b>" in card
-    assert card.count("&quot;try-out&quot;") == 3
+    assert card.count("&quot;try-out&quot;") >= 1
     assert "Or use a longer face (object face half length)." in card
 
 
@@ -148,3 +199,30 @@ def test_laws_on_a_scenario_without_unknowns_are_said_to_compare_nothing_of_adap
     assert told.startswith("The controller was given the true friction and mass")
     assert told.endswith("This comparison compares nothing of adaptation.")
     assert "nothing of adaptation" not in known_words(load_scenario("paper-case-2"))
+
+
+def test_the_hint_of_a_run_is_tried_once_it_rests(
+    store: RecordingStore, case_2: RunResult, tmp_path: Path
+) -> None:
+    sent: list[Intent] = []
+    service = RunService(store, patient_settings(tmp_path / "data"))
+    reducer, view = HintsReducer(service, sent.append), view_of(case_2)
+    assert view.shown is not None
+    view = replace(view, ticket=view.shown.ticket, status=RunStatus(RunStage.PREVIEW))
+    assert reducer.pass_time(0.0, view) is view
+    assert reducer.wait(0.0, view) == pytest.approx(HINTS_REST)
+    asked = reducer.pass_time(HINTS_REST, view)
+    assert asked.hint_trials.of(asked.draft) is None and reducer.wait(1.0, asked) is None
+    wait_until(lambda: bool(sent), "nothing was tried")
+    (answer,) = sent
+    assert isinstance(answer, HintTried)
+    assert reducer.reduce(replace(answer, number=99), asked) is asked
+    told = reducer.reduce(answer, asked)
+    assert told.hint_trials == HintTrials(view.draft, tried_on(view).hint_trials.tried)
+    # A slider moves: what was found is void at once, and nothing is tried until it rests.
+    moved = replace(told, draft=quick_view(case_2).draft, ticket=told.ticket + 1)
+    after = reducer.pass_time(9.0, moved)
+    assert after.hint_trials == HintTrials() and reducer.wait(9.0, after) is None
+    assert reducer.reduce(answer, after) is after
+    for worker in reducer.workers:
+        worker.close()

@@ -16,6 +16,7 @@ from slipgrasp.web.model.charts_view import ChartsView
 from slipgrasp.web.model.draft import Draft, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
+from slipgrasp.web.model.hints import HintTrials
 from slipgrasp.web.model.laws_view import LawsView
 from slipgrasp.web.model.page_layout import PageLayout
 from slipgrasp.web.model.playback import (
@@ -198,6 +199,7 @@ class ViewState:
         charts: What the user has made of the charts.
         laws: Runs with every law, while they are looked at.
         how_heavy: How much heavier the object may get, if that was asked.
+        hint_trials: What came of trying what is suggested.
         exporting: The file that is being made for the user.
         editing: How the user edits, and what was asked for before.
         appearance: How the picture looks.
@@ -223,6 +225,7 @@ class ViewState:
     charts: ChartsView = field(default_factory=ChartsView)
     laws: LawsView = field(default_factory=LawsView)
     how_heavy: HowHeavy = field(default_factory=HowHeavy)
+    hint_trials: HintTrials = field(default_factory=HintTrials)
     exporting: Exporting = field(default_factory=Exporting)
     editing: Editing = field(default_factory=Editing)
     appearance: Appearance = field(default_factory=Appearance)

@@ -10,11 +10,13 @@ import numpy as np
 import viser
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.trying import TriedHint, TriedOption
 from slipgrasp.core.run.verdict import Verdict, describe_run
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.core.words.hints import Goal
 from slipgrasp.core.words.knowledge_words import describe_knowledge
-from slipgrasp.core.words.phrases import joined, milliseconds
+from slipgrasp.core.words.phrases import joined, milliseconds, sentence
 from slipgrasp.recordings.palette import FINGERS, GHOST, PHASES
 from slipgrasp.web.model.colours import css, sign, tone, word
 from slipgrasp.web.model.intents.heavier import AskHowHeavy
@@ -42,18 +44,19 @@ class OutcomePanel:
         self._welcome = gui.add_html(welcome_html())
         self._card = gui.add_html("")
         self._busy = gui.add_progress_bar(100.0, animated=True, visible=False)
-        self._shown: tuple[RunStatus, int, str, ToldPremises | None] | None = None
+        self._shown: tuple[RunStatus, int, str, ToldPremises | None, TriedHint | None] | None = None
 
     def update(self, view: ViewState) -> None:
         """Shows how the latest run went, and what became of the latest request."""
         ticket = view.shown.ticket if view.shown else 0
         how_heavy = view.how_heavy.words if view.how_heavy.draft is view.draft else ""
-        shown = (view.status, ticket, how_heavy, view.premises)
+        tried = view.hint_trials.of(view.draft)
+        shown = (view.status, ticket, how_heavy, view.premises, tried)
         if shown == self._shown:
             return
         self._shown = shown
         self._busy.visible = view.status.stage in _BUSY
-        card = outcome_html(view.status, view.shown, how_heavy, premises_html(view))
+        card = outcome_html(view.status, view.shown, how_heavy, premises_html(view), tried)
         self._card.content = card
 
     def remove(self) -> None:
@@ -83,7 +86,11 @@ def welcome_html() -> str:
 
 
 def outcome_html(
-    status: RunStatus, shown: Shown | None, how_heavy: str = "", premises: str = ""
+    status: RunStatus,
+    shown: Shown | None,
+    how_heavy: str = "",
+    premises: str = "",
+    tried: TriedHint | None = None,
 ) -> str:
     """The whole card as HTML; everything that could come from outside is escaped.
 
@@ -92,10 +99,11 @@ def outcome_html(
         shown: The run on the screen.
         how_heavy: How much heavier its object may get, in words; empty if nobody has asked.
         premises: What is told of the theorems, as HTML.
+        tried: What came of trying the hint; None while it is tried.
     """
     verdict = ""
     if shown is not None:
-        verdict = _card_html(shown.result, how_heavy, premises)
+        verdict = _card_html(shown.result, how_heavy, premises, tried)
         if status.stage is RunStage.REFUSED:
             verdict = f"<div style='opacity:0.55'>{verdict}</div>"
     note = status_html(status, shown)
@@ -104,7 +112,7 @@ def outcome_html(
     return f"<div class='sg-outcome'>{''.join(parts)}</div>"
 
 
-def _card_html(result: RunResult, how_heavy: str, premises: str) -> str:
+def _card_html(result: RunResult, how_heavy: str, premises: str, tried: TriedHint | None) -> str:
     """What matters most in plain sight; the rest unfolds, and then stays so."""
     verdict = describe_run(result)
     known = describe_knowledge(result.scenario)
@@ -113,7 +121,7 @@ def _card_html(result: RunResult, how_heavy: str, premises: str) -> str:
     return (
         f"<div class='sg-verdict' style='color:{tone(verdict.tone)}'>{escape(verdict.headline)}"
         f"</div>{_paragraph(escape(' '.join(told[:_TOLD])))}{_first_slip_html(result)}"
-        f"{_knowledge_html(known, result)}{_hint_html(verdict, result.scenario)}"
+        f"{_knowledge_html(known, result)}{_hint_html(verdict, tried, result.scenario)}"
         f"{_how_heavy_html(result, how_heavy)}{_warnings_html(result)}"
         "<details data-sg-fold='outcome'><summary>Squeeze, forces, margins, tracking</summary>"
         f"{_paragraph(escape(' '.join(told[_TOLD:])))}{_metrics_html(result)}{premises}</details>"
@@ -141,24 +149,35 @@ def _first_slip_html(result: RunResult) -> str:
     return f"<p>First to slip: {escape(joined(names))}, at {go}</p>"
 
 
-def _hint_html(verdict: Verdict, scenario: Scenario) -> str:
-    """What to try: a button for each option that can be set as it stands, words for the rest."""
-    hint = verdict.hint
-    if not hint.trials:
-        told = escape(in_page_words(verdict.suggestion, scenario))
-        return _paragraph(f"<b>Try:</b> {told}") if told else ""
-    labels = [in_page_words(trial.label, scenario) for trial in hint.trials]
-    buttons = "".join(
-        "<button type='button' class='sg-try' title='Sets this on the whole run; undo takes it "
-        f"back' {click_attribute(TryOut(label))}>{escape(label)}</button>"
-        for label in labels
-    )
-    purpose = f" {hint.purpose}" if hint.purpose else ""
-    rest = in_page_words(str(hint.rest), scenario)
+def _hint_html(verdict: Verdict, tried: TriedHint | None, scenario: Scenario) -> str:
+    """What to try: a button with its effect for each option that helped when it was tried.
+
+    Until then, and where nothing could be tried, it is told in words.
+    """
+    if verdict.hint.goal is Goal.MARGIN:
+        varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"
+        return _paragraph(f"<b>How far from a loss?</b> Vary the {varied} in <i>Study</i>.")
+    if tried is None or not tried.helpful:
+        words = sentence(str(tried)) if tried is not None else verdict.suggestion
+        told = escape(in_page_words(words, scenario))
+        title = "Tried" if tried is not None and tried.count else "Try"
+        return _paragraph(f"<b>{title}:</b> {told}") if told else ""
+    rows = "".join(_tried_html(each, scenario) for each in tried.helpful)
+    purpose = f" {tried.hint.purpose}" if tried.hint.purpose else ""
+    rest = in_page_words(str(tried.hint.rest), scenario)
     return (
         _paragraph(f"<b>Try{purpose}:</b>")
-        + f"<div class='sg-tries' role='group' aria-label='What to try'>{buttons}</div>"
+        + f"<div class='sg-tried' role='group' aria-label='What to try'>{rows}</div>"
         + (_paragraph(escape(f"Or {rest}.")) if rest else "")
+    )
+
+
+def _tried_html(tried: TriedOption, scenario: Scenario) -> str:
+    label = in_page_words(tried.option.label, scenario)
+    return (
+        "<button type='button' class='sg-try' title='Sets this on the whole run; undo takes it "
+        f"back' {click_attribute(TryOut(label))}>{escape(label)}</button>"
+        f"<span>{escape(tried.effect)}</span>"
     )
 
 

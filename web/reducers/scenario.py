@@ -9,7 +9,6 @@ from typing import ClassVar
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario.field_errors import shortened
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import scenario_from_toml
@@ -17,6 +16,7 @@ from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.web.model.disturbances import DisturbanceKind, push_at, wet_spot
 from slipgrasp.web.model.draft import Draft, Value, change_time
 from slipgrasp.web.model.editing import LawNote, Reach, Turn
+from slipgrasp.web.model.hints import followed
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import (
@@ -202,19 +202,20 @@ def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
 
 
 def _tried(view: ViewState, words: str) -> ViewState:
-    """The view in which what the card suggests is set on the whole run, as one step."""
-    if view.shown is None:
+    """The view in which what the card suggests is set on the whole run, as one step.
+
+    Only what was tried on this very draft is offered, and done.
+    """
+    tried = view.hint_trials.of(view.draft)
+    if view.shown is None or tried is None:
         return view
     scenario = view.shown.result.scenario
-    trials = describe_run(view.shown.result).hint.trials
-    offered = {in_page_words(trial.label, scenario): trial.values for trial in trials}
-    values = offered.get(words, {})
-    if LAW in values:
-        return _with_law(view, values[LAW], on_all=True)
-    draft = view.draft
-    for key, value in values.items():
-        draft = draft.edited(key, value)
-    return _with_draft(view, draft)
+    options = {in_page_words(each.option.label, scenario): each.option for each in tried.helpful}
+    if words not in options:
+        return view
+    chosen = _with_draft(view, followed(view.draft, options[words]))
+    law = options[words].values.get(LAW)
+    return chosen if law is None else _with_law_note(chosen, view.draft, str(law), 0.0)
 
 
 def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewState:
@@ -232,8 +233,13 @@ def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewStat
     chosen = _with_draft(view, draft)
     if chosen is view:
         return view
-    note = LawNote(kind, set_words(view.draft, draft, time or 0.0), time or 0.0)
-    return replace(chosen, editing=replace(chosen.editing, law_note=note))
+    return _with_law_note(chosen, view.draft, kind, time or 0.0)
+
+
+def _with_law_note(view: ViewState, before: Draft, kind: str, time: float) -> ViewState:
+    """The view that says what came with a law that was chosen from some time on [s]."""
+    note = LawNote(kind, set_words(before, view.draft, time), time)
+    return replace(view, editing=replace(view.editing, law_note=note))
 
 
 def _with_draft(view: ViewState, draft: Draft) -> ViewState:

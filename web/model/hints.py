@@ -1,0 +1,37 @@
+"""What is suggested after a run, tried on the draft that the run is of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipgrasp.core.run.trying import TriedHint
+from slipgrasp.core.scenario.own_laws import LAW
+from slipgrasp.core.words.options import Option
+from slipgrasp.web.model.draft import Draft
+from slipgrasp.web.model.laws import with_law
+
+
+@dataclass(frozen=True, slots=True)
+class HintTrials:
+    """The hint of the run on the screen, once it was tried.
+
+    Attributes:
+        draft: What the run is of; None if nothing was tried yet.
+        tried: What came of it; None while it is tried.
+    """
+
+    draft: Draft | None = None
+    tried: TriedHint | None = None
+
+    def of(self, draft: Draft) -> TriedHint | None:
+        """The tried hint of a draft; None while there is none."""
+        return self.tried if self.draft is draft else None
+
+
+def followed(draft: Draft, option: Option) -> Draft:
+    """The draft in which an option of a hint is followed, on the whole run."""
+    if LAW in option.values:
+        draft = with_law(draft, str(option.values[LAW]), None)
+    for key, value in option.values.items():
+        draft = draft if key == LAW else draft.edited(key, value)
+    return draft
