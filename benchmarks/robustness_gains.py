@@ -84,7 +84,7 @@ class Sample(NamedTuple):
 
 # By number of fingers.
 HANDS = {
-    2: Sample(TWO_FINGER_LAWS, tuple(WORLDS), Objects(60, 300), Objects(40, 200)),
+    2: Sample(TWO_FINGER_LAWS, tuple(WORLDS), Objects(60, 600), Objects(40, 200)),
     3: Sample(MOST_LAWS, FEWER_WORLDS, Objects(30, 150), Objects(30, 150)),
     4: Sample(FEWER_LAWS, FEWER_WORLDS, Objects(25, 100), Objects(25, 100)),
     6: Sample(FEWER_LAWS, FEWER_WORLDS, Objects(25, 100), Objects(25, 100)),
