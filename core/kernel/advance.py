@@ -8,6 +8,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.dynamics import stored_energy
+from slipgrasp.core.kernel.extremes import count_step
 from slipgrasp.core.kernel.flow import forget_mechanics, update_mechanics
 from slipgrasp.core.kernel.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
 from slipgrasp.core.kernel.jump import (
@@ -265,10 +266,12 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
             emit(model, run, outlet, now, step.start)
             return STEP_UNDERFLOW
         follow_slip(model, run, outlet, h)
+        count_step(model, run, h)
         last = method_of(model, step).last
         for k in range(model.num_states):
             step.start.x[k] = step.end.x[k]
             step.slopes[0].x[k] = step.slopes[last].x[k]
+        step.efforts[0] = step.efforts[last]
         reaches = h == until - now and run.fired == 0
         run.now = until if reaches else now + h
         if run.fired == 1:

@@ -38,7 +38,7 @@ def _coordinate(model: Record, discrete: Record, j: int) -> int:
 
 
 @compiled
-def _value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
+def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
     """Value of guard ``j`` at a share of the step."""
     step, room = run.step, run.selection
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
@@ -57,7 +57,7 @@ def _value_inside(model: Record, run: Record, h: float, j: int, share: float) ->
 def _find_least(model: Record, run: Record, h: float, j: int) -> float:
     """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
     noise, _ = band_of(model, run.discrete, run.guards.ends, j)
-    return search_step(model, run, h, j, noise, _value_inside)
+    return search_step(model, run, h, j, noise, value_inside)
 
 
 @compiled

@@ -124,16 +124,14 @@ def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats
     """Keeps, of a state inside a step, the values of those guards that no slope tells.
 
     Those of forces, of singular fingers and matrices, of rates at bounds; of the last guard
-    the violation itself. Each stands at its own number in ``samples[row]``. A normal force is
-    only kept in slip: in stick the friction margin falls through zero before it.
+    the violation itself. Each stands at its own number in ``samples[row]``.
     """
     n = model.num_fingers
     for i in range(n):
         base = PER_CONTACT * i
         if discrete.phases[i] == 0:
             samples[row, base + PHASE] = friction_margin(model, discrete, work, i)
-        else:
-            samples[row, base + NORMAL_FORCE] = work.forces[i, 1]
+        samples[row, base + NORMAL_FORCE] = work.forces[i, 1]
         samples[row, base + SINGULAR] = work.kin.extension[i]
     base = PER_CONTACT * n
     samples[row, base] = work.factors.determinant

@@ -34,6 +34,8 @@ from slipgrasp.core.kernel.selection import (
 )
 from slipgrasp.core.kernel.slip_rows import leave_slip
 from slipgrasp.core.kernel.state import estimate_at, slip_at, slip_velocity_at
+from slipgrasp.core.kernel.stepper import effort_rate
+from slipgrasp.core.kernel.tally import count_forces
 
 (
     RUNNING,
@@ -126,12 +128,19 @@ def set_first_slope(model: Record, run: Record) -> None:
         step.slopes[0].x[k] = selection.derivative.x[k]
 
 
+@compiled
+def arm(model: Record, run: Record) -> None:
+    """Guards and metrics after a jump, at the present state, which ``work`` holds."""
+    arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
+    count_forces(model, run.discrete, run.guards.starts, run.tally)
+
+
 @compiled_apart(types.void, MODEL, PROGRESS)
 def restart_flow(model: Record, run: Record) -> None:
     """After an event no slope from before is used: new first slope, guards armed, small step."""
-    state = run.step.start
-    flow(model, run.discrete, run.now, state, run.step.slopes[0], run.work)
-    arm_guards(model, run.discrete, state, run.work, run.guards)
+    flow(model, run.discrete, run.now, run.step.start, run.step.slopes[0], run.work)
+    run.step.efforts[0] = effort_rate(model, run.work)
+    arm(model, run)
     run.step_size = min(run.step_size, FIRST_STEP)
 
 

@@ -29,6 +29,7 @@ from slipgrasp.core.kernel.run import (
 )
 from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant
 from slipgrasp.core.kernel.steps import GIVEN_BACK
+from slipgrasp.core.kernel.tally import count_row_forces
 
 LEAST_ROWS = 49  # of every slip, beside the one at its beginning
 LEAST_DISTANCE = 1e-6  # of two instants [s]
@@ -66,6 +67,7 @@ def _evaluate(model: Record, run: Record, row: Record) -> int:
     if is_past_event(model, row.discrete, row.state, work, run.guards) == 1:
         return 0
     fill_row(model, row, work)
+    count_row_forces(model, row, work, run.tally)
     return 1
 
 
@@ -224,8 +226,9 @@ def _add_rows(
 def _insert(outlet: Record, first: int, row: Record, lost: int) -> int:
     """Puts a row where its time, which stands first in it, belongs among the latest ones.
 
-    Not one beside which friction would give energy back, by column ``lost``: it never does, but
-    where the law has kinks the interpolant is worse than the step.
+    Not one after the last row: where that is missing, the run ends before it. Nor one beside which
+    friction would give energy back, by column ``lost``: it never does, but where the law has kinks
+    the interpolant is worse than the step.
 
     Returns:
         How many rows that are: 1 or 0.
@@ -233,9 +236,11 @@ def _insert(outlet: Record, first: int, row: Record, lost: int) -> int:
     rows, length, place = outlet.rows, row.length, outlet.num_rows
     while place > first and rows[(place - 1) * length] > row.time:
         place -= 1
+    if place == outlet.num_rows:
+        return 0
     if place > 0 and row.values[lost] < rows[(place - 1) * length + lost] - GIVEN_BACK:
         return 0
-    if place < outlet.num_rows and rows[place * length + lost] < row.values[lost] - GIVEN_BACK:
+    if rows[place * length + lost] < row.values[lost] - GIVEN_BACK:
         return 0
     for k in range(outlet.num_rows * length - 1, place * length - 1, -1):
         rows[k + length] = rows[k]

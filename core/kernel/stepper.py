@@ -44,6 +44,8 @@ STEP = np.dtype(
         ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
         ("prepared", np.int64),  # 1 where the terms are those of this step
         ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
+        # Squared torques there, where they follow the state [N^2 m^2].
+        ("efforts", np.float64, (MAX_SLOPES,)),
     ],
     align=True,
 )
@@ -53,6 +55,21 @@ STEP = np.dtype(
 def method_of(model: Record, step: Record) -> Record:
     """The method by which a step is taken."""
     return model.methods[step.rank]
+
+
+@compiled
+def effort_rate(model: Record, work: Record) -> float:
+    """Sum of the squared joint torques that the law gives for the state just evaluated.
+
+    0 under sampled control, where they are held.
+    """
+    total, jacobians, forces = 0.0, work.kin.jacobians, work.tip_forces
+    if model.law.period == 0.0:
+        for i in range(model.num_fingers):
+            for joint in range(2):
+                torque = jacobians[i, 0, joint] * forces[i, 0]
+                total += square(torque + jacobians[i, 1, joint] * forces[i, 1])
+    return total
 
 
 @compiled
@@ -142,8 +159,10 @@ def take_step(
             _combine(model, row, h, step, step.end)
             flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
             sample_guards(model, discrete, work, step.samples, row)
+            step.efforts[row] = effort_rate(model, work)
         _combine(model, method.last, h, step, step.end)
     flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
+    step.efforts[method.last] = effort_rate(model, work)
     step.prepared = 0
 
 

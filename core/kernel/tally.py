@@ -1,4 +1,10 @@
-"""Figures of merit of a run, added up row by row, so that no trace need be kept for them."""
+"""Accumulators of the metrics of a planar run, so that no trace need be kept for them.
+
+Forces count at both ends of every accepted step, at their extremes inside it
+(`slipgrasp.core.kernel.extremes`) and in every row; integrals and slip paths are summed over the
+accepted steps. Output times have no part in them but through the rows, which cannot exceed the
+extremes by more than these are located to.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +13,26 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import square
-from slipgrasp.core.kernel.guards import friction_margin
+from slipgrasp.core.kernel.guards import NORMAL_FORCE, PER_CONTACT, PHASE, friction_margin
 from slipgrasp.core.kernel.model import MODEL
-from slipgrasp.core.kernel.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.motion import desired_motion
+from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.rows import ROW
-from slipgrasp.core.kernel.state import slip_at
+from slipgrasp.core.kernel.state import slip_at, velocity_at
+from slipgrasp.core.kernel.stepper import method_of
 from slipgrasp.core.kernel.workspace import WORKSPACE
 
-# Sums so far, and what the last row adds to the integrals (by the trapezoidal rule).
 TALLY = np.dtype(
     [
         ("rows", np.int64),
         ("start", np.float64),  # time of the first row [s]
         ("time", np.float64),  # of the last row [s]
-        ("slip", np.float64, (MAX_FINGERS,)),  # [m]
         ("error", np.float64, (3,)),  # of the last row [m, m, rad]
-        ("effort_rate", np.float64),  # [N^2 m^2]
-        ("slipping", np.int64),  # contacts that slip
+        ("slipping", np.int64),  # contacts that slip in the last row
         ("last_slip", np.float64),  # time of the last row with a slipping contact [s]
         ("slip_path", np.float64, (MAX_FINGERS,)),  # [m]
+        ("force", np.float64, (MAX_FINGERS,)),  # normal, where the next step starts [N]
+        ("margin", np.float64, (MAX_FINGERS,)),  # of friction in stick, there [N]
         ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
         ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
         ("squared_error", np.float64, (3,)),  # integral
@@ -45,6 +52,86 @@ def begin_tally(tally: Record) -> None:
         tally.least_margin[i] = np.inf
 
 
+@compiled
+def count_force(tally: Record, i: int, force: float) -> None:
+    """Counts a normal force of contact ``i`` [N]."""
+    if tally.peak_normal_force[i] < force < np.inf:
+        tally.peak_normal_force[i] = force
+
+
+@compiled
+def count_margin(tally: Record, i: int, margin: float) -> None:
+    """Counts a friction margin of contact ``i`` in stick [N]."""
+    if -np.inf < margin < tally.least_margin[i]:
+        tally.least_margin[i] = margin
+
+
+@compiled
+def count_forces(model: Record, discrete: Record, values: Floats, tally: Record) -> None:
+    """Counts the contact forces of a state from which the next step starts.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases.
+        values: Of the guards at that state.
+        tally: The accumulators.
+    """
+    for i in range(model.num_fingers):
+        base = PER_CONTACT * i
+        tally.force[i] = values[base + NORMAL_FORCE]
+        count_force(tally, i, tally.force[i])
+        if discrete.phases[i] == 0:
+            tally.margin[i] = values[base + PHASE]
+            count_margin(tally, i, tally.margin[i])
+
+
+@compiled
+def count_row_forces(model: Record, row: Record, work: Record, tally: Record) -> None:
+    """Counts the contact forces of an evaluated row."""
+    for i in range(model.num_fingers):
+        count_force(tally, i, work.forces[i, 1])
+        if row.discrete.phases[i] == 0:
+            count_margin(tally, i, friction_margin(model, row.discrete, work, i))
+
+
+@compiled
+def add_step(
+    model: Record, discrete: Record, step: Record, t: float, h: float, tally: Record
+) -> None:
+    """Adds an accepted step of size ``h`` from ``t`` on to integrals and slip paths."""
+    for i in range(model.num_fingers):
+        tally.slip_path[i] += abs(step.end.x[slip_at(i)] - step.start.x[slip_at(i)])
+    for k in range(3):
+        e0, r0 = _error(model, discrete, t, step.start, k)
+        e1, r1 = _error(model, discrete, t + h, step.end, k)
+        tally.squared_error[k] += integral_of_square(h, e0, r0, e1, r1)
+    effort = 0.0
+    if model.law.period > 0.0:
+        for i in range(model.num_fingers):
+            effort += square(discrete.torques[i, 0]) + square(discrete.torques[i, 1])
+    else:
+        method = method_of(model, step)
+        for k in range(method.last):
+            effort += method.matrix[method.last, k] * step.efforts[k]
+    tally.effort += h * effort
+
+
+@compiled
+def _error(model: Record, discrete: Record, t: float, state: Record, k: int) -> tuple[float, float]:
+    """Tracking error of coordinate ``k``, and its rate."""
+    position, velocity, _ = desired_motion(model.motion, discrete.piece, t, k)
+    return position - state.x[k], velocity - state.x[velocity_at(k)]
+
+
+@compiled
+def integral_of_square(h: float, e0: float, r0: float, e1: float, r1: float) -> float:
+    """Integral over ``h`` of the square of the cubic with these values and rates at its ends."""
+    a, b = h * r0, h * r1
+    total = 156.0 * (e0 * e0 + e1 * e1) + 108.0 * e0 * e1 + 44.0 * (e0 * a - e1 * b)
+    total += 26.0 * (e1 * a - e0 * b) + 4.0 * (a * a + b * b) - 6.0 * a * b
+    return h / 420.0 * total
+
+
 @compiled_apart(types.void, MODEL, ROW, WORKSPACE, TALLY)
 def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> None:
     """Adds an evaluated row.
@@ -54,33 +141,17 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
     """
     n = model.num_fingers
     if tally.rows == 0:
-        tally.start = tally.time = row.time
-        for i in range(n):
-            tally.slip[i] = row.state.x[slip_at(i)]
+        tally.start = row.time
     elif tally.rows == 1 and row.time == tally.start:
         for i in range(n):
             tally.least_margin[i] = np.inf
-    half_step = 0.5 * (row.time - tally.time)
-    effort_rate = 0.0
+    count_row_forces(model, row, work, tally)
     tally.slipping = 0
     for i in range(n):
-        slip = row.state.x[slip_at(i)]
-        tally.slip_path[i] += abs(slip - tally.slip[i])
-        tally.slip[i] = slip
-        if tally.rows == 0 or work.forces[i, 1] > tally.peak_normal_force[i]:
-            tally.peak_normal_force[i] = work.forces[i, 1]
-        if row.discrete.phases[i] == 0:
-            margin = friction_margin(model, row.discrete, work, i)
-            tally.least_margin[i] = min(tally.least_margin[i], margin)
-        else:
+        if row.discrete.phases[i] != 0:
             tally.slipping += 1
-        effort_rate += square(row.torques[i, 0]) + square(row.torques[i, 1])
     for k in range(3):
-        error = work.room.error[k]
-        tally.squared_error[k] += half_step * (square(error) + square(tally.error[k]))
-        tally.error[k] = error
-    tally.effort += half_step * (effort_rate + tally.effort_rate)
-    tally.effort_rate = effort_rate
+        tally.error[k] = work.room.error[k]
     if tally.slipping > 0:
         tally.last_slip = row.time
     if work.room.violation > 0.0:

@@ -24,12 +24,12 @@ from slipgrasp.core.kernel.flow import (
     update_mechanics,
     update_seen_mechanics,
 )
-from slipgrasp.core.kernel.guards import arm_guards
 from slipgrasp.core.kernel.jump import (
     LAW_FAILED,
     MODEL_SINGULAR,
     RUNNING,
     TORQUE_NOT_FINITE,
+    arm,
     finish_jump,
     set_first_slope,
     settle,
@@ -220,7 +220,7 @@ def _finish_tick(model: Record, run: Record, outlet: Record, stretch: int) -> in
         if stretch == 0:
             _emit_before(model, run, outlet)
         return finish_jump(model, run, outlet, RUNNING)
-    arm_guards(model, run.discrete, run.step.start, run.work, run.guards)
+    arm(model, run)
     return RUNNING
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.metrics import Metrics, least_margins, metrics_of_trace
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.slip_geometry import slips_from_poses
 from slipgrasp.core.scenario.spatial import SpatialScenario
@@ -118,11 +118,35 @@ def _of_contact(
 
 
 def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
-    rate = run.scenario.simulation.output_rate
-    computed = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate).flattened()
-    for name, stated in run.metrics.flattened().items():
-        if not _agree(stated, computed[name]):
-            yield Contradiction(what=name, stated=stated, computed=computed[name])
+    """Metrics that the samples do not bear out.
+
+    Those that count what happened between the samples are known from these by bounds alone.
+    """
+    rate, stated = run.scenario.simulation.output_rate, run.metrics
+    computed = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
+    if not run.has_sample_metrics:
+        computed = replace(computed, **dict(_allowed(stated, run.trace)))
+    flat = computed.flattened()
+    for name, value in stated.flattened().items():
+        if not _agree(value, flat[name]):
+            yield Contradiction(what=name, stated=value, computed=flat[name])
+
+
+def _allowed(stated: Metrics, trace: Trace) -> Iterator[tuple[str, Any]]:
+    """What may be stated of what happened between the samples, next to what is stated."""
+    greatest, least = trace.normal_force.max(axis=0).tolist(), least_margins(trace)
+    peaks = zip(stated.peak_normal_force, greatest, strict=True)
+    margins = zip(stated.minimum_friction_margin, least, strict=True)
+    yield "peak_normal_force", tuple(max(peak, sample) for peak, sample in peaks)
+    yield (
+        "minimum_friction_margin",
+        tuple(
+            sample if margin is None or sample is None else min(margin, sample)
+            for margin, sample in margins
+        ),
+    )
+    yield "rms_tracking_error", tuple(max(value, 0.0) for value in stated.rms_tracking_error)
+    yield "torque_effort", max(stated.torque_effort, 0.0)
 
 
 def _of_slips(run: RunResult, scenario: SpatialScenario) -> Iterator[Contradiction]:

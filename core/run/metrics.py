@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Annotated, Literal, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,8 @@ from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SPATIAL_COORDINATES, Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 
-_HOLD_WINDOW = 0.5
+HOLD_WINDOW = 0.5
+"""How long every contact must have been in stick at the end of a run that held the object [s]."""
 
 MetricKind = Literal["boolean", "integer", "number"]
 Coordinates = tuple[float, ...]
@@ -63,31 +64,44 @@ class Metrics:
     """Figures of merit of a run, SI units; lists have one entry per contact or coordinate.
 
     There are three coordinates in the plane (x, y, theta), six in space (x, y, z and the rotation
-    vector). Each field carries its `Metric`, with unit and sentence.
+    vector). Each field carries its `Metric`, with unit and sentence. None depends on the output
+    rate, but by rounding: extremes are those at both ends of every accepted step of the
+    integration and in every row, in the plane also those inside a step; integrals are sums over the
+    accepted steps (docs/model.md, Metrics).
     """
 
-    held: Annotated[bool, Metric("Completed with every contact in stick over the last 0.5 s.")]
+    held: Annotated[
+        bool | None,
+        Metric(
+            "Completed with every contact in stick over the last 0.5 s, None if a run that is "
+            "shorter had no slip."
+        ),
+    ]
     slipping_at_end: Annotated[bool, Metric("Whether any contact slips at the end.")]
     last_slip_time: Annotated[
         float | None, Metric("When the last slip ended, None if nothing slipped.", "s")
     ]
     slip_path: Annotated[
-        tuple[float, ...], Metric("Way each fingertip slid on its face.", "m", "contact")
+        tuple[float, ...], Metric("Distance each fingertip slid on its face.", "m", "contact")
     ]
     peak_normal_force: Annotated[
-        tuple[float, ...], Metric("Largest normal force of each contact.", "N", "contact")
+        tuple[float, ...],
+        Metric("Largest normal force of each contact at any time.", "N", "contact"),
     ]
     minimum_friction_margin: Annotated[
         tuple[float | None, ...],
-        Metric("Least margin of each contact in stick, None if never.", "N", "contact"),
+        Metric("Least margin of each contact at any time in stick, None if never.", "N", "contact"),
     ]
     rms_tracking_error: Annotated[
-        Coordinates, Metric("Over time, per coordinate.", "m, m, rad", "coordinate")
+        Coordinates,
+        Metric("Root of the mean square over time, per coordinate.", "m, m, rad", "coordinate"),
     ]
     final_tracking_error: Annotated[
         Coordinates, Metric("At the end, per coordinate.", "m, m, rad", "coordinate")
     ]
-    torque_effort: Annotated[float, Metric("Integral of the squared torques.", "N² m² s")]
+    torque_effort: Annotated[
+        float, Metric("Integral over time of the sum of the squared joint torques.", "N² m² s")
+    ]
     phase_change_count: Annotated[int, Metric("Number of phase changes.", "1")]
 
     def flattened(self) -> dict[str, float | int | bool | None]:
@@ -111,7 +125,7 @@ class Metrics:
 
 
 def _metrics() -> Iterator[Metric]:
-    kinds: dict[type, MetricKind] = {bool: "boolean", int: "integer"}
+    kinds: dict[Any, MetricKind] = {bool: "boolean", bool | None: "boolean", int: "integer"}
     for name, hint in get_type_hints(Metrics, include_extras=True).items():
         values, metric = get_args(hint)
         yield replace(metric, name=name, kind=kinds.get(values, "number"))
@@ -157,9 +171,9 @@ def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics
     """
     tally, n = run["tally"], num_contacts
     slipping = bool(tally["slipping"])
-    settled = bool(tally["last_slip"] <= tally["time"] - _HOLD_WINDOW)
+    span = float(tally["time"] - tally["start"])
     return Metrics(
-        held=outcome is Outcome.COMPLETED and settled and not slipping,
+        held=_is_held(outcome, float(tally["time"] - tally["last_slip"]), span),
         slipping_at_end=slipping,
         last_slip_time=float(tally["time"]) if slipping else _finite(run["last_stick"]),
         slip_path=tuple(tally["slip_path"][:n].tolist()),
@@ -170,6 +184,19 @@ def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics
         torque_effort=float(tally["effort"]),
         phase_change_count=int(run["all_changes"]),
     )
+
+
+def _is_held(outcome: Outcome, rest: float, span: float) -> bool | None:
+    """Whether a run held the object; None where it is too short to tell.
+
+    Args:
+        outcome: How it ended.
+        rest: Since when no contact has slipped, up to the end; infinite if none ever did [s].
+        span: How long it lasted [s].
+    """
+    if outcome is not Outcome.COMPLETED or rest < HOLD_WINDOW:
+        return False
+    return None if span < HOLD_WINDOW else True
 
 
 def _finite(value: float) -> float | None:
@@ -190,7 +217,10 @@ def _numbers(values: np.ndarray) -> Coordinates:
 def metrics_of_trace(
     trace: Trace, changes: Sequence[PhaseChange], outcome: Outcome, output_rate: float
 ) -> Metrics:
-    """Computes all metrics from a stored trace, for a run whose kernel is gone.
+    """Computes the metrics of the samples of a run, where those between them are unknown.
+
+    Integrals by the trapezoidal rule over the rows at output times and events. So all recordings
+    before format 7 have them, and recovered runs.
 
     Args:
         trace: What was stored.
@@ -202,14 +232,15 @@ def metrics_of_trace(
     times, sticking = trace.times, trace.phase == ContactPhase.STICK
     end, slipping = float(times[-1]), not sticking[-1].all()
     last_stick = max((c.time for c in changes if c.to_phase is ContactPhase.STICK), default=None)
-    settled = bool(sticking[times > end - _HOLD_WINDOW].all())
+    slipped = times[~sticking.all(axis=1)]
+    rest = end - float(slipped[-1]) if len(slipped) else math.inf
     return Metrics(
-        held=outcome is Outcome.COMPLETED and settled,
+        held=_is_held(outcome, rest, end - float(times[0])),
         slipping_at_end=slipping,
         last_slip_time=end if slipping else last_stick,
         slip_path=tuple(_slip_paths(trace).tolist()),
         peak_normal_force=tuple(trace.normal_force.max(axis=0).tolist()),
-        minimum_friction_margin=_least_margins(trace, sticking),
+        minimum_friction_margin=least_margins(trace),
         rms_tracking_error=_rms_over_time(trace),
         final_tracking_error=_numbers(trace.tracking_error[-1]),
         torque_effort=float(np.trapezoid((trace.joint_torque**2).sum(axis=1), times)),
@@ -245,11 +276,12 @@ def _rms_over_time(trace: Trace) -> Coordinates:
     return _numbers(np.sqrt(np.trapezoid(trace.tracking_error**2, trace.times, axis=0) / span))
 
 
-def _least_margins(trace: Trace, sticking: NDArray[np.bool_]) -> tuple[float | None, ...]:
-    """Least margin of each contact in stick, without the stick that is assumed at first.
+def least_margins(trace: Trace) -> tuple[float | None, ...]:
+    """Least margin of each contact in the samples in stick, without the stick assumed at first.
 
     The first row tells of it where a second one follows at the same time.
     """
     first = int(len(trace) > 1 and trace.times[1] == trace.times[0])
+    sticking = trace.phase == ContactPhase.STICK
     margins = np.where(sticking, trace.friction_margin, np.inf)[first:]
     return tuple(_finite(m) for m in margins.min(axis=0, initial=np.inf).tolist())

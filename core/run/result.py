@@ -52,6 +52,8 @@ class RunResult:
         metrics: Figures of merit.
         provenance: What computed it.
         ticks: What the law answered at every tick; None where it was not recorded.
+        has_sample_metrics: Whether the metrics are those of the samples alone: of a recovered run,
+            and of a recording before format 7.
     """
 
     scenario: Scenario
@@ -63,6 +65,7 @@ class RunResult:
     metrics: Metrics
     provenance: Provenance
     ticks: Ticks | None = None
+    has_sample_metrics: bool = False
 
     @property
     def end_time(self) -> float:

@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.scenario import FingerParameters, Scenario
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, spatial_preset_names
@@ -107,6 +108,8 @@ def headline_of(run: RunResult | RunSummary) -> str:
         body = scenario_at(run.scenario, run.end_time).object
         offset = describe_offset(body, metrics.final_tracking_error)
         return f"Held, {offset}" if offset else "Held"
+    if metrics.held is None:
+        return f"At rest, but too short to tell: held means {HOLD_WINDOW:g} s without slip"
     if metrics.slipping_at_end:
         return "Not held: still slipping at the end"
     return "Not settled: it has only just stopped slipping"

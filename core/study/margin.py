@@ -11,6 +11,7 @@ from typing import Any
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.batch import simulate_many
+from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
@@ -148,7 +149,8 @@ def find_margin(
         progress: Called with the share that is done, 0 to 1, after every run.
 
     Raises:
-        ScenarioError: If there is no such number, or it is not allowed to be so.
+        ScenarioError: If there is no such number, or it is not allowed to be so, or runs are too
+            short to tell whether the object is held.
         MarginError: If both ends hold, or neither.
     """
     span = ParameterRange.of(scenario, key, start, stop)
@@ -198,14 +200,15 @@ class _Probe:
         """Whether the object is held at each of these values.
 
         Raises:
-            ScenarioError: If one is not allowed; then nothing was simulated.
+            ScenarioError: If one is not allowed, then nothing was simulated; or if its run is too
+                short to tell.
         """
         scenarios = [self.span.scenario_at(value) for value in values]
         verdicts: list[bool] = []
         # Closed at once when interrupted: runs that nobody waits for end then.
         with closing(simulate_many(scenarios)) as runs:
             for run in runs:
-                verdicts.append(run.metrics.held)
+                verdicts.append(_known(run.metrics.held, run.scenario))
                 self._count_run()
         return verdicts
 
@@ -219,6 +222,19 @@ class _Probe:
         self.runs += 1
         if self._progress is not None:
             self._progress(min(self.runs / self._planned, 1.0))
+
+
+def _known(held: bool | None, scenario: Scenario) -> bool:
+    """Whether the object is held.
+
+    Raises:
+        ScenarioError: If the run is too short to tell.
+    """
+    if held is None:
+        key, duration, limit = "simulation.duration", scenario.simulation.duration, HOLD_WINDOW
+        message = f"{key} is {duration:g} s; at least {limit:g} s are needed to tell what is held"
+        raise single_error(key, duration, f">= {limit:g}", message)
+    return held
 
 
 def _scan(probe: _Probe, values: list[float]) -> list[Border]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.run.metrics import METRICS, metrics_of_trace
+from slipgrasp.core.run.metrics import HOLD_WINDOW, METRICS, Metrics, metrics_of_trace
 from slipgrasp.core.run.provenance import Provenance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
@@ -43,7 +43,7 @@ from slipgrasp.recordings.file.schemas import (
     signals_in,
 )
 from slipgrasp.recordings.file.state_hash import StateHash
-from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH
+from slipgrasp.recordings.file.versions import FIRST_FORMAT_WITH, FIRST_FORMAT_WITH_STEP_METRICS
 
 FINEST_DISPLAY = 1e9
 """The times of messages are whole nanoseconds [Hz]."""
@@ -92,9 +92,10 @@ class Contents:
             outcome=ending.outcome,
             reason=ending.reason,
             warnings=ending.warnings,
-            metrics=ending.metrics,
+            metrics=_as_told_now(ending.metrics, trace),
             provenance=self._provenance(),
             ticks=self._ticks(),
+            has_sample_metrics=self._has_sample_metrics(ending.outcome),
         )
 
     def is_unaltered(self) -> bool:
@@ -138,6 +139,7 @@ class Contents:
             metrics=metrics_of_trace(trace, changes, outcome, rate),
             provenance=so_far._provenance(),
             ticks=so_far._ticks(),
+            has_sample_metrics=True,
         )
 
     def _is_complete(self) -> bool:
@@ -227,6 +229,10 @@ class Contents:
         computed = metrics_of_trace(trace, self._phase_changes(), outcome, rate)
         return {name: getattr(computed, name) for name in later}
 
+    def _has_sample_metrics(self, outcome: Outcome) -> bool:
+        version = int(self.metadata[START]["format"])
+        return version < FIRST_FORMAT_WITH_STEP_METRICS or outcome is Outcome.RECOVERED
+
     def _scenario_document(self) -> bytes:
         document = self.attachments.get(SCENARIO_ATTACHMENT)
         if document is None:
@@ -311,3 +317,9 @@ class Contents:
 
     def _damaged(self, finding: str) -> DamagedRecordingError:
         return DamagedRecordingError(self.name, finding)
+
+
+def _as_told_now(metrics: Metrics, trace: Trace) -> Metrics:
+    """The metrics of a run that older formats call held though it is too short to tell."""
+    is_short = float(trace.times[-1] - trace.times[0]) < HOLD_WINDOW
+    return replace(metrics, held=None) if metrics.held and is_short else metrics

@@ -19,6 +19,7 @@ from slipgrasp.recordings.file.versions import (
     FIRST_FORMAT_WITH_TICKS,
     PLANAR_FORMAT,
     SPATIAL_FORMAT,
+    SPATIAL_FORMATS,
 )
 
 TIME_SIGNAL = SIGNALS[0]
@@ -70,7 +71,12 @@ class Topic:
 
 def signals_in(version: int) -> tuple[Signal, ...]:
     """The signals that a format holds."""
-    return tuple(s for s in SIGNALS if FIRST_FORMAT_WITH.get(s.name, 1) <= version)
+    return tuple(
+        signal
+        for signal in SIGNALS
+        if FIRST_FORMAT_WITH.get(signal.name, 1) <= version
+        and (signal.per != "path" or version in SPATIAL_FORMATS)
+    )
 
 
 def _topic(group: str, version: int) -> Topic:
@@ -82,7 +88,7 @@ def _topic(group: str, version: int) -> Topic:
 def _field(signal: Signal, version: int) -> Field:
     kind = "sint32" if signal.holds_phases else "double"
     unit, text = signal.unit, signal.text
-    if version == SPATIAL_FORMAT:
+    if version in SPATIAL_FORMATS:
         unit, text = signal.spatial_unit or unit, signal.spatial_text or text
     return Field(signal.name, kind, signal.per != "", f"{text} [{unit}]" if unit else text)
 

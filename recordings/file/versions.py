@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-PLANAR_FORMAT, SPATIAL_FORMAT = 5, 6
-"""What is written of hands in the plane and in space, the least that holds it."""
+PLANAR_FORMAT, SPATIAL_FORMAT = 7, 8
+"""What is written of planar and of spatial hands, the least that holds it."""
+
+SPATIAL_FORMATS = (6, SPATIAL_FORMAT)
+"""All formats of spatial hands."""
 
 FORMAT_VERSION = SPATIAL_FORMAT
 """The newest that is read; raised when the reader before could not read a file correctly."""
@@ -14,13 +17,16 @@ FIRST_FORMAT_WITH_SHA256 = 3
 FIRST_FORMAT_WITH_TICKS = 5
 """What the law answered at every tick was not recorded before."""
 
+FIRST_FORMAT_WITH_STEP_METRICS = 7
+"""Metrics were those of the samples before; they now count what happened between these too."""
+
 FIRST_FORMAT_WITH = {
     "external_wrench": 4,
     "input_rank": 4,
     "controllability": 4,
     "commanded_torque": 5,
     "diagnostics": 5,
-    "slip_path": SPATIAL_FORMAT,
+    "slip_path": 6,
 }
 """Signals and metrics that not every format holds, and since when.
 

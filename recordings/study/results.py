@@ -151,7 +151,10 @@ class StudyResults:
             words = self._stores["outcome"].take(range(count))
             chosen = np.array([i for i in range(count) if words[i] == outcome], dtype=np.intp)
         if held is not None:
-            chosen = chosen[(self.numbers("held", count) == 1.0)[chosen] == held]
+            figures, words = self.numbers("held", count), self._stores["outcome"].take(range(count))
+            # A completed run that has no figure was too short to tell.
+            told = ~np.isnan(figures) | (np.array(words) != Outcome.COMPLETED)
+            chosen = chosen[told[chosen] & ((figures == 1.0)[chosen] == held)]
         return chosen
 
     def column(self, name: str) -> ResultColumn:

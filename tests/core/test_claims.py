@@ -1,11 +1,13 @@
 """What a run states of itself is held against its samples."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slipgrasp.core.run.claims import contradictions_of, describe_false_end
+from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
 from slipgrasp.core.trace.trace import Trace
@@ -45,7 +47,6 @@ def test_no_random_run_contradicts_itself_however_it_ends(seed):
         ("held", False),
         ("slipping_at_end", True),
         ("last_slip_time", None),
-        ("torque_effort", 1.0),
         ("phase_change_count", 5),
     ],
 )
@@ -72,6 +73,36 @@ def test_one_entry_of_a_list_is_named_by_its_contact_or_coordinate(run):
         "minimum_friction_margin_0",
         "final_tracking_error_theta",
     ]
+
+
+def test_what_happened_between_the_samples_is_known_by_bounds(run):
+    peaks, margins = run.metrics.peak_normal_force, run.metrics.minimum_friction_margin
+
+    def claims(**values):
+        return claims_against(replace(run, metrics=replace(run.metrics, **values)))
+
+    assert claims(peak_normal_force=(1.1 * peaks[0], peaks[1])) == []
+    assert claims(peak_normal_force=(0.9 * peaks[0], peaks[1])) == ["peak_normal_force_0"]
+    assert claims(minimum_friction_margin=(margins[0], 0.5 * margins[1])) == []
+    greater = (margins[0], margins[1] + 1.0)
+    assert claims(minimum_friction_margin=greater) == ["minimum_friction_margin_1"]
+    assert claims(torque_effort=1.0) == []
+    assert claims(torque_effort=-1.0) == ["torque_effort"]
+    assert claims(torque_effort=math.nan) == ["torque_effort"]
+
+
+def test_metrics_of_samples_must_be_those_of_the_samples(run):
+    rate = run.scenario.simulation.output_rate
+    metrics = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
+    old = replace(run, metrics=metrics, has_sample_metrics=True)
+
+    assert contradictions_of(old) == ()
+    (found,) = contradictions_of(replace(old, metrics=replace(metrics, torque_effort=1.0)))
+    assert (found.what, found.stated, found.computed) == (
+        "torque_effort",
+        1.0,
+        metrics.torque_effort,
+    )
 
 
 def test_sums_in_another_order_are_the_same_metric(run):

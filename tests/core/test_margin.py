@@ -95,7 +95,7 @@ def test_runs_of_both_sides_are_those_of_the_scenario_at_their_values():
 
 def test_where_the_lost_run_completes_the_reason_says_that_it_slips():
     """Short of time to slide off, and before the contacts chatter."""
-    short = case(2, STILL | {"simulation.duration": 0.3})
+    short = case(2, STILL | {"simulation.duration": 0.5})
 
     margin = find_margin(short, "fingers.0.friction", 0.2, 0.8)
 

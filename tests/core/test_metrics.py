@@ -1,14 +1,16 @@
-"""Metrics, which the kernel adds up row by row, against NumPy on the stored trace."""
+"""Metrics: against the rows, against finer rows, and whatever the output rate is."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
-from slipgrasp.core.run.metrics import metrics_of_trace
+from slipgrasp.core.run.metrics import HOLD_WINDOW, metrics_of_trace
+from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.drawn_scenarios import KINDS, draw_scenario
 
 CASES = [
     ("paper-case-1", {}),
@@ -16,8 +18,12 @@ CASES = [
     ("paper-case-2", {"controller.control_period": 0.001, "simulation.duration": 0.5}),
     ("paper-case-2", {"fingers.1.friction": 0.3, "controller.control_period": 0.001}),
     ("paper-case-1", {"controller.grasp_force": "none", "simulation.duration": 1.0}),
-    ("paper-case-2", {"simulation.duration": 0.1}),
+    ("composite-case-2-noisy", {"simulation.output_rate": 20.0, "simulation.duration": 0.5}),
+    ("spatial-composite", {"simulation.duration": 0.3}),
 ]
+RATE = "simulation.output_rate"
+ROUNDING = 1e-8  # of the extremes, which are located inside steps
+QUADRATURE = 1e-3  # of the trapezoidal rule on rows 0.1 ms apart
 
 
 @pytest.fixture(params=CASES, ids=lambda case: f"{case[0]}-{len(case[1])}", scope="module")
@@ -26,59 +32,149 @@ def run(request):
     return simulate(with_values(load_scenario(name), values))
 
 
-def without_rows_inside_slips(run):
-    """The rows at output times and events, which a run has that keeps no rows of short slips."""
-    times = run.trace.times
-    ticks = times * run.scenario.simulation.output_rate
-    at_output_time = np.abs(ticks - np.round(ticks)) < 1e-9
-    at_event = (np.diff(times, prepend=-1.0) == 0.0) | (np.diff(times, append=99.0) == 0.0)
-    return run.trace[np.flatnonzero(at_output_time | at_event)]
+@pytest.fixture(scope="module")
+def fine(run):
+    """The same run with a row every 0.1 ms."""
+    return simulate(with_values(run.scenario, {RATE: 10_000.0}))
 
 
-def assert_close(actual, expected):
-    np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-15)
+def numbers(values):
+    """A figure, or several, as an array; NaN where there is none."""
+    return np.atleast_1d(np.array(values, dtype=float))
 
 
-def test_sums_and_extremes_are_those_of_the_rows(run):
-    trace, metrics = without_rows_inside_slips(run), run.metrics
-    assert_close(metrics.slip_path, np.abs(np.diff(trace.slip, axis=0)).sum(axis=0))
-    assert_close(metrics.peak_normal_force, trace.normal_force.max(axis=0))
+def least_margins(trace):
+    """The least margin of every contact in the rows in stick, without the stick assumed first."""
+    sticking = trace.phase[1:] == ContactPhase.STICK
+    return np.where(sticking, trace.friction_margin[1:], np.inf).min(axis=0)
+
+
+def test_no_row_has_a_larger_force_or_a_smaller_margin_than_the_metrics_state(run, fine):
+    for trace in (run.trace, fine.trace):
+        metrics = (run if trace is run.trace else fine).metrics
+        assert (trace.normal_force.max(axis=0) <= metrics.peak_normal_force).all()
+        for stated, row in zip(metrics.minimum_friction_margin, least_margins(trace), strict=True):
+            assert row == np.inf if stated is None else stated <= row
+
+
+def test_extremes_are_those_of_the_motion_between_the_rows_too(run, fine):
+    peak, margin = run.metrics.peak_normal_force, run.metrics.minimum_friction_margin
+    np.testing.assert_allclose(peak, fine.trace.normal_force.max(axis=0), rtol=2e-3)
+    expected = [
+        None if m == np.inf else pytest.approx(m, abs=0.01) for m in least_margins(fine.trace)
+    ]
+    assert list(margin) == expected
+
+
+def test_integrals_are_those_of_much_finer_rows(run, fine):
+    trace, metrics = fine.trace, run.metrics
     squared = np.trapezoid(trace.tracking_error**2, trace.times, axis=0)
-    assert_close(metrics.rms_tracking_error, np.sqrt(squared / (trace.times[-1] - trace.times[0])))
-    assert_close(metrics.final_tracking_error, trace.tracking_error[-1])
-    assert_close(
-        metrics.torque_effort,
-        np.trapezoid((trace.joint_torque**2).sum(axis=1), trace.times),
-    )
+    rms = np.sqrt(squared / (trace.times[-1] - trace.times[0]))
+    np.testing.assert_allclose(metrics.rms_tracking_error, rms, rtol=QUADRATURE, atol=1e-12)
+    effort = np.trapezoid((trace.joint_torque**2).sum(axis=1), trace.times)
+    assert metrics.torque_effort == pytest.approx(effort, rel=QUADRATURE)
 
 
-def test_least_margin_is_that_of_sticking_rows_after_the_assumed_first(run):
-    trace = without_rows_inside_slips(run)
-    for contact, least in enumerate(run.metrics.minimum_friction_margin):
-        sticking = trace.phase[1:, contact] == ContactPhase.STICK
-        margins = trace.friction_margin[1:, contact][sticking]
-        assert least == (margins.min() if len(margins) else None)
+def test_slip_path_and_last_error_are_those_of_the_rows(run):
+    trace, metrics = run.trace, run.metrics
+    if not trace.shape.in_space:
+        path = np.abs(np.diff(trace.slip, axis=0)).sum(axis=0)
+        np.testing.assert_allclose(metrics.slip_path, path, rtol=1e-9, atol=1e-15)
+    assert list(metrics.final_tracking_error) == trace.tracking_error[-1].tolist()
+
+
+def assert_same_at_every_rate(scenario, exact=()):
+    """All metrics to rounding, some to the last bit."""
+    runs = [simulate(with_values(scenario, {RATE: rate})) for rate in (20.0, 1000.0, 10_000.0)]
+    first = asdict(runs[0].metrics)
+    for other in runs[1:]:
+        for name, value in asdict(other.metrics).items():
+            if name in exact:
+                assert value == first[name], name
+            else:
+                np.testing.assert_allclose(
+                    numbers(value), numbers(first[name]), rtol=ROUNDING, atol=ROUNDING
+                )
+
+
+@pytest.mark.parametrize("name", ["paper-case-1", "paper-case-2", "composite-case-2-noisy"])
+def test_no_metric_of_a_planar_run_depends_on_the_output_rate(name):
+    scenario = with_values(load_scenario(name), {"simulation.duration": 1.0})
+    assert_same_at_every_rate(scenario, exact=("rms_tracking_error", "torque_effort", "slip_path"))
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+def test_no_metric_of_a_random_planar_run_depends_on_the_output_rate(kind):
+    assert_same_at_every_rate(draw_scenario(kind, 4))
+
+
+def test_the_peak_force_of_noisy_control_is_found_at_a_low_output_rate():
+    scenario = with_values(load_scenario("composite-case-2-noisy"), {RATE: 20.0})
+
+    run = simulate(scenario)
+
+    fine = simulate(with_values(scenario, {RATE: 10_000.0}))
+    assert max(run.metrics.peak_normal_force) == pytest.approx(36.82, abs=0.01)
+    assert max(run.metrics.peak_normal_force) >= fine.trace.normal_force.max() * (1.0 - ROUNDING)
 
 
 def test_held_means_completed_and_at_rest_for_half_a_second(run):
     trace, metrics = run.trace, run.metrics
     slipping = (trace.phase != ContactPhase.STICK).any(axis=1)
-    late = trace.times > trace.times[-1] - 0.5
+    late = trace.times > trace.times[-1] - HOLD_WINDOW
     assert metrics.slipping_at_end == slipping[-1]
-    assert metrics.held == (run.outcome is Outcome.COMPLETED and not slipping[late].any())
+    held = run.outcome is Outcome.COMPLETED and not slipping[late].any()
+    assert metrics.held == (None if held and trace.times[-1] < HOLD_WINDOW else held)
     assert metrics.phase_change_count == len(run.phase_changes)
     ends = [c.time for c in run.phase_changes if c.to_phase is ContactPhase.STICK]
     expected = trace.times[-1] if slipping[-1] else max(ends, default=None)
     assert metrics.last_slip_time == expected
 
 
-def test_a_stored_trace_gives_the_metrics_that_the_kernel_added_up(run):
+@pytest.mark.parametrize(
+    ("law", "duration", "held"),
+    [
+        ("theorem-4", 0.4, False),
+        ("pd-gravity", 0.4, None),
+        ("pd-gravity", 0.5, True),
+        ("pd-gravity", 1.0, True),
+    ],
+)
+def test_a_run_shorter_than_half_a_second_holds_only_if_that_can_be_told(law, duration, held):
+    values = {"controller.kind": law, "controller.grip_force": 50.0}
+    scenario = with_values(
+        load_scenario("paper-case-2"), {**values, "simulation.duration": duration}
+    )
+
+    run = simulate(scenario)
+
+    rate = scenario.simulation.output_rate
+    stored = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
+    assert run.outcome is Outcome.COMPLETED
+    assert run.metrics.held is stored.held is held
+
+
+def test_a_run_without_rows_has_the_same_metrics(run):
+    bare = Simulation(run.scenario, keep_trace=False)
+    while not bare.finished:
+        bare.advance()
+    for name, value in asdict(bare.summary().metrics).items():
+        np.testing.assert_allclose(
+            numbers(value), numbers(getattr(run.metrics, name)), rtol=ROUNDING, err_msg=name
+        )
+
+
+def test_metrics_of_samples_are_sums_and_extremes_of_the_rows_at_output_times_and_events(run):
     rate = run.scenario.simulation.output_rate
-    found = asdict(metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate))
-    for name, expected in asdict(run.metrics).items():
-        if isinstance(expected, tuple) and None not in expected:
-            assert_close(found[name], expected)
-        elif isinstance(expected, float):
-            assert found[name] == pytest.approx(expected, rel=1e-12)
-        else:
-            assert found[name] == expected, name
+    found = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
+    ticks = run.trace.times * rate
+    at_output_time = np.abs(ticks - np.round(ticks)) < 1e-9
+    times = run.trace.times
+    at_event = (np.diff(times, prepend=-1.0) == 0.0) | (np.diff(times, append=99.0) == 0.0)
+    trace = run.trace[np.flatnonzero(at_output_time | at_event)]
+    effort = np.trapezoid((trace.joint_torque**2).sum(axis=1), trace.times)
+    assert found.torque_effort == pytest.approx(effort, rel=1e-12)
+    np.testing.assert_allclose(found.peak_normal_force, trace.normal_force.max(axis=0), rtol=1e-12)
+    exact = ("held", "slipping_at_end", "last_slip_time", "phase_change_count")
+    assert [getattr(found, name) for name in exact] == [getattr(run.metrics, n) for n in exact]
+    assert replace(found, held=None).final_tracking_error == run.metrics.final_tracking_error

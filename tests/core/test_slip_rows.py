@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
 
 from slipgrasp.core.run import simulation as simulation_module
-from slipgrasp.core.run.metrics import metrics_of_trace
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
@@ -93,14 +90,11 @@ def _apart_from_events(run: RunResult) -> np.ndarray:
 @pytest.mark.parametrize("name", ["unequal-fingers", "spatial-composite", "spatial-pyramid"])
 def test_metrics_are_those_of_the_run_that_keeps_no_rows(name: str) -> None:
     scenario = load_scenario(name)
-    run, rate = simulate(scenario), scenario.simulation.output_rate
+    run = simulate(scenario)
     bare = Simulation(scenario, keep_trace=False)
     while not bare.finished:
         bare.advance()
     assert run.metrics == bare.summary().metrics
-    stored = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
-    for name, value in asdict(stored).items():
-        np.testing.assert_allclose(value, getattr(run.metrics, name), rtol=1e-12, atol=1e-15)
 
 
 def test_a_run_that_slips_at_every_tick_keeps_a_bounded_number_of_rows() -> None:

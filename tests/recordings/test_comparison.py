@@ -56,7 +56,7 @@ def restated(run):
     """The run with the metrics that its samples give."""
     rate = run.scenario.simulation.output_rate
     metrics = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
-    return replace(run, metrics=metrics)
+    return replace(run, metrics=metrics, has_sample_metrics=True)
 
 
 def place_of(run, name):
@@ -374,7 +374,7 @@ def test_runs_that_were_integrated_more_exactly_are_equal(name):
 
 
 def test_a_run_that_contradicts_itself_is_not_equal_to_itself(case_1):
-    forged = replace(case_1, metrics=replace(case_1.metrics, held=False, torque_effort=1.0))
+    forged = replace(case_1, metrics=replace(case_1.metrics, held=False, torque_effort=-1.0))
 
     comparison = compare(case_1, forged)
 

@@ -47,6 +47,7 @@ def small(short_run):
         outcome=Outcome.STOPPED,
         reason=describe_stop(float(trace.times[-1])),
         metrics=metrics,
+        has_sample_metrics=True,
     )
 
 

@@ -80,7 +80,7 @@ def elsewhere(run):
     rate = run.scenario.simulation.output_rate
     metrics = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
     provenance = replace(run.provenance, kernel=OTHER_KERNEL)
-    return replace(run, metrics=metrics, provenance=provenance)
+    return replace(run, metrics=metrics, provenance=provenance, has_sample_metrics=True)
 
 
 def mismatches(run):
@@ -358,3 +358,19 @@ def test_a_recording_of_other_machine_code_must_not_contradict_itself(short_run)
     (mismatch,) = verify(forged).mismatches
 
     assert (mismatch.what, mismatch.recorded) == ("metrics", "torque_effort 1.0")
+
+
+def test_a_peak_force_below_that_of_a_sample_is_found_whatever_computed_the_run(short_run):
+    least = tuple(0.9 * force for force in short_run.metrics.peak_normal_force)
+    forged = replace(short_run, metrics=replace(short_run.metrics, peak_normal_force=least))
+    elsewhere = replace(forged, provenance=replace(forged.provenance, kernel=OTHER_KERNEL))
+
+    assert mismatches(forged) == ["metrics"]
+    assert mismatches(elsewhere) == ["metrics", "metrics"]
+
+
+def test_a_peak_force_above_all_samples_is_found_by_computing_the_run_again(short_run):
+    more = tuple(1.1 * force for force in short_run.metrics.peak_normal_force)
+    assert mismatches(
+        replace(short_run, metrics=replace(short_run.metrics, peak_normal_force=more))
+    ) == ["metrics"]

@@ -221,7 +221,10 @@ def _outcome_words(summary: dict[str, Any]) -> tuple[str, str]:
     outcome = str(summary["outcome"])
     if outcome != Outcome.COMPLETED:
         return outcome.replace("_", " "), "bad"
-    return ("held", "good") if summary["metrics"]["held"] else ("not held", "warning")
+    held = summary["metrics"]["held"]
+    if held is None:
+        return "too short to tell", "warning"
+    return ("held", "good") if held else ("not held", "warning")
 
 
 def rows_html(run_list: RunList, open_id: str) -> str:

@@ -30,6 +30,7 @@ from slipgrasp.core.kernel.run import (
     ROOM_TO_SPARE,
 )
 from slipgrasp.core.kernel.space.dynamics import stored_energy
+from slipgrasp.core.kernel.space.extremes import spatial_count
 from slipgrasp.core.kernel.space.flow import SURE_SPEED, spatial_plant
 from slipgrasp.core.kernel.space.guards import (
     FACE,
@@ -190,6 +191,7 @@ def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> i
         spatial_emit(model, run, outlet, run.discrete)
         return STEP_UNDERFLOW
     size = spatial_cut(model, run, stop_in_patch(model, run, size))
+    spatial_count(model, run, size)
     spatial_emit_inside(model, run, outlet, size)
     spatial_follow_slip(model, run, outlet, size)
     _pass_step(model, run, size, until)

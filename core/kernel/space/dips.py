@@ -26,7 +26,7 @@ from slipgrasp.core.kernel.stepper import method_of
 
 
 @compiled
-def _value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
+def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
     """Value of guard ``j`` at a share of the step; all else is left as it is."""
     step, state, work = run.step, run.selection.probe, run.slip.work
     state_inside(model, step, h, share, state)
@@ -40,7 +40,7 @@ def _value_inside(model: Record, run: Record, h: float, j: int, share: float) ->
 def _spatial_least(model: Record, run: Record, h: float, j: int) -> float:
     """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
     noise, _ = band_of(model, run.discrete, run.work, j)
-    return search_step(model, run, h, j, noise, _value_inside)
+    return search_step(model, run, h, j, noise, value_inside)
 
 
 @compiled

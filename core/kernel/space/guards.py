@@ -100,16 +100,15 @@ def sample_guards(
 ) -> None:
     """Keeps, of a state inside a step, the values of guards that may dip within it.
 
-    Each stands at its own number in ``samples[row]``. Normal forces and the distances to edges are
-    only kept in slip.
+    Each stands at its own number in ``samples[row]``. Distances to edges are only kept in slip.
     """
     for i in range(model.num_fingers):
         base = PER_CONTACT * i
         for way in range(model.ways):
             value = _phase_value(model, discrete, state, work, i, way)
             samples[row, base + PHASE + way] = value
+        samples[row, base + NORMAL_FORCE] = work.forces[i, 2]
         if discrete.phases[i] != STICK:
-            samples[row, base + NORMAL_FORCE] = work.forces[i, 2]
             samples[row, base + FACE] = _distance_to_edge(model, state, i)
         samples[row, base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
     samples[row, PER_CONTACT * model.num_fingers] = work.system.determinant

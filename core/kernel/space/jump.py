@@ -17,6 +17,7 @@ from slipgrasp.core.kernel.space.guards import spatial_arm
 from slipgrasp.core.kernel.space.run import copy_discrete, next_output, spatial_emit
 from slipgrasp.core.kernel.space.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
 from slipgrasp.core.kernel.space.slip_rows import spatial_leave_slip
+from slipgrasp.core.kernel.space.tally import count_forces
 
 FREE_ROTATION, RESTARTS, SOFTENED = 4, 5, 6  # of the warnings, after those of the plane
 
@@ -32,6 +33,7 @@ def restart(model: Record, run: Record) -> None:
     """First slope in the present phases, whose evaluation is at hand; guards armed."""
     set_derivative(model, run.step.start, run.step.slopes[0], run.work)
     spatial_arm(model, run.discrete, run.step.start, run.work, run.guards)
+    count_forces(model, run.discrete, run.guards.values, run.tally)
 
 
 @compiled

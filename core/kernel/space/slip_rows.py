@@ -12,6 +12,7 @@ from slipgrasp.core.kernel.space.model import MODEL
 from slipgrasp.core.kernel.space.rows import AT, column_of, spatial_evaluate, spatial_fill
 from slipgrasp.core.kernel.space.run import OUTLET, PROGRESS, copy_discrete
 from slipgrasp.core.kernel.space.stepper import state_inside
+from slipgrasp.core.kernel.space.tally import count_row_forces
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
@@ -42,4 +43,5 @@ def _evaluate(model: Record, run: Record, row: Record) -> int:
     if spatial_fired(model, row.discrete, row.state, work, run.guards) == 1:
         return 0
     spatial_fill(model, row, work)
+    count_row_forces(model, row.discrete, work, run.tally)
     return 1

@@ -1,0 +1,119 @@
+"""The search for extremes of forces inside one step.
+
+Where the slopes of the step were taken its forces are known. Only if one of these values is nearly
+a new extreme of the run, and lies inside the step or at an end where the force turns towards the
+inside, the continuous extension of the method is searched for the extreme itself.
+
+The planar and the spatial kernel share it: `slipgrasp.core.kernel.extremes` and
+`slipgrasp.core.kernel.space.extremes` say which guards are forces and how one is evaluated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slipgrasp.core.kernel.compiler import compiled
+from slipgrasp.core.kernel.dip_search import GOLDEN, LEAST_WIDTH
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.stepper import method_of
+
+# A value is searched around where it comes this near to the extreme so far, as a share of the
+# range of the values in the step.
+NEAR = 0.25
+BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
+
+
+@compiled
+def least_inside(
+    model: Record,
+    run: Record,
+    h: float,
+    j: int,
+    sign: float,
+    start: float,
+    end: float,
+    record: float,
+    value_inside: Any,
+) -> float:
+    """The least value of ``sign`` times guard ``j`` inside the step; inf if it is no new extreme.
+
+    Args:
+        model: Constants of the run.
+        run: The run, with the step just taken and samples of the guard at its slopes.
+        h: Size of the step [s].
+        j: Number of the guard.
+        sign: 1 for its least value, -1 for its greatest.
+        start: Value of the guard at the start of the step.
+        end: Value at its end.
+        record: The least value so far in the run.
+        value_inside: Its value at a share of the step.
+    """
+    step, method = run.step, method_of(model, run.step)
+    step.samples[0, j], step.samples[method.last, j] = start, end
+    least, largest, place = np.inf, -np.inf, 0
+    for k in range(method.num_ordered):
+        value = sign * step.samples[method.ordered[k], j]
+        largest = max(largest, value)
+        if value < least:
+            least, place = value, k
+    if not least < record + NEAR * (largest - least):
+        return np.inf
+    final = method.num_ordered - 1
+    if place in (0, final) and not _may_turn_inside(model, step, j, sign, place, record):
+        return np.inf
+    if place in (0, final):
+        inwards = BESIDE if place == 0 else 1.0 - BESIDE
+        if not sign * value_inside(model, run, h, j, inwards) < least:
+            return np.inf
+    # The first slopes of a step are taken at states of low order: the next node but one as well.
+    low, high = method.ordered[max(place - 2, 0)], method.ordered[min(place + 2, final)]
+    shares = method.nodes[low], method.nodes[high]
+    return _search(model, run, h, j, sign, shares[0], shares[1], value_inside)
+
+
+@compiled
+def _may_turn_inside(
+    model: Record, step: Record, j: int, sign: float, place: int, record: float
+) -> bool:
+    """Whether ``sign`` times guard ``j``, least at an end of the step, may be less next to it.
+
+    Only where the line through the next two nodes lies below the end and the least value so far.
+    """
+    method, samples = method_of(model, step), step.samples
+    inwards = 1 if place == 0 else -1
+    a, b = method.ordered[place], method.ordered[place + inwards]
+    c = method.ordered[place + 2 * inwards]
+    slope = (samples[c, j] - samples[b, j]) / (method.nodes[c] - method.nodes[b])
+    line = samples[b, j] + slope * (method.nodes[a] - method.nodes[b])
+    return sign * line < min(sign * samples[a, j], record)
+
+
+@compiled
+def _search(
+    model: Record,
+    run: Record,
+    h: float,
+    j: int,
+    sign: float,
+    low: float,
+    high: float,
+    value_inside: Any,
+) -> float:
+    """The least value of ``sign`` times guard ``j`` between two shares, by golden sections."""
+    x1, x2 = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
+    y1 = sign * value_inside(model, run, h, j, x1)
+    y2 = sign * value_inside(model, run, h, j, x2)
+    least = min(y1, y2)
+    while high - low > LEAST_WIDTH:
+        if y1 < y2:
+            high, x2, y2 = x2, x1, y1
+            x1 = low + GOLDEN * (high - low)
+            y1 = sign * value_inside(model, run, h, j, x1)
+        else:
+            low, x1, y1 = x1, x2, y2
+            x2 = high - GOLDEN * (high - low)
+            y2 = sign * value_inside(model, run, h, j, x2)
+        least = min(least, y1, y2)
+    return least

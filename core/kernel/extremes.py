@@ -1,0 +1,47 @@
+"""What an accepted step of a planar run adds to the metrics, the extremes inside it included."""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compiler import compiled_apart
+from slipgrasp.core.kernel.dips import value_inside
+from slipgrasp.core.kernel.extreme_search import least_inside
+from slipgrasp.core.kernel.guards import NORMAL_FORCE, PER_CONTACT, PHASE
+from slipgrasp.core.kernel.model import MODEL
+from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.run import PROGRESS
+from slipgrasp.core.kernel.tally import add_step, count_force, count_forces, count_margin
+
+_LEAST = types.float64, types.int64, types.float64, types.float64, types.float64
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, *_LEAST)
+def find_extreme(
+    model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
+) -> float:
+    """The least value of ``sign`` times guard ``j`` in the step; inf if it is no new extreme."""
+    end = run.guards.ends[j]
+    return least_inside(model, run, h, j, sign, start, end, record, value_inside)
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, types.float64)
+def count_step(model: Record, run: Record, h: float) -> None:
+    """Adds the step of size ``h`` from the present state on to the metrics.
+
+    Where the law jumps at its end the forces there are those of neither side: the rows before and
+    after the jump have them.
+    """
+    discrete, guards, tally = run.discrete, run.guards, run.tally
+    add_step(model, discrete, run.step, run.now, h, tally)
+    if run.fired == 1 and guards.fired[guards.count - 1] == 1:
+        return
+    for i in range(model.num_fingers):
+        base, peak = PER_CONTACT * i, tally.peak_normal_force[i]
+        least = find_extreme(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
+        count_force(tally, i, -least)
+        if discrete.phases[i] == 0:
+            record = tally.least_margin[i]
+            least = find_extreme(model, run, h, base + PHASE, 1.0, tally.margin[i], record)
+            count_margin(tally, i, least)
+    count_forces(model, discrete, guards.ends, tally)
