@@ -19,7 +19,7 @@ from slipgrasp.core.kernel.selection import REST_SPEED, SELECTION_ROOM, distance
 from slipgrasp.core.kernel.state import STATE, slip_velocity_at
 from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
 
-LEAST_GAP = 1e-9  # [m/s^2]
+GAP_ROUNDING = 1e-9  # of 1 m/s^2 and the largest acceleration
 
 
 @compiled_apart(
@@ -37,8 +37,8 @@ def find_opening(
     """Looks for consistent phases in which some contacts open, as few as can be.
 
     An open contact has no force, and the free acceleration of its fingertip leads away from the
-    object; the others stick or slip as ever. Only asked where no phases without an open contact
-    are consistent.
+    object, or keeps up with it; the others stick or slip as ever. Only asked where no phases
+    without an open contact are consistent.
 
     Args:
         model: Constants of the run.
@@ -148,12 +148,18 @@ def _free_acceleration(work: Record, i: int) -> float:
 
 @compiled
 def _is_possible(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Whether the candidate just solved agrees with its phases and gaps."""
+    """Whether the candidate just solved agrees with its phases and gaps.
+
+    A contact without force whose gap stays closed opens: the bound belongs to the open contact.
+    """
     if not work.factors.determinant > 0.0:
         return False
+    fastest = 1.0
+    for k in range(3 + model.num_fingers):
+        fastest = max(fastest, abs(work.acceleration[k]))
     for i in range(model.num_fingers):
         if room.open[i] == 1:
-            if not room.gaps[i] > LEAST_GAP:
+            if not room.gaps[i] > -GAP_ROUNDING * fastest:
                 return False
             continue
         if not work.forces[i, 1] > 0.0:

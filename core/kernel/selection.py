@@ -8,6 +8,7 @@ from numba import types
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.flow import flow
 from slipgrasp.core.kernel.guards import FORCE_BAND, friction_margin
+from slipgrasp.core.kernel.linear import solve
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import MAX_FINGERS, Integers, Record
 from slipgrasp.core.kernel.state import STATE, slip_velocity_at
@@ -17,10 +18,8 @@ SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
 _CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)
 
 REST_SPEED = 3e-9
-ACCELERATION_BAND = 1e-7
 PROBE_TIME = 1e-6
 MARGIN_SLOPE = 1e-5
-ACCELERATION_SLOPE = 1e-5
 
 
 # Intermediate values of a selection.
@@ -38,7 +37,7 @@ SELECTION_ROOM = np.dtype(
         ("probe", STATE),
         ("probed", np.int64),  # 1 where the derivative is that of the probe
         ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 where the value alone does not decide
-        ("values", np.float64, (MAX_FINGERS,)),  # margin or slip acceleration of those
+        ("values", np.float64, (MAX_FINGERS,)),  # distance inside the candidate of those [N]
     ],
     align=True,
 )
@@ -46,10 +45,19 @@ SELECTION_ROOM = np.dtype(
 
 @compiled
 def distance_inside(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
-    """How far contact i is inside its candidate phase, and the band in which this says nothing."""
+    """How far contact i is inside its candidate phase, and the band in which this says nothing.
+
+    Both in newtons: in slip it is the force that would have to be added to friction for it to
+    stick, so that stick and slip leave their bands together.
+    """
+    band = FORCE_BAND * (1.0 + work.forces[i, 1])
     if discrete.phases[i] == 0:
-        return friction_margin(model, discrete, work, i), FORCE_BAND * (1.0 + work.forces[i, 1])
-    return discrete.phases[i] * work.acceleration[3 + i], ACCELERATION_BAND
+        return friction_margin(model, discrete, work, i), band
+    n, unit = model.num_fingers, work.column
+    for k in range(3 + n):
+        unit[k] = 1.0 if k == 3 + i else 0.0
+    solve(work.factors, n, unit)
+    return discrete.phases[i] * work.acceleration[3 + i] / abs(unit[3 + i]), band
 
 
 @compiled
@@ -63,7 +71,7 @@ def _moves_inward(
 ) -> bool:
     """Decides doubtful contacts by the time derivative along the candidate's own flow.
 
-    Sticking may stay on its cone but not leave it; slip must gain speed.
+    Sticking may stay on its cone but not leave it; slip must be pushed on.
     """
     room.probed = 1
     for j in range(model.num_states):
@@ -74,10 +82,8 @@ def _moves_inward(
             continue
         value, _ = distance_inside(model, discrete, work, i)
         slope = (value - room.values[i]) / PROBE_TIME
-        if discrete.phases[i] == 0:
-            if slope < -MARGIN_SLOPE * (1.0 + work.forces[i, 1]):
-                return False
-        elif not slope > ACCELERATION_SLOPE:
+        least = MARGIN_SLOPE * (1.0 + work.forces[i, 1])
+        if slope < -least or (discrete.phases[i] != 0 and not slope > least):
             return False
     return True
 

@@ -107,6 +107,8 @@ def check_headline(result: RunResult, headline: str) -> None:
         assert headline == "Not held: still slipping at the end"
     elif slips[recent].any():
         assert headline == "Not settled: it has only just stopped slipping"
+    elif result.end_time < 0.5:
+        assert headline == "At rest, but too short to tell: held means 0.5 s without slip"
     else:
         pattern = rf"Held(?:, (?:{NUMBER} mm)?(?: and )?(?:{NUMBER}°)? from where it was wanted)?"
         found = re.fullmatch(pattern, headline)
@@ -356,6 +358,10 @@ CAUSES: dict[str, tuple[str, Callable[[RunResult, re.Match[str]], None]]] = {
     ),
     "step_underflow": (
         rf"no step of the integration is small enough: the closed loop diverges {TIME}",
+        outcome_is(Outcome.DIVERGED),
+    ),
+    "unbounded_grasp_force": (
+        rf"the control law asks for grasp forces that grow without bound, where .+, {TIME}",
         outcome_is(Outcome.DIVERGED),
     ),
     "stiff_loop": (
