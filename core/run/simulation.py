@@ -331,9 +331,10 @@ class Simulation:
             self._reason = describe_law_failure(kind, found, self.time)
             return
         contact = int(self._run.concerned)
-        trace = Trace.from_rows(self.shape, self._last_row())
+        last = Trace.from_rows(self.shape, self._last_row())
+        # Of the last row: the present state has none where it is not finite.
         self.outcome, self._reason = describe_end(
-            status, contact, self.scenario, self._timetable.present, trace, self.time
+            status, contact, self.scenario, self._timetable.present, last, float(last.times[0])
         )
 
     def _last_row(self) -> np.ndarray:

@@ -9,6 +9,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.interruptions import describe_stop
 from tests.references.continuous import run_continuous
+from tests.references.hand import State
 from tests.references.sampled import run_sampled
 from tests.references.world import World
 
@@ -249,3 +250,25 @@ def test_a_run_that_is_stopped_before_it_begins_believes_what_it_believed_at_fir
     simulation.end(Outcome.STOPPED, describe_stop(0.0))
     expected = {estimate.parameter: estimate.initial for estimate in scenario.estimates}
     assert simulation.summary().estimates == expected
+
+
+@pytest.mark.parametrize("acceleration", [2.0, 10.0, 30.0])
+def test_forces_balance_in_the_last_row_of_a_run_that_ends_as_singular(acceleration):
+    values = {
+        "controller.kind": "theorem-3",
+        "controller.grip_safety": 2.0,
+        "trajectory.acceleration": [0.0, acceleration, 0.0],
+        "trajectory.coast_time": 0.0,
+    }
+    result = simulate(with_values(CASE_2, values))
+
+    assert result.outcome is Outcome.SINGULAR
+    last = result.trace[-1:]
+    state = State(last.object_pose[0], last.object_velocity[0], last.slip[0], last.slip_velocity[0])
+    hand = World.from_scenario(result.scenario).loop(0.0, {}).hand
+    forces = np.column_stack((last.tangential_force[0], last.normal_force[0])).ravel()
+    body = result.scenario.object
+    inertia = np.array([body.mass, body.mass, body.inertia])
+    weight = np.array([0.0, body.mass * result.scenario.simulation.gravity, 0.0])
+    missing = inertia * last.object_acceleration[0] + weight - hand.kinematics(state).W @ forces
+    assert np.abs(missing).max() < 1e-7 * np.abs(forces).max()
