@@ -29,6 +29,7 @@ GIVEN_BACK = 1e-9  # [J]
 ROUNDING = 1e-15  # of the energy that friction took
 OUTSIDE_CONE = 1e-9  # of 1 N and the forces
 LEDGER = 1e-6  # [J]
+VELOCITY_JUMP = 1e-8  # of 1 m/s and the velocity; slips below 3e-9 m/s end at once
 LEDGER_SHARE = 1e-9  # of the greatest energy of the run
 STATED = re.compile(r"(?P<changes>\d+) phase changes within (?P<seconds>[-+.e\d]+) s")
 
@@ -51,6 +52,7 @@ CHECKS = {
     "friction": Check("friction gives back more than 1e-9 J", "J"),
     "cone": Check("a force outside its cone by more than 1e-9", "relative"),
     "ledger": Check("energy ledger off by more than 1e-6 J and 1e-9 of the greatest energy", "J"),
+    "velocity": Check("velocities that differ at equal times by more than 1e-8", "m/s"),
     "inconsistent": Check("`inconsistent` though some phases, or open contacts, agree"),
     "separated": Check("`separated` by a jump though the contact need not open, or cannot"),
     "completed": Check("`completed` that does not reach its end, or a number not finite"),
@@ -95,6 +97,7 @@ def find_missed(plain: RunResult, fine: RunResult, held: np.ndarray) -> dict[str
         "friction": max(given_back(run.trace) for run in runs),
         "cone": max(map(_outside_cone, runs)),
         "ledger": max(ledger_error(run.trace) for run in runs),
+        "velocity": max(velocity_jump(run.trace) for run in runs),
         "inconsistent": _has_answer(plain, held),
         "separated": _need_not_open(plain, held),
         "completed": max(map(ends_wrongly, runs)),
@@ -187,6 +190,18 @@ def ledger_error(trace: Trace, share: float = LEDGER_SHARE) -> float:
     greatest = max(float(np.abs(energy).max()) for energy in energies)
     missing = float(np.abs(trace.energy_residual).max())
     return missing if missing > max(LEDGER, share * greatest) else 0.0
+
+
+def velocity_jump(trace: Trace) -> float:
+    """The largest difference of a velocity between rows at one time [m/s, rad/s]; 0 if allowed.
+
+    Forces and accelerations jump at events; no impulse acts on anything.
+    """
+    velocities = np.column_stack((trace.object_velocity, trace.slip_velocity))
+    before, after = velocities[:-1], velocities[1:]
+    excess = np.abs(after - before) - VELOCITY_JUMP * np.maximum(1.0, np.abs(before))
+    jumps = np.where((excess > 0.0).T & (np.diff(trace.times) == 0.0), np.abs(after - before).T, 0)
+    return float(jumps.max(initial=0.0))
 
 
 def ends_wrongly(run: RunResult) -> float:

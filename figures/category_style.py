@@ -20,11 +20,13 @@ _HATCHES = {
     Outcome.FAILED: "**",
 }
 _HATCHES_BY_REASON = {
+    "short_run": "----",
     "model_estimate_singular": "\\\\\\\\",
     "nonfinite_torque": "ooo",
     "turned_too_far": "\\\\..",
     "painleve": "----",
     "step_underflow": "||||",
+    "unbounded_grasp_force": "....",
     "stiff_loop": "////",
     "nonfinite_state": "xxxx",
     "event_stall": "....",

@@ -22,6 +22,7 @@ from slipgrasp.core.kernel.jump import (
     SEPARATED,
     STEP_UNDERFLOW,
     STIFF,
+    UNBOUNDED_FORCE,
     consume_events,
     recognise,
     restart_flow,
@@ -46,7 +47,13 @@ from slipgrasp.core.kernel.run import (
 from slipgrasp.core.kernel.slip_rows import follow_slip, leave_slip
 from slipgrasp.core.kernel.state import supplied_at
 from slipgrasp.core.kernel.stepper import method_of, take_step
-from slipgrasp.core.kernel.steps import cut_at_event, emit_due, emit_inside, take_accepted_step
+from slipgrasp.core.kernel.steps import (
+    AT_POLE,
+    cut_at_event,
+    emit_due,
+    emit_inside,
+    take_accepted_step,
+)
 from slipgrasp.core.kernel.tick import (
     apply_command,
     control_tick,
@@ -113,7 +120,7 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
         before = _largest_force(model, run)
         evaluate_at(model, run, run.now, run.step.start)
         if not before < POLE_RATIO * (1.0 + _largest_force(model, run)):
-            return STEP_UNDERFLOW
+            return UNBOUNDED_FORCE
     else:
         emit(model, run, outlet, run.now, run.step.start)
     return select_again(model, run, outlet)
@@ -262,9 +269,9 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
             take_step(model, run.discrete, now, quiet, step, run.work)
             h = cut_at_event(model, run, quiet)
             quiet = emit_inside(model, run, outlet, h)
-        if h == 0.0 and run.fired == 0:
+        if h == 0.0 and run.fired != 1:
             emit(model, run, outlet, now, step.start)
-            return STEP_UNDERFLOW
+            return UNBOUNDED_FORCE if run.fired == AT_POLE else STEP_UNDERFLOW
         follow_slip(model, run, outlet, h)
         count_step(model, run, h)
         last = method_of(model, step).last

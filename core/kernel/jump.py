@@ -55,11 +55,13 @@ from slipgrasp.core.kernel.tally import count_forces
     LAW_FAILED,
     TORQUE_NOT_FINITE,
     TURNED_TOO_FAR,
-) = range(17)
+    UNBOUNDED_FORCE,
+) = range(18)
 
 LARGEST_TILT = 3.1  # of a spatial object; the coordinates of its control laws end at pi [rad]
 
-LOST_FORCES = 1e-4  # sin^2 q2: forces go with its inverse, their errors with its square
+# Sin^2 q2 beyond its least value: forces go with its inverse, their errors with its square.
+LOST_FORCES = 1e-4
 
 
 @compiled_apart(types.int64, MODEL, PROGRESS, types.int64, types.int64)

@@ -98,7 +98,7 @@ PROGRESS = np.dtype(
         ("steps", np.int64),
         ("stalls", np.int64),  # events in a row without progress in time
         ("concerned", np.int64),  # contact or finger of the last event, -1 if none
-        ("fired", np.int64),  # 1 where the present step ends at an event
+        ("fired", np.int64),  # 1 where the present step ends at an event, 2 before a pole
         ("lost", np.int64),  # 1 once a row of the trace has a number that is not finite
         ("pace_time", np.float64),  # when the steps were last looked at for their size [s]
         ("pace_steps", np.int64),  # and how many there were

@@ -30,7 +30,13 @@ from slipgrasp.core.kernel.run import (
     evaluate_at,
     store_row,
 )
-from slipgrasp.core.kernel.state import ANGLE, dissipated_at, supplied_at, velocity_at
+from slipgrasp.core.kernel.state import (
+    ANGLE,
+    dissipated_at,
+    slip_velocity_at,
+    supplied_at,
+    velocity_at,
+)
 from slipgrasp.core.kernel.stepper import (
     QUIET,
     interpolate,
@@ -54,6 +60,10 @@ ENERGY_ROUNDING = 2e-12
 LEDGER_SHARE = 0.002  # of the relative tolerance, for energy
 LEAST_LEDGER_STEP = 1e-6  # below it rounding decides [s]
 GIVEN_BACK = 1e-10  # [J]
+# Where the law jumps velocities go on, but for this and the tolerance of steps.
+VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
+CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
+AT_POLE = 2  # of run.fired: there the law asks for forces without bound
 
 
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
@@ -268,6 +278,41 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
         run.outputs += 1
 
 
+@compiled
+def _goes_on(model: Record, run: Record) -> bool:
+    """Whether velocities go on through the event just located; only a jump of the law can tell.
+
+    Not where the step to its far side has felt the forces there for longer than the instant.
+    """
+    if run.guards.fired[run.guards.count - 1] == 0:
+        return True
+    n, relative = model.num_fingers, model.numerics.relative_tolerance
+    for k in range(3 + n):
+        at = velocity_at(k) if k < 3 else slip_velocity_at(n, k - 3)
+        before, after = run.before.x[at], run.step.end.x[at]
+        if not abs(after - before) <= VELOCITY_JUMP + relative * abs(before):
+            return False
+    return True
+
+
+@compiled
+def _come_nearer(model: Record, run: Record, size: float) -> float:
+    """Goes up to the jump of the law in a step of this size, to pass it in a much shorter one.
+
+    Returns:
+        Size of the step; 0 where none is short enough: forces grow without bound there.
+    """
+    run.step_size = CROSSING * size
+    run.fired = AT_POLE
+    if run.step_size < LEAST_STEP * max(1.0, run.now):
+        return 0.0
+    near = run.before_time - run.now
+    if near > 0.0:
+        take_step(model, run.discrete, run.now, near, run.step, run.work)
+        return near
+    return take_accepted_step(model, run, run.now + run.step_size)
+
+
 @compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
 def cut_at_event(model: Record, run: Record, h: float) -> float:
     """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
@@ -279,6 +324,11 @@ def cut_at_event(model: Record, run: Record, h: float) -> float:
             # What is quiet again at the end of the whole step may have fired before this event.
             while size > 0.0 and find_overlooked(model, run.discrete, run.guards) == 1:
                 size = locate(model, run, size)
+            if not _goes_on(model, run):
+                size = _come_nearer(model, run, size)
+                if size > 0.0:
+                    continue
+                return 0.0
             if size > 0.0 and not run.location_error <= ROUGH:
                 # The way to the event is not smooth: it is not an event yet.
                 run.step_size = 0.5 * size

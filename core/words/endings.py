@@ -23,6 +23,7 @@ from slipgrasp.core.kernel.jump import (
     STIFF,
     TORQUE_NOT_FINITE,
     TURNED_TOO_FAR,
+    UNBOUNDED_FORCE,
 )
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial import SpatialScenario
@@ -288,6 +289,13 @@ def _explain_underflow(_end: _End) -> _Finding:
     return _Finding("no step of the integration is small enough: the closed loop diverges")
 
 
+def _explain_unbounded_force(_end: _End) -> _Finding:
+    return _Finding(
+        "the control law asks for grasp forces that grow without bound, where its friction cones "
+        "begin or cease to be satisfiable,"
+    )
+
+
 def _explain_stiffness(end: _End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     message = (
@@ -459,6 +467,13 @@ _ENDINGS = {
         code="step_underflow",
         explain=_explain_underflow,
         hint=_calm_the_loop,
+        by_the_torque=True,
+    ),
+    UNBOUNDED_FORCE: _Ending(
+        outcome=Outcome.DIVERGED,
+        code="unbounded_grasp_force",
+        explain=_explain_unbounded_force,
+        hint=_calm_the_loop_or_bound,
         by_the_torque=True,
     ),
     STIFF: _Ending(

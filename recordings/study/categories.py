@@ -30,6 +30,7 @@ class Category(NamedTuple):
 CATEGORIES: tuple[Category, ...] = (
     Category("held", Outcome.COMPLETED),
     Category("still slips, or did until just now", Outcome.COMPLETED),
+    Category("at rest, but too short to tell", Outcome.COMPLETED, "short_run"),
     Category("a fingertip left its face", Outcome.LEFT_FACE),
     Category("separated: a fingertip lost contact", Outcome.SEPARATED),
     Category("chattering between stick and slip", Outcome.CHATTERING),
@@ -39,6 +40,7 @@ CATEGORIES: tuple[Category, ...] = (
     Category("diverged: the object turned too far", Outcome.DIVERGED, "turned_too_far"),
     Category("diverged: Painlevé, friction too high", Outcome.DIVERGED, "painleve"),
     Category("diverged: no step small enough", Outcome.DIVERGED, "step_underflow"),
+    Category("diverged: grasp force without bound", Outcome.DIVERGED, "unbounded_grasp_force"),
     Category("diverged: the loop is too stiff to follow", Outcome.DIVERGED, "stiff_loop"),
     Category("diverged: a quantity is not finite", Outcome.DIVERGED, "nonfinite_state"),
     Category("a finger became straight or folded", Outcome.SINGULAR),
@@ -51,7 +53,7 @@ CATEGORIES: tuple[Category, ...] = (
 """All of them, in the order in which a legend lists them."""
 
 HELD = 0
-_NOT_HELD = 1
+_NOT_HELD, _TOO_SHORT = 1, 2
 
 
 def categorize(results: StudyResults) -> NDArray[np.int8]:
@@ -59,13 +61,15 @@ def categorize(results: StudyResults) -> NDArray[np.int8]:
     count = results.num_rows
     words = results.values("outcome", 0, count)
     reasons = results.values("reason", 0, count)
-    held = results.numbers("held", count) == 1.0
+    held = results.numbers("held", count)
     known: dict[tuple[str, str | None], int] = {}
     for pair in set(zip(words, reasons, strict=True)):
         known[pair] = _place(*pair)
     places = [known[pair] for pair in zip(words, reasons, strict=True)]
     categories = np.array(places, dtype=np.int8)
-    return np.where(held, np.int8(HELD), categories)
+    categories[held == 1.0] = HELD
+    categories[(categories == _NOT_HELD) & np.isnan(held)] = _TOO_SHORT
+    return categories
 
 
 def _place(outcome: str, reason: str | None) -> int:

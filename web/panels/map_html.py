@@ -36,7 +36,11 @@ _STROKES: dict[Outcome, str] = {
     Outcome.RECOVERED: "M0 13H26",
     Outcome.FAILED: "M8 8L18 18M18 8L8 18",
 }
-_STROKES_BY_REASON = {"painleve": "M0 13H26", "step_underflow": "M13 0V26"}
+_STROKES_BY_REASON = {
+    "painleve": "M0 13H26",
+    "step_underflow": "M13 0V26",
+    "short_run": "M0 13H26",
+}
 
 
 def map_html(picture: MapPicture, ringed: int | None) -> str:
