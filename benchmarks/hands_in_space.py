@@ -25,6 +25,7 @@ from benchmarks.outcome_checks import (
     ledger_error,
     simulate_with_torques,
     stalled,
+    velocity_jump,
 )
 from benchmarks.outcomes import SEED, judge_many, tabulate
 from benchmarks.random_runs import IN_SPACE, draw
@@ -72,6 +73,7 @@ def find_missed_in_space(run: RunResult, held: np.ndarray) -> dict[str, float]:
         "friction": given_back(run.trace),
         "cone": _outside_friction(run),
         "ledger": ledger_error(run.trace, LEDGER_SHARE),
+        "velocity": velocity_jump(run.trace),
         **_untrue_ends(run, held),
         "completed": ends_wrongly(run),
     }

@@ -2,8 +2,8 @@
 
 Forces count at both ends of every accepted step, at their extremes inside it
 (`slipgrasp.core.kernel.extremes`) and in every row; integrals and slip paths are summed over the
-accepted steps. Output times have no part in them but through the rows, which cannot exceed the
-extremes by more than these are located to.
+accepted steps. Output times have a part in them only through the rows, which exceed these extremes
+by no more than the accuracy with which they are located.
 """
 
 from __future__ import annotations

@@ -66,8 +66,8 @@ class Metrics:
     There are three coordinates in the plane (x, y, theta), six in space (x, y, z and the rotation
     vector). Each field carries its `Metric`, with unit and sentence. None depends on the output
     rate, but by rounding: extremes are those at both ends of every accepted step of the
-    integration and in every row, in the plane also those inside a step; integrals are sums over the
-    accepted steps (docs/model.md, Metrics).
+    integration, inside it and in every row; integrals are sums over the accepted steps
+    (docs/model.md, Metrics).
     """
 
     held: Annotated[

@@ -276,3 +276,12 @@ def test_sweeps_go_on_until_the_composite_law_fails_where_the_oracle_holds(sweep
     bound = parameter_definitions(load_scenario("composite-case-2"))[sweep.key].maximum
     assert shares.composite[-1] < 15 or sweep.values[-1] * sweep.scale == bound
     assert len(tabulate_sweep(measured).rows) == 2
+
+
+def test_a_velocity_that_jumps_at_an_event_is_found(held):
+    velocity = held.trace.object_velocity.copy()
+    event = int(np.flatnonzero(np.diff(held.trace.times) == 0.0)[0])
+    velocity[event + 1 :, 1] += 1e-3
+
+    assert "velocity" not in missed(held)
+    assert "velocity" in missed(with_signal(held, "object_velocity", velocity))
