@@ -1,7 +1,7 @@
 """What must be true of every run.
 
-Judged by its trace, by the same run with a finer output, and, where phases are said to contradict
-each other or a contact to open, by an independent search for an answer.
+Judged by its trace, by the same run with a finer output (of half of the runs), and, where phases
+are said to contradict each other or a contact to open, by an independent search for an answer.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
@@ -31,6 +32,7 @@ OUTSIDE_CONE = 1e-9  # of 1 N and the forces
 LEDGER = 1e-6  # [J]
 VELOCITY_JUMP = 1e-8  # of 1 m/s and the velocity; slips below 3e-9 m/s end at once
 LEDGER_SHARE = 1e-9  # of the greatest energy of the run
+SAME_METRIC = 1e-9  # of 1 and the metric
 STATED = re.compile(r"(?P<changes>\d+) phase changes within (?P<seconds>[-+.e\d]+) s")
 
 
@@ -55,6 +57,7 @@ CHECKS = {
     "velocity": Check("velocities that differ at equal times by more than 1e-8", "m/s"),
     "inconsistent": Check("`inconsistent` though some phases, or open contacts, agree"),
     "separated": Check("`separated` by a jump though the contact need not open, or cannot"),
+    "metrics": Check("a metric that its trace exceeds, or other metrics with 10 kHz output"),
     "completed": Check("`completed` that does not reach its end, or a number not finite"),
 }
 
@@ -71,38 +74,62 @@ class Judgement(NamedTuple):
     missed: Mapping[str, float]
 
 
-def judge_run(scenario: Scenario) -> Judgement:
-    """Runs a scenario as it is and once more with an output of 10 kHz, and judges both.
+def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
+    """Runs a scenario, perhaps once more with an output of 10 kHz, and judges what became of it.
 
     Args:
         scenario: What to simulate.
+        twice: Whether it is run once more.
     """
-    plain, held = simulate_with_torques(scenario)
-    fine, _ = simulate_with_torques(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
+    plain, fine, held = simulate_runs(scenario, twice=twice)
     return Judgement(plain.outcome.value, find_missed(plain, fine, held))
 
 
-def find_missed(plain: RunResult, fine: RunResult, held: np.ndarray) -> dict[str, float]:
+def find_missed(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> dict[str, float]:
     """By how much each check that fails is missed, by its name.
 
     Args:
         plain: The run.
-        fine: The same run with an output of 10 kHz.
+        fine: The same run with an output of 10 kHz, if there is one.
         held: The torques that act at its end, ``(n, 2)`` [N m].
     """
-    runs = (plain, fine)
-    missed = {
-        "stall": max(map(stalled, runs)),
-        "rate": 0.0 if _same_course(plain, fine) else 1.0,
-        "friction": max(given_back(run.trace) for run in runs),
+    runs = (plain,) if fine is None else (plain, fine)
+    missed = common_missed(plain, fine) | {
         "cone": max(map(_outside_cone, runs)),
         "ledger": max(ledger_error(run.trace) for run in runs),
-        "velocity": max(velocity_jump(run.trace) for run in runs),
         "inconsistent": _has_answer(plain, held),
         "separated": _need_not_open(plain, held),
-        "completed": max(map(ends_wrongly, runs)),
     }
     return {name: by for name, by in missed.items() if by > 0.0}
+
+
+def common_missed(plain: RunResult, fine: RunResult | None) -> dict[str, float]:
+    """By how much each check is missed that knows neither forces nor energies.
+
+    Args:
+        plain: The run.
+        fine: The same run with an output of 10 kHz, if there is one.
+    """
+    runs = (plain,) if fine is None else (plain, fine)
+    return {
+        "stall": max(map(stalled, runs)),
+        "rate": 0.0 if fine is None or _same_course(plain, fine) else 1.0,
+        "friction": max(given_back(run.trace) for run in runs),
+        "velocity": max(velocity_jump(run.trace) for run in runs),
+        "metrics": 0.0 if _same_metrics(plain, fine) and all(map(_metrics_hold, runs)) else 1.0,
+        "completed": max(map(ends_wrongly, runs)),
+    }
+
+
+def simulate_runs(
+    scenario: Scenario, *, twice: bool
+) -> tuple[RunResult, RunResult | None, np.ndarray]:
+    """The run, the same with an output of 10 kHz if asked for, and the torques at its end."""
+    plain, held = simulate_with_torques(scenario)
+    if not twice:
+        return plain, None, held
+    fine, _ = simulate_with_torques(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
+    return plain, fine, held
 
 
 def simulate_with_torques(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
@@ -202,6 +229,52 @@ def velocity_jump(trace: Trace) -> float:
     excess = np.abs(after - before) - VELOCITY_JUMP * np.maximum(1.0, np.abs(before))
     jumps = np.where((excess > 0.0).T & (np.diff(trace.times) == 0.0), np.abs(after - before).T, 0)
     return float(jumps.max(initial=0.0))
+
+
+def _metrics_hold(run: RunResult) -> bool:
+    """Whether every metric is what its trace shows, or beyond it where more happens in between."""
+    trace, metrics = run.trace, run.metrics
+    slips = trace.phase != ContactPhase.STICK
+    begins_twice = len(trace) > 1 and trace.times[1] == trace.times[0]
+    margins = np.where(slips, np.inf, trace.friction_margin)[int(begins_twice) :]
+    least = [np.inf if margin is None else margin for margin in metrics.minimum_friction_margin]
+    late = trace.times[slips.any(axis=1)]
+    last_slip = -np.inf if metrics.last_slip_time is None else metrics.last_slip_time
+    return (
+        _reaches(metrics.peak_normal_force, trace.normal_force.max(axis=0))
+        and _reaches(margins.min(axis=0, initial=np.inf), least)
+        and _reaches(metrics.slip_path, _slip_paths(trace))
+        and _reaches([last_slip], [late.max(initial=-np.inf)])
+        and metrics.slipping_at_end == bool(slips[-1].any())
+        and metrics.final_tracking_error == tuple(trace.tracking_error[-1].tolist())
+        and metrics.phase_change_count == len(run.phase_changes)
+    )
+
+
+def _slip_paths(trace: Trace) -> np.ndarray:
+    """Length of the way between the rows, ``(n,)`` [m]."""
+    tangents = 2 if trace.shape.in_space else 1
+    ways = np.diff(trace.slip, axis=0).reshape(len(trace) - 1, trace.phase.shape[1], tangents)
+    return np.linalg.norm(ways, axis=2).sum(axis=0)
+
+
+def _reaches(upper: ArrayLike, lower: ArrayLike) -> bool:
+    """Whether no number lies below its lower bound by more than rounding."""
+    lower = np.asarray(lower, float)
+    slack = SAME_METRIC * (1.0 + np.abs(np.where(np.isfinite(lower), lower, 0.0)))
+    return bool(np.all(np.asarray(upper, float) >= lower - slack))
+
+
+def _same_metrics(run: RunResult, other: RunResult | None) -> bool:
+    """Whether the metrics of two runs agree."""
+    if other is None or not _same_course(run, other):
+        return True
+    mine, others = run.metrics.flattened(), other.metrics.flattened()
+    pairs = [(mine[name], others[name]) for name in mine]
+    if any((a is None) != (b is None) for a, b in pairs):
+        return False
+    a, b = np.array([pair for pair in pairs if None not in pair], float).T
+    return bool(np.all(np.abs(a - b) <= SAME_METRIC * (1.0 + np.abs(a))))
 
 
 def ends_wrongly(run: RunResult) -> float:

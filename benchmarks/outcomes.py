@@ -1,8 +1,8 @@
 """Whether every outcome is true.
 
-Random runs are judged by `benchmarks.outcome_checks`. Half of them are any scenario at all, drawn
-at the ends of its ranges; half are objects held by theorem 4 with physical bounds and continuous
-control, whose estimates run into those bounds. Others are held beside their truth at tight
+Random runs are judged by `benchmarks.outcome_checks`. Most are drawn so that every two levels of
+all that can be set meet; others are objects held by theorem 4 with physical bounds and continuous
+control, whose estimates run into those bounds. Others again are compared with their truth at tight
 tolerances (`benchmarks.outcome_truth`).
 
 `python -m benchmarks.outcomes POPULATION INDEX [--seed N]` prints a single run as a scenario file,
@@ -13,16 +13,16 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from benchmarks.outcome_checks import CHECKS, Check, Judgement, judge_run
 from benchmarks.outcome_truth import QUANTITIES, compare, measure_truth
 from benchmarks.random_runs import (
-    AT_ENDS,
     ON_BOUNDS,
+    PAIRS,
     POPULATIONS,
     draw,
     in_processes,
@@ -33,9 +33,18 @@ from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import scenario_to_toml
 
-COUNT = 10_000  # of each population
+COUNT = 20_000
+ON_THEIR_BOUNDS = 2_000  # further runs
 SEED = 14
 PER_RATE = 10_000  # of so many runs one may differ with the output rate
+
+
+class Judge(Protocol):
+    """What runs a scenario, once or twice, and judges it."""
+
+    def __call__(self, scenario: Scenario, *, twice: bool) -> Judgement:
+        """See `benchmarks.outcome_checks.judge_run`."""
+        ...
 
 
 class Campaign(NamedTuple):
@@ -62,7 +71,7 @@ class Campaign(NamedTuple):
 
 def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
     """The tables ``outcomes``, ``outcomes-endings`` and ``outcomes-truth``."""
-    campaigns = [judge_many(population, COUNT, seed) for population in (AT_ENDS, ON_BOUNDS)]
+    campaigns = [judge_many(PAIRS, COUNT, seed), judge_many(ON_BOUNDS, ON_THEIR_BOUNDS, seed)]
     return [*tabulate(campaigns), measure_truth(seed)]
 
 
@@ -70,7 +79,7 @@ def judge_many(
     population: str,
     count: int,
     seed: int,
-    judge: Callable[[Scenario], Judgement] = judge_run,
+    judge: Judge = judge_run,
 ) -> Campaign:
     """Draws and judges runs.
 
@@ -117,10 +126,9 @@ def tabulate(
     ]
 
 
-def _judge(
-    population: str, seed: int, judge: Callable[[Scenario], Judgement], index: int
-) -> Judgement:
-    return judge(draw(population, seed, index))
+def _judge(population: str, seed: int, judge: Judge, index: int) -> Judgement:
+    """Judges a run, every other one by a second run with a finer output too."""
+    return judge(draw(population, seed, index), twice=index % 2 == 0)
 
 
 def _cells(campaign: Campaign, name: str, check: Check) -> tuple[str, str]:

@@ -17,6 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its bounds", "any"
 IN_SPACE = "in space, at the ends of ranges"
+PAIRS, PAIRS_IN_SPACE = "everything, in pairs", "everything in space, in pairs"
 
 MAX_STEPS = 200_000
 MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
@@ -38,7 +39,7 @@ def draw(population: str, seed: int, index: int) -> Scenario:
         seed: Other seeds draw other runs.
         index: Which.
     """
-    return POPULATIONS[population](f"{seed} {index}")
+    return POPULATIONS[population](seed, index)
 
 
 def in_processes(work: Callable[[int], T], count: int, processes: int = PROCESSES) -> Iterator[T]:
@@ -74,26 +75,42 @@ def _begin() -> None:
     prepare_kernel()
 
 
-def _at_ends(seed: str) -> Scenario:
+def _in_pairs(seed: int, index: int) -> Scenario:
+    """All that can be set, so that every two of its levels meet."""
+    from tests.core.drawn_pairs import draw_in_pairs
+
+    return draw_in_pairs(seed, index, in_space=False).scenario
+
+
+def _pairs_in_space(seed: int, index: int) -> Scenario:
+    """The same of hands in space."""
+    from tests.core.drawn_pairs import draw_in_pairs
+
+    return draw_in_pairs(seed, index, in_space=True).scenario
+
+
+def _at_ends(seed: int, index: int) -> Scenario:
     """Any law, motion, outline, push, patch and imperfection, at the ends of their ranges."""
     from tests.core.drawn_scenarios import AtEnds, draw_kind, draw_scenario
 
-    return draw_scenario(draw_kind(Random(f"kind {seed}")), seed, AtEnds)
+    name = f"{seed} {index}"
+    return draw_scenario(draw_kind(Random(f"kind {name}")), name, AtEnds)
 
 
-def _anywhere(seed: str) -> Scenario:
+def _anywhere(seed: int, index: int) -> Scenario:
     """The same, anywhere in their ranges."""
     from tests.core.drawn_scenarios import draw_kind, draw_scenario
 
-    return draw_scenario(draw_kind(Random(f"kind {seed}")), seed)
+    name = f"{seed} {index}"
+    return draw_scenario(draw_kind(Random(f"kind {name}")), name)
 
 
-def _on_bounds(seed: str) -> Scenario:
+def _on_bounds(seed: int, index: int) -> Scenario:
     """The hand of case II and an object that it does not know, within physical bounds.
 
     Continuous control, and adaptation so fast that the estimates run into their bounds.
     """
-    rng = Random(f"object {seed}")
+    rng = Random(f"object {seed} {index}")
     mass = rng.uniform(*MASS)
     return with_values(
         load_scenario("composite-case-2"),
@@ -117,15 +134,17 @@ def _on_bounds(seed: str) -> Scenario:
     )
 
 
-def _in_space(seed: str) -> Scenario:
+def _in_space(seed: int, index: int) -> Scenario:
     """Hands in space with two to four fingers, cone or pyramid, at the ends of their ranges."""
     from tests.core.drawn_hands_in_space import draw_hand_in_space
     from tests.core.drawn_scenarios import AtEnds
 
-    return draw_hand_in_space(seed, AtEnds)
+    return draw_hand_in_space(f"{seed} {index}", AtEnds)
 
 
-POPULATIONS: dict[str, Callable[[str], Scenario]] = {
+POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
+    PAIRS: _in_pairs,
+    PAIRS_IN_SPACE: _pairs_in_space,
     AT_ENDS: _at_ends,
     ON_BOUNDS: _on_bounds,
     ANYWHERE: _anywhere,

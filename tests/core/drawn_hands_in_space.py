@@ -23,8 +23,11 @@ FACES = {
     2: (("side-3", "side-1"),),
     3: (("side-3", "side-1", "side-1"), ("side-3", "side-1", "bottom")),
     4: (("side-3", "side-1", "side-0", "side-2"), ("side-3", "side-1", "side-0", "bottom")),
+    5: (("side-3", "side-1", "side-0", "side-2", "bottom"),),
+    6: (("side-3", "side-1", "side-0", "side-2", "bottom", "side-3"),),
 }
 PRISM = ((-0.5, 0.866), (-0.5, -0.866), (1.0, 0.0))
+PRISM_FACES = ("side-0", "side-1", "side-2", "bottom", "side-0", "side-1")
 
 
 def draw_hand_in_space(
@@ -43,13 +46,12 @@ def draw_hand_in_space(
     """
     rng = source(f"hand in space {seed}")
     n = rng.choice((2, 3, 4))
-    body, faces = _body(rng, n)
-    attitude = np.array([1.0, *(rng.uniform(-0.15, 0.15) for _ in range(3))])
-    start = (*POSITION, *(attitude / _length(attitude)).tolist())
+    body, faces = draw_body(rng, n)
+    start = draw_start(rng)
     period = rng.choice(PERIODS)
     mapping: dict[str, Any] = {
         "object": body,
-        "fingers": [_finger(rng, i, body, faces, start) for i in range(n)],
+        "fingers": [draw_finger(rng, i, body, faces, start) for i in range(n)],
         "trajectory": _trajectory(rng, start),
         "controller": _controller(rng, period),
         "estimates": _estimates(rng, n),
@@ -73,28 +75,44 @@ def draw_hand_in_space(
     return scenario
 
 
-def _body(rng: Random, n: int) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """A box or a prism, with principal inertias that a body can have; the faces touched."""
+def draw_start(rng: Random) -> tuple[float, ...]:
+    """Position and attitude at the start, a little tilted."""
+    attitude = np.array([1.0, *(rng.uniform(-0.15, 0.15) for _ in range(3))])
+    return (*POSITION, *(attitude / _length(attitude)).tolist())
+
+
+def draw_body(
+    rng: Random, n: int, *, has_corners: bool | None = None
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """A box or a prism, with principal inertias that a body can have; the faces touched.
+
+    Args:
+        rng: Where the numbers come from.
+        n: Fingers.
+        has_corners: Whether it is a prism; half of those for three fingers are if nothing is said.
+    """
     size, height = rng.uniform(0.05, 0.15), rng.uniform(0.15, 0.3)
     body: dict[str, Any] = {
         "mass": rng.uniform(0.3, 2.0),
         "inertias": tuple(rng.uniform(0.006, 0.011) for _ in range(3)),
         "height": height,
     }
-    if n == 3 and rng.choice((False, True)):
+    if has_corners is None:
+        has_corners = n == 3 and rng.choice((False, True))
+    if has_corners:
         return {**body, "corners": tuple((2 * size * x, 2 * size * y) for x, y in PRISM)}, (
-            "side-0",
-            "side-1",
-            "side-2",
+            PRISM_FACES[:n]
         )
     return {**body, "half_width": size, "half_depth": rng.uniform(0.08, 0.15)}, rng.choice(FACES[n])
 
 
-def _finger(
+def draw_finger(
     rng: Random, i: int, body: dict[str, Any], faces: tuple[str, ...], start: tuple[float, ...]
 ) -> dict[str, Any]:
+    """Finger i where it reaches its contact well away from its singular poses."""
     aside = 0.04 if faces.count(faces[i]) == 2 else 0.0
-    offset = rng.uniform(-0.03, 0.03), rng.uniform(-0.03, 0.03) + (-aside if i % 2 else aside)
+    is_first = faces.index(faces[i]) == i
+    offset = rng.uniform(-0.03, 0.03), rng.uniform(-0.03, 0.03) + (-aside if is_first else aside)
     touching = SpatialFinger(base=(0.0, 0.0, 0.0), face=faces[i], contact_offset=offset)
     contact = spatial_contact(SpatialObject(**body), touching)
     lengths = rng.uniform(0.7, 1.2), rng.uniform(0.7, 1.2)

@@ -18,9 +18,10 @@ from slipgrasp.core.scenario.loading import scenario_from_mapping
 
 DURATION = 0.3
 POSITION = (1.466, 0.366)
-FACES = ("left", "right", "bottom", "bottom")
+FACES = ("left", "right", "bottom", "bottom", "left", "right")
 # Where the fingers come from: directions from contact to base, in turns of the x axis [rad].
-DIRECTIONS = (-2.8, -0.35, -1.6, -1.6)
+DIRECTIONS = (-2.8, -0.35, -1.6, -1.6, -2.8, -0.35)
+OFFSETS = (0.0, 0.0, -0.025, 0.025, 0.045, 0.045)  # of fingers that share a face [m]
 SAMPLED = (0.0005, 0.001, 0.002, 0.005)
 LAWS = ("theorem-3", "theorem-4", "certainty-equivalence", "pd-gravity")
 SAMPLED_LAWS = ("grip-reflex", "composite")
@@ -81,9 +82,9 @@ def draw_scenario(kind: Kind, seed: object, source: type[Random] = Random) -> Sc
     """
     rng = source(f"{kind} {seed}")
     n = kind.fingers
-    body, faces = _body(rng)
+    body, faces = draw_body(rng)
     angle = rng.uniform(-0.2, 0.2)
-    fingers = [_finger(rng, i, body, faces[i], angle) for i in range(n)]
+    fingers = [draw_finger(rng, i, body, faces[i], angle) for i in range(n)]
     period = rng.choice(SAMPLED) if kind.sampled else 0.0
     mapping: dict[str, Any] = {
         "object": body,
@@ -106,18 +107,26 @@ def draw_scenario(kind: Kind, seed: object, source: type[Random] = Random) -> Sc
     return scenario_from_mapping(mapping)
 
 
-def _body(rng: Random) -> tuple[dict[str, Any], Sequence[str]]:
+def draw_body(
+    rng: Random, *, has_corners: bool | None = None
+) -> tuple[dict[str, Any], Sequence[str]]:
     """A rectangle, or a polygon of four or five corners, and the face of each finger.
 
     Every corner lies beyond that of the rectangle by less than half, and the fifth between
     the two upper ones further out: the polygon is convex, and no face of a finger shorter.
+
+    Args:
+        rng: Where the numbers come from.
+        has_corners: Whether it is a polygon; a third are if nothing is said.
     """
     x, y = rng.uniform(0.05, 0.2), rng.uniform(0.08, 0.2)
     body: dict[str, Any] = {
         "mass": rng.uniform(0.3, 2.0),
         "inertia": rng.uniform(0.005, 0.05),
     }
-    if not rng.choice((False, False, True)):
+    if has_corners is None:
+        has_corners = rng.choice((False, False, True))
+    if not has_corners:
         return {**body, "half_width": x, "face_half_length": y}, FACES
     signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
     corners = [(i * rng.uniform(1.0, 1.4) * x, j * rng.uniform(1.0, 1.4) * y) for i, j in signs]
@@ -127,8 +136,11 @@ def _body(rng: Random) -> tuple[dict[str, Any], Sequence[str]]:
     return {**body, "corners": tuple(corners)}, [edges[face] for face in FACES]
 
 
-def _finger(rng: Random, i: int, body: dict[str, Any], face: Any, angle: float) -> dict[str, Any]:
-    offset = rng.uniform(-0.02, 0.02) + (0.0, 0.0, -0.025, 0.025)[i]
+def draw_finger(
+    rng: Random, i: int, body: dict[str, Any], face: Any, angle: float
+) -> dict[str, Any]:
+    """Finger i where it reaches its contact well away from its straight and folded poses."""
+    offset = rng.uniform(-0.02, 0.02) + OFFSETS[i]
     touching = FingerParameters(base=(0.0, 0.0), face=face, contact_offset=offset)
     contact = contact_frame(ObjectParameters(**body), touching).anchor
     lengths = rng.uniform(0.7, 1.2), rng.uniform(0.7, 1.2)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from slipgrasp.core.scenario.loading import with_values
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import lyapunov_matrices, regressor
 from tests.references.grasp import squeeze
@@ -108,20 +109,26 @@ def test_reduced_form_agrees_with_all_equations_solved_at_once(n, unknown):
 def test_an_open_contact_carries_nothing_and_its_finger_moves_by_itself(n):
     rng = np.random.default_rng(n)
     for _ in range(10):
-        scenario = random_scenario(rng, n, "nothing")
+        rough = {f"fingers.{i}.joint_damping": rng.uniform(0.0, 1.0) for i in range(n)}
+        rough |= {f"fingers.{i}.joint_friction": rng.uniform(0.0, 1.0) for i in range(n)}
+        scenario = with_values(random_scenario(rng, n, "nothing"), rough)
         loop = ClosedLoop.from_scenario(scenario)
         phase = _random_phase(rng, n)
         state = random_state(rng, scenario, phase)
         kin, instant = loop.hand.kinematics(state), Instant(loop, state)
         torques = rng.uniform(-20, 20, 2 * n)
         touching = instant.solve(tuple(phase), torques)
-        motion = loop.hand.solve_all_unknowns(kin, loop.truth, phase, torques)
+        motion = loop.solve_plant(state, phase, torques)
         np.testing.assert_allclose(touching.forces, motion.forces, rtol=1e-8, atol=1e-8)
         np.testing.assert_array_equal(np.abs(touching.gap_accelerations) < 1e-9, True)
         answer = instant.solve((OPEN,) * n, torques)
         np.testing.assert_allclose(answer.forces, 0.0, atol=1e-9)
         # The object falls; each fingertip goes where its own torques send it.
         M, h = loop.hand.finger_dynamics(kin, loop.truth)
+        rates = kin.qd.ravel()
+        h += np.repeat([finger.joint_damping for finger in scenario.fingers], 2) * rates
+        dry = np.repeat([finger.joint_friction for finger in scenario.fingers], 2)
+        h += dry * rates / np.sqrt(rates**2 + 0.01**2)
         falls = np.array([0.0, -loop.hand.gravity, 0.0])
         for i in range(n):
             rows = slice(2 * i, 2 * i + 2)

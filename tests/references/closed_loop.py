@@ -121,10 +121,13 @@ class ClosedLoop(NamedTuple):
     def solve_plant(self, state: State, phase: Phase, torques: Array) -> Motion:
         """What the plant does under torques, less what the friction of its joints takes."""
         kin = self.hand.kinematics(state)
-        viscous, dry = self.rubbing[:, :1], self.rubbing[:, 1:]
-        lost = viscous * kin.qd + dry * kin.qd / np.hypot(kin.qd, 0.01)
-        given = np.ravel(torques) - lost.ravel()
+        given = np.ravel(torques) - self.joint_friction(kin)
         return self.hand.solve_all_unknowns(kin, self.truth, phase, given, self.load)
+
+    def joint_friction(self, kin: Kinematics) -> Array:
+        """Torques that the friction of the joints takes, ``(2n,)`` [N m]."""
+        viscous, dry = self.rubbing[:, :1], self.rubbing[:, 1:]
+        return (viscous * kin.qd + dry * kin.qd / np.hypot(kin.qd, 0.01)).ravel()
 
     def estimate_rates(
         self,

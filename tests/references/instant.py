@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import with_values
+from tests.references.changes import scenario_at
 from tests.references.hand import State
 from tests.references.open_contacts import OPEN, REST_SPEED, Answer, Instant
 from tests.references.world import World
@@ -35,7 +34,7 @@ def answers_at_end(run: RunResult, held: Array, *, beyond_doubt: bool = True) ->
         beyond_doubt: Whether those are left out that agree only just, or only nearly.
     """
     last, t = run.trace[-1:], run.end_time
-    scenario = _as_changed(run.scenario, t)
+    scenario = scenario_at(run.scenario, t)
     state = State(last.object_pose[0], last.object_velocity[0], last.slip[0], last.slip_velocity[0])
     world = World.from_scenario(scenario)
     z = np.concatenate((state.pose, state.velocity, state.slip, state.slip_velocity))
@@ -56,15 +55,7 @@ def answers_at_end(run: RunResult, held: Array, *, beyond_doubt: bool = True) ->
 
 def is_sampled_at_end(run: RunResult) -> bool:
     """Whether torques are held where a run ends."""
-    return _as_changed(run.scenario, run.end_time).controller.control_period > 0.0
-
-
-def _as_changed(scenario: Scenario, t: float) -> Scenario:
-    """The scenario with the timed changes up to a time."""
-    due = sorted((c for c in scenario.changes if c.time <= t), key=lambda c: c.time)
-    for change in due:
-        scenario = with_values(scenario, {change.parameter: change.value})
-    return scenario
+    return scenario_at(run.scenario, run.end_time).controller.control_period > 0.0
 
 
 def _candidates(state: State) -> Iterator[tuple[int, ...]]:

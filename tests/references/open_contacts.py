@@ -2,14 +2,14 @@
 
 An open contact carries no force and its fingertip gains distance from the face. Plain NumPy,
 written from the equations of docs/model.md: Eq. 15 with one more unknown per contact, the
-acceleration of its gap.
+acceleration of its gap, and without the accelerations of the joints and the object.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ ACCELERATION_DOUBT = 1e-6  # of 1 m/s^2 and the largest acceleration
 
 
 class Answer(NamedTuple):
-    """A combination that agrees with the torques.
+    """A combination that agrees with the torques, or many, one after another.
 
     Attributes:
         phases: -1, 0 or 1 per contact, or `OPEN`.
@@ -38,7 +38,7 @@ class Answer(NamedTuple):
         gap_accelerations: Of the fingertips away from their faces, ``(n,)`` [m]/[s^2].
     """
 
-    phases: tuple[int, ...]
+    phases: Any
     forces: Array
     slip_accelerations: Array
     gap_accelerations: Array
@@ -47,20 +47,28 @@ class Answer(NamedTuple):
 class Instant:
     """A state in which every combination of stick, slip and open contacts can be tried.
 
+    Slips and gaps of all contacts accelerate by ``w = G F + c``, in the order (s'', gap'') of the
+    forces (F_x, F_n). A contact that sticks has w = 0; one that slips F_x + gamma mu F_n = 0 and no
+    gap''; an open one F = 0.
+
     Args:
         loop: Hand, true parameters, frictions and load.
         state: The state.
     """
 
     def __init__(self, loop: ClosedLoop, state: State) -> None:
-        self._loop, self._state = loop, state
-        self._kin = loop.hand.kinematics(state)
+        self._loop, self._kin = loop, loop.hand.kinematics(state)
         self._at_rest = np.abs(state.slip_velocity) < REST_SPEED
-        self._choices = [
+        choices = [
             (0, 1, -1, OPEN) if rests else (int(np.sign(speed)), OPEN)
             for rests, speed in zip(self._at_rest, state.slip_velocity, strict=True)
         ]
-        self._inverses: dict[tuple[int, ...], Array | None] = {}
+        phases = np.array(list(product(*choices)))
+        self._G = _accelerations_per_force(loop, self._kin)
+        matrices = _conditions(self._G, phases, loop.truth.friction)
+        # The determinant of the reduced inertia has the sign of these (no Painleve).
+        regular = (np.linalg.det(matrices) > 0.0) & (np.linalg.cond(matrices) < SINGULAR)
+        self._phases, self._inverses = phases[regular], np.linalg.inv(matrices[regular])
 
     def answers(self, torques: Array, *, beyond_doubt: bool = True) -> Iterator[Answer]:
         """All combinations that agree with torques on the joints, ``(2n,)`` [N m].
@@ -73,103 +81,73 @@ class Instant:
                 those too that miss them by no more than that.
         """
         share = 1.0 if beyond_doubt else -1.0
-        for phases in product(*self._choices):
-            answer = self.solve(phases, torques)
-            if answer is not None and _agrees(self._loop, answer, self._at_rest, share):
-                yield answer
+        answer = self._solve(torques)
+        for k in np.flatnonzero(_agree(self._loop, answer, self._at_rest, share)):
+            forces, slips, gaps = (values[k] for values in answer[1:])
+            yield Answer(tuple(answer.phases[k].tolist()), forces, slips, gaps)
 
-    def solve(self, phases: tuple[int, ...], torques: Array) -> Answer | None:
-        """Eq. 15 for all accelerations, those of the gaps too, and forces; None if irregular."""
-        if phases not in self._inverses:
-            matrix = _equations(self._loop, self._kin, phases)
-            regular = _is_regular(self._loop, self._state, phases)
-            regular = regular and np.linalg.cond(matrix) < SINGULAR
-            self._inverses[phases] = np.linalg.inv(matrix) if regular else None
-        inverse, n = self._inverses[phases], len(phases)
-        if inverse is None:
-            return None
-        _, h = self._loop.hand.finger_dynamics(self._kin, self._loop.truth)
-        _, h_o = self._loop.hand.object_dynamics(self._loop.truth)
-        known = (torques - h, self._loop.load - h_o, self._kin.b, np.zeros(2 * n))
-        slips, gaps, forces = np.split((inverse @ np.concatenate(known))[2 * n + 3 :], [n, 2 * n])
-        return Answer(phases, forces.reshape(n, 2), slips, gaps)
+    def solve(self, phases: Sequence[int], torques: Array) -> Answer:
+        """Forces and accelerations of one combination, whether it agrees or not."""
+        k = int(np.flatnonzero((self._phases == phases).all(axis=1))[0])
+        forces, slips, gaps = (values[k] for values in self._solve(torques)[1:])
+        return Answer(tuple(phases), forces, slips, gaps)
 
-
-def _is_regular(loop: ClosedLoop, state: State, phases: Sequence[int]) -> bool:
-    """Whether the determinant of M~ is positive for the fingers that touch (no Painleve)."""
-    touching = np.flatnonzero(np.array(phases) != OPEN)
-    if len(touching) == 0:
-        return True
-    hand, truth = loop.hand, loop.truth
-    rest = hand._replace(
-        fingers=tuple(hand.fingers[i] for i in touching),
-        anchors=hand.anchors[touching],
-        tangents=hand.tangents[touching],
-    )
-    known = truth._replace(
-        link_masses=truth.link_masses[touching], friction=truth.friction[touching]
-    )
-    part = state._replace(slip=state.slip[touching], slip_velocity=state.slip_velocity[touching])
-    reduced = rest.reduced_form(rest.kinematics(part), known, [phases[i] for i in touching])
-    return bool(np.linalg.det(reduced.M) > 0.0)
+    def _solve(self, torques: Array) -> Answer:
+        """Forces and accelerations of all combinations, one after another."""
+        count, n = self._phases.shape
+        c = _accelerations_without_force(self._loop, self._kin, torques)
+        sticks, closed = self._phases == 0, self._phases != OPEN
+        moves = np.stack((sticks, closed), axis=2).reshape(count, 2 * n)
+        forces = -(self._inverses @ (moves * c)[:, :, None])[:, :, 0]
+        motion = (forces @ self._G.T + c).reshape(count, n, 2)
+        # Zero but for rounding where a condition says so.
+        motion = np.where(moves.reshape(count, n, 2), 0.0, motion)
+        return Answer(self._phases, forces.reshape(count, n, 2), motion[..., 0], motion[..., 1])
 
 
-def _equations(loop: ClosedLoop, kin: Kinematics, phases: Sequence[int]) -> Array:
-    """The matrix of Eq. 15 with the accelerations of the gaps beside those of the slips.
-
-    The fingertip of an open contact leaves against the inward normal n:
-    ``J qdd = ... + sdd t - gdd n`` with ``F = 0``; a closed one has ``gdd = 0``.
-    """
-    n = len(phases)
+def _accelerations_per_force(loop: ClosedLoop, kin: Kinematics) -> Array:
+    """G, from the fingers' and the object's equations of motion, ``(2n, 2n)``."""
     M, _ = loop.hand.finger_dynamics(kin, loop.truth)
     M_o, _ = loop.hand.object_dynamics(loop.truth)
-    A_g = block_diagonal([frame[:, 1:] for frame in kin.frames])
-    rows = [_contact_rows(i, n, phase, loop.truth.friction[i]) for i, phase in enumerate(phases)]
-    zero = np.zeros
-    return np.block(
-        [
-            [M, zero((2 * n, 3 + 2 * n)), kin.J.T],
-            [zero((3, 2 * n)), M_o, zero((3, 2 * n)), -kin.W],
-            [kin.A_q, kin.A_o, kin.A_s, A_g, zero((2 * n, 2 * n))],
-            [zero((2 * n, 2 * n + 3)), np.vstack(rows)],
-        ]
-    )
+    return kin.J @ np.linalg.solve(M, kin.J.T) + kin.W.T @ np.linalg.solve(M_o, kin.W)
 
 
-def _contact_rows(i: int, n: int, phase: int, friction: float) -> Array:
-    """Two equations of contact i in the slip and gap accelerations and the forces, ``(2, 4n)``."""
-    rows = np.zeros((2, 4 * n))
-    slip, gap, tangential, normal = i, n + i, 2 * n + 2 * i, 2 * n + 2 * i + 1
-    if phase == OPEN:
-        rows[0, tangential] = rows[1, normal] = 1.0
-        return rows
-    rows[0, gap] = 1.0
-    if phase == 0:
-        rows[1, slip] = 1.0
-    else:
-        rows[1, [tangential, normal]] = 1.0, phase * friction
-    return rows
+def _accelerations_without_force(loop: ClosedLoop, kin: Kinematics, torques: Array) -> Array:
+    """c: ``C (s'', gap'') = b - A_q q'' - A_o v'``, C of the frames (-t, n), ``(2n,)``."""
+    M, h = loop.hand.finger_dynamics(kin, loop.truth)
+    M_o, h_o = loop.hand.object_dynamics(loop.truth)
+    joints = np.linalg.solve(M, torques - loop.joint_friction(kin) - h)
+    rest = kin.b - kin.A_q @ joints - kin.A_o @ np.linalg.solve(M_o, loop.load - h_o)
+    return block_diagonal(kin.frames).T @ rest
 
 
-def _agrees(loop: ClosedLoop, answer: Answer, at_rest: Array, share: float) -> bool:
-    """Whether forces and accelerations have the signs that the phases ask for.
+def _conditions(G: Array, phases: NDArray[np.int_], friction: Array) -> Array:
+    """The matrices of the conditions on the forces, ``(combinations, 2n, 2n)``."""
+    count, n = phases.shape
+    matrices = np.zeros((count, 2 * n, 2 * n))
+    for i in range(n):
+        own, (x, y) = phases[:, i], (2 * i, 2 * i + 1)
+        matrices[own == 0, x] = G[x]
+        matrices[own != 0, x, x] = 1.0
+        matrices[:, x, y] += np.where(np.abs(own) == 1, own * friction[i], 0.0)
+        matrices[own != OPEN, y] = G[y]
+        matrices[own == OPEN, y, y] = 1.0
+    return matrices
+
+
+def _agree(
+    loop: ClosedLoop, answer: Answer, at_rest: NDArray[np.bool_], share: float
+) -> NDArray[np.bool_]:
+    """Which forces and accelerations have the signs that their phases ask for.
 
     They do so by a share of what is in doubt: 1 beyond doubt, -1 where nothing speaks against it.
     """
-    accelerations = np.concatenate((answer.slip_accelerations, answer.gap_accelerations))
-    least = share * ACCELERATION_DOUBT * (1.0 + np.abs(accelerations).max())
-    for i, phase in enumerate(answer.phases):
-        tangential, normal = answer.forces[i]
-        doubt = share * FORCE_DOUBT * (1.0 + abs(normal))
-        margin = loop.static_friction[i] * normal - abs(tangential)
-        if phase == OPEN:
-            agrees = answer.gap_accelerations[i] > least
-        elif normal <= doubt:
-            agrees = False
-        elif phase == 0:
-            agrees = margin > doubt
-        else:
-            agrees = not at_rest[i] or phase * answer.slip_accelerations[i] > least
-        if not agrees:
-            return False
-    return True
+    phases, forces, slips, gaps = answer
+    largest = np.abs(np.concatenate((slips, gaps), axis=1)).max(axis=1, keepdims=True)
+    least = share * ACCELERATION_DOUBT * (1.0 + largest)
+    tangential, normal = forces[..., 0], forces[..., 1]
+    doubt = share * FORCE_DOUBT * (1.0 + np.abs(normal))
+    margin = loop.static_friction * normal - np.abs(tangential)
+    slides = ~at_rest | (phases * slips > least)
+    closed = (normal > doubt) & np.where(phases == 0, margin > doubt, slides)
+    return np.where(phases == OPEN, gaps > least, closed).all(axis=1)

@@ -75,7 +75,7 @@ def moving_directions(slip_velocity: Array, friction: Friction) -> tuple[Flags, 
 def select(problem: Problem, seed: int = 0) -> Selection:
     """The first of `answers`, or the last candidate without a phase."""
     last = None
-    for last in _candidates(problem, seed):
+    for last in candidates(problem, seed):
         if last.phase is not None:
             break
     assert last is not None, "there is at least one choice of frictions"
@@ -84,11 +84,11 @@ def select(problem: Problem, seed: int = 0) -> Selection:
 
 def answers(problem: Problem, seed: int = 0) -> Iterator[Selection]:
     """Phases that agree with the forces they give."""
-    return (found for found in _candidates(problem, seed) if found.phase is not None)
+    return (found for found in candidates(problem, seed) if found.phase is not None)
 
 
-def _candidates(problem: Problem, seed: int) -> Iterator[Selection]:
-    """All free contacts stick if they may, then what Newton's method finds.
+def candidates(problem: Problem, seed: int) -> Iterator[Selection]:
+    """All free contacts stick if they may, then what Newton's method finds; some without a phase.
 
     Where more friction holds a contact than it has in slip, it is tried with either: with the
     greater one it must stick.

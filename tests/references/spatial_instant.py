@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import chain, islice, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linprog
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.scenario.spatial import SpatialScenario
+from tests.references.changes import scenario_at
 from tests.references.spatial_contact import (
     Problem,
-    answers,
-    forces_in,
-    margins,
+    candidates,
     moving_directions,
-    relative_motion,
 )
 from tests.references.spatial_plant import Parameters, Phase, State
 from tests.references.spatial_scenarios import hand_of_scenario
@@ -26,33 +24,69 @@ Array = NDArray[np.float64]
 # By which an answer must agree, so that it is no matter of rounding [N], and share of the forces.
 SURELY, SURE_SHARE = 1e-6, 1e-12
 SEARCHES = 10
+MOST_TRIED = 20  # choices of frictions, each from several starts
+MOST_ENUMERATED = 4  # fingers
+SINGULAR = 1e14  # condition number
 
 
 def find_closed_answer(run: RunResult, torques: Array) -> Phase | None:
-    """Phases in which every contact pushes, beyond doubt, where a run ends; None if there are none.
+    """Phases in which every contact pushes, beyond doubt, where a run ends; None if none is found.
 
-    In the pyramid all combinations are tried, on the cone Newton's method from many starts.
+    In the pyramid all combinations are tried for up to four fingers; on the cone, and for more
+    fingers, Newton's method searches from many starts. Where even forces that only need to lie
+    within their pyramids could not keep all contacts closed, there is nothing to look for.
 
     Args:
         run: The run.
         torques: That act at its end, ``(n, 3)`` [N m].
     """
     problem = problem_at_end(run, torques)
-    if problem.friction == "pyramid":
+    if not _can_keep_closed(problem):
+        return None
+    if problem.friction == "pyramid" and len(problem.mu) <= MOST_ENUMERATED:
         return _enumerate(problem)
-    for seed in range(SEARCHES):
-        for found in answers(problem, seed):
-            if found.forces[:, 2].min() > _surely(found.forces):
-                return found.phase
+    tried = chain.from_iterable(candidates(problem, seed) for seed in range(SEARCHES))
+    for found in islice(tried, MOST_TRIED):
+        if found.phase is not None and found.forces[:, 2].min() > _surely(found.forces):
+            return found.phase
     return None
+
+
+def _can_keep_closed(problem: Problem) -> bool:
+    """Whether forces within the pyramids around the cones let no contact open or close.
+
+    Every answer is such a point of a linear program, whose other points do not tell stick from
+    slip.
+    """
+    n = len(problem.mu)
+    normals = 3 * np.arange(n) + 2
+    fixed, bounded = [problem.G[normals]], []
+    for i, k in product(range(n), range(2)):
+        row = np.zeros(3 * n)
+        row[3 * i + k] = 1.0
+        if problem.moving[i, k]:
+            row[3 * i + 2] = problem.mu[i] * problem.directions[i, k]
+            fixed.append(row[None])
+        else:
+            row[3 * i + 2] = -problem.most[i, k]
+            bounded += [row, np.where(np.arange(3 * n) == 3 * i + k, -1.0, row)]
+    equal = np.vstack(fixed)
+    right = np.concatenate((-problem.c[normals], np.zeros(len(equal) - n)))
+    limits = [(0.0, None) if place % 3 == 2 else (None, None) for place in range(3 * n)]
+    found = linprog(
+        np.zeros(3 * n),
+        A_ub=np.array(bounded).reshape(-1, 3 * n),
+        b_ub=np.zeros(len(bounded)),
+        A_eq=equal,
+        b_eq=right,
+        bounds=limits,
+    )
+    return found.status != 2  # infeasible
 
 
 def problem_at_end(run: RunResult, torques: Array) -> Problem:
     """The contact problem of the last instant."""
-    last, scenario = run.trace[-1:], run.scenario
-    for change in sorted(scenario.changes, key=lambda change: change.time):
-        if change.time <= run.end_time:
-            scenario = with_values(scenario, {change.parameter: change.value})
+    last, scenario = run.trace[-1:], scenario_at(run.scenario, run.end_time)
     assert isinstance(scenario, SpatialScenario)
     n = len(scenario.fingers)
     slip = last.slip[0].reshape(n, 2)
@@ -70,7 +104,8 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
     state = State(pose[:3], pose[3:], last.object_velocity[0], slip, velocity)
     hand = hand_of_scenario(scenario)
     kin = hand.kinematics(state)
-    G, c = hand.contact_space(kin, state, truth, torques, _load(scenario, run.end_time))
+    given = torques - _joint_friction(scenario, kin.qd)
+    G, c = hand.contact_space(kin, state, truth, given, _load(scenario, run.end_time))
     none = np.zeros((n, 2), bool)
     bounds = np.repeat(static[:, None], 2, axis=1)
     return Problem(G, c, truth.friction, moving, directions, none, friction, bounds)
@@ -94,25 +129,47 @@ def _load(scenario: SpatialScenario, t: float) -> Array:
     return sum((np.array([*p.force, *p.moment]) for p in acting), np.zeros(6))
 
 
+def _joint_friction(scenario: SpatialScenario, rates: Array) -> Array:
+    """Torques that the friction of the joints takes, ``(n, 3)`` [N m]."""
+    damping = np.array([finger.joint_damping for finger in scenario.fingers])[:, None]
+    dry = np.array([finger.joint_friction for finger in scenario.fingers])[:, None]
+    return damping * rates + dry * rates / np.hypot(rates, 0.01)
+
+
 def _enumerate(problem: Problem) -> Phase | None:
-    free = np.argwhere(~problem.moving)
-    for signs in product((0.0, 1.0, -1.0), repeat=len(free)):
-        directions = np.where(problem.moving, problem.directions, 0.0)
-        directions[tuple(free.T)] = signs
-        phase = Phase(directions == 0.0, directions)
-        if _agrees(problem, phase):
-            return phase
-    return None
+    """The first of all combinations that agrees beyond doubt."""
+    free = ~problem.moving
+    signs = np.array(list(product((0.0, 1.0, -1.0), repeat=int(free.sum()))))
+    directions = np.repeat(problem.directions[None], len(signs), axis=0)
+    directions[:, free] = signs
+    forces, regular = _forces_in_all(problem, directions)
+    motion = forces.reshape(len(signs), -1) @ problem.G.T + problem.c
+    along = directions * motion.reshape(forces.shape)[:, :, :2]
+    spare = problem.most * forces[:, :, 2:] - np.abs(forces[:, :, :2])
+    sure = (SURELY + SURE_SHARE * np.abs(forces).max(axis=(1, 2)))[:, None, None]
+    fits = problem.moving | np.where(directions == 0.0, spare > sure, along > SURELY)
+    pushes = forces[:, :, 2].min(axis=1) > sure[:, 0, 0]
+    agree = np.flatnonzero(regular & pushes & fits.all(axis=(1, 2)))
+    return Phase(directions[agree[0]] == 0.0, directions[agree[0]]) if len(agree) else None
 
 
-def _agrees(problem: Problem, phase: Phase) -> bool:
-    """Whether contacts push, what sticks is inside its pyramid, and what begins slips its way."""
-    forces = forces_in(problem, phase)
-    spare = margins(forces, problem.most, "pyramid")
-    along = phase.directions * relative_motion(problem, forces)[:, :2]
-    sure = _surely(forces)
-    fits = np.where(problem.moving, True, np.where(phase.sticks, spare > sure, along > SURELY))
-    return bool(forces[:, 2].min() > sure and fits.all())
+def _forces_in_all(problem: Problem, directions: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Forces in many phases of the pyramid, and which phases have any.
+
+    As `tests.references.spatial_contact.forces_in` of one.
+    """
+    count, n = len(directions), len(problem.mu)
+    rows = np.repeat(problem.G[None], count, axis=0)
+    right = np.repeat(-problem.c[None], count, axis=0)
+    for i, k in product(range(n), range(2)):
+        slips, place = directions[:, i, k] != 0.0, 3 * i + k
+        rows[slips, place] = 0.0
+        rows[slips, place, place] = 1.0
+        rows[slips, place, 3 * i + 2] = problem.mu[i] * directions[slips, i, k]
+        right[slips, place] = 0.0
+    regular = np.linalg.cond(rows) < SINGULAR
+    rows[~regular] = np.eye(3 * n)
+    return np.linalg.solve(rows, right[:, :, None]).reshape(count, n, 3), regular
 
 
 def _surely(forces: Array) -> float:

@@ -1,0 +1,190 @@
+"""Random scenarios in pairs: all levels meet, and whatever can be set is varied."""
+
+from collections import defaultdict
+from itertools import islice, pairwise
+from random import Random
+
+import pytest
+
+from slipgrasp.core.scenario.field_errors import full_scenario
+from slipgrasp.core.scenario.parameters import Parameter, describe
+from tests.core import drawn_draft
+from tests.core.covering_array import cover, find_conflicts, minimal_conflict, missing_pairs
+from tests.core.drawn_draft import STRUCTURE, Draft, changeable
+from tests.core.drawn_levels import (
+    RANGES,
+    TOGETHER,
+    Where,
+    all_factors,
+    factors_of,
+    is_together,
+    pattern_of,
+)
+from tests.core.drawn_pairs import BLOCK, draw_in_pairs, draw_levels, factors, rows_of_block, sizes
+
+pytestmark = pytest.mark.slow
+
+PLANE_AND_SPACE = pytest.mark.parametrize("in_space", [False, True])
+# What stays the same in all draws: words, a bound on the cost, and what space does not compute.
+SAME = {False: {"title", "simulation.max_steps"}}
+SAME[True] = {*SAME[False], "controller.link_length_ratio", "controller.recognition_time"}
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """The scenarios of one block, by whether they are in space."""
+    return {where: [draw_in_pairs(3, i, where) for i in range(BLOCK)] for where in (False, True)}
+
+
+def is_refused(in_space, levels):
+    """Whether validation refuses levels with which all else is at its first level."""
+    row = [0] * len(factors(in_space))
+    for factor, level in levels:
+        row[factor] = level
+    return draw_levels(in_space, tuple(row), "alone") is None
+
+
+# Covering arrays
+
+
+def test_rows_cover_all_pairs_and_hold_no_conflict():
+    conflicts = {
+        frozenset({(0, 1), (2, 2)}),
+        frozenset({(1, 3)}),
+        frozenset({(3, 1), (4, 1), (5, 1)}),
+    }
+    rows = list(islice(cover([3, 4, 5, 2, 2, 2], conflicts, Random(1)), 40))
+    held = [set(enumerate(row)) for row in rows]
+    assert not any(conflict <= levels for conflict in conflicts for levels in held)
+    missing = missing_pairs([3, 4, 5, 2, 2, 2], rows)
+    assert all((1, 3) in pair or pair in conflicts for pair in missing)
+    assert missing_pairs([3, 4, 5, 2, 2, 2], rows[:15]) > missing
+
+
+def test_conflicts_are_found_by_trying():
+    planted = {
+        frozenset({(0, 1), (5, 2)}),
+        frozenset({(3, 2)}),
+        frozenset({(1, 1), (2, 1), (4, 1)}),
+    }
+
+    def is_allowed(row):
+        return not any(conflict <= set(enumerate(row)) for conflict in planted)
+
+    assert find_conflicts([3] * 6, is_allowed, Random(2)) == planted
+    refused = (1, 0, 2, 1, 0, 2)
+    assert minimal_conflict(refused, is_allowed) == {(0, 1), (5, 2)}
+
+
+# Draws
+
+
+@PLANE_AND_SPACE
+def test_every_two_levels_meet_within_1000_runs_unless_validation_refuses_them(drawn, in_space):
+    missing = missing_pairs(sizes(in_space), [each.row for each in drawn[in_space]])
+    alone = {level for pair in missing for level in pair if is_refused(in_space, [level])}
+    pairs = [pair for pair in missing if not pair & alone]
+    left = [pair for pair in pairs if not is_refused(in_space, pair)]
+    assert len(alone) <= 10
+    assert len(pairs) < 100  # of some 70 000
+    assert len(left) < 20
+    # Rows that had to be changed; the next block has others.
+    for pair in left:
+        rows = enumerate(rows_of_block(in_space, "3 1"))
+        with_pair = [k for k, row in rows if pair <= set(enumerate(row))]
+        later = (draw_in_pairs(3, BLOCK + k, in_space).row for k in with_pair)
+        assert any(pair <= set(enumerate(row)) for row in later)
+
+
+@PLANE_AND_SPACE
+def test_whatever_can_be_set_takes_several_values(drawn, in_space):
+    found = defaultdict(set)
+    for each in drawn[in_space]:
+        for key, parameter in describe(each.scenario).items():
+            found[pattern_of(key)].add(parameter.value)
+    definitions = {pattern_of(key) for key in describe(full_scenario(in_space))}
+    assert {name for name in definitions if len(found[name]) < 2} == SAME[in_space]
+
+
+@PLANE_AND_SPACE
+def test_numbers_are_drawn_at_both_ends_of_the_range_of_their_slider(drawn, in_space):
+    found, typical = defaultdict(set), {}
+    for each in drawn[in_space]:
+        for key, parameter in describe(each.scenario).items():
+            if isinstance(parameter.value, float) and parameter.typical is not None:
+                found[pattern_of(key)].add(parameter.value)
+                typical[pattern_of(key)] = parameter.typical
+    bare = typical.keys() - RANGES.keys() - SAME[in_space]
+    assert len(bare) > 30
+    for name in bare - set(TOGETHER):
+        low, high = typical[name]
+        assert {low, high} <= found[name], name
+        assert any(low < value < high for value in found[name]), name
+
+
+@PLANE_AND_SPACE
+def test_every_parameter_that_may_change_does_so_in_some_run(drawn, in_space):
+    changed = {
+        pattern_of(change.parameter) for each in drawn[in_space] for change in each.scenario.changes
+    }
+    assert changed == set(changeable(in_space)) - SAME[in_space]
+
+
+@PLANE_AND_SPACE
+def test_events_happen_at_equal_times_on_ticks_and_just_beside(drawn, in_space):
+    equal = close = on_ticks = 0
+    for each in drawn[in_space]:
+        scenario = each.scenario
+        times = sorted(event.time for event in (*scenario.changes, *scenario.pulses))
+        gaps = [b - a for a, b in pairwise(times)]
+        equal += any(gap == 0.0 for gap in gaps)
+        close += any(0.0 < gap < 1e-8 for gap in gaps)
+        period = scenario.controller.control_period
+        on_ticks += any(period and round(time / period) * period == time for time in times)
+    assert min(equal, close, on_ticks) > 0.02 * len(drawn[in_space])
+
+
+# New parameters
+
+
+def test_a_new_parameter_joins_by_itself(monkeypatch):
+    new = [
+        Parameter(
+            key=f"fingers.{i}.softness",
+            value=1.0,
+            kind="number",
+            unit="",
+            text="",
+            minimum=0.5,
+            maximum=3.0,
+            typical=(0.75, 2.0),
+            changeable=True,
+        )
+        for i in range(2)
+    ]
+    new += [
+        Parameter(key="weather.kind", value="dry", kind="choice", unit="", text="",
+                  choices=("dry", "rain"))
+    ]  # fmt: skip
+    definitions = [*describe(full_scenario(False)).values(), *new]
+    joined = {factor.name: factor for factor in factors_of(definitions)}
+    assert joined["fingers.*.softness"].levels == (
+        *(Where.DEFAULT, Where.INSIDE, Where.LOW, Where.HIGH),
+    )
+    assert joined["weather.kind"].levels == ("dry", "rain")
+    monkeypatch.setattr(drawn_draft, "all_factors", lambda _: tuple(joined.values()))
+    levels = {factor.name: factor.levels[0] for factor in (*STRUCTURE, *joined.values())}
+    levels |= {"fingers.*.softness": Where.INSIDE, "weather.kind": "rain"}
+    levels |= {drawn_draft.CHANGED: "fingers.*.softness"}
+    mapping = Draft(False, levels, Random(1)).mapping
+    assert all(0.75 < finger["softness"] < 2.0 for finger in mapping["fingers"])
+    assert mapping["weather"] == {"kind": "rain"}
+    assert mapping["changes"][0]["parameter"] in ("fingers.0.softness", "fingers.1.softness")
+    assert "fingers.*.softness" in changeable(False)
+
+
+@PLANE_AND_SPACE
+def test_every_definition_is_a_factor_or_drawn_with_others(in_space):
+    names = {factor.name for factor in all_factors(in_space)}
+    for key in describe(full_scenario(in_space)):
+        assert (pattern_of(key) in names) != is_together(pattern_of(key))
