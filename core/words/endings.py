@@ -473,7 +473,7 @@ _ENDINGS = {
         outcome=Outcome.DIVERGED,
         code="unbounded_grasp_force",
         explain=_explain_unbounded_force,
-        hint=_calm_the_loop_or_bound,
+        hint=_calm_the_loop,
         by_the_torque=True,
     ),
     STIFF: _Ending(
