@@ -18,7 +18,6 @@ from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
 from benchmarks.faults.services import kill_services, restart_with_unfinished
 from benchmarks.faults.stops import stop_runs
-from benchmarks.faults.survivors import kill_and_compare
 from benchmarks.faults.viewers import mix_viewers
 from benchmarks.faults.workers import kill_in_a_burst, kill_workers
 from benchmarks.report import Table
@@ -71,6 +70,9 @@ def _killed_services() -> Row:
 
 
 def _survivors() -> Row:
+    # A program of its own, too, which must not be imported before it is run.
+    from benchmarks.faults.survivors import kill_and_compare
+
     found = kill_and_compare(SURVIVOR_KILLS, LAST_SECOND_KILLS, seed=1)
     return (
         f"SIGKILL of a run or a service, {SURVIVOR_KILLS} at a random instant and "

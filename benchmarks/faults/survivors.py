@@ -35,10 +35,11 @@ EACH_SERVICE = 5
 """Of so many kills one is of a service, which takes longer to start."""
 
 LAST_SECOND = 1.0
-NEARLY_WHOLE = 0.9
+NEARLY_WHOLE = 0.8
 """The share of a file after which the last second is about to begin."""
 
 PATIENCE = 300.0
+SHORT_POLL = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,12 +116,20 @@ def _at_random(whole: _Whole, source: random.Random, _parts: _Parts) -> None:
 
 
 def _in_last_second(whole: _Whole, source: random.Random, parts: _Parts) -> None:
-    """Waits until a file is nearly whole, and some more; the process may end before."""
+    """Waits until a file is nearly whole and some more, or until it is laid out or has its name."""
+    _wait_until(lambda: max(map(_size, parts()), default=0) >= NEARLY_WHOLE * len(whole.data))
+    if source.random() < 0.5:
+        _wait_until(lambda: any(not path.name.endswith(".mcap.part") for path in parts()))
+    else:
+        # Mostly early: what is left is less than a second once the file is so large.
+        time.sleep(LAST_SECOND * source.random() ** 2)
+
+
+def _wait_until(holds: Callable[[], bool]) -> None:
     deadline = time.monotonic() + PATIENCE
-    while max(map(_size, parts()), default=0) < NEARLY_WHOLE * len(whole.data):
+    while not holds():
         assert time.monotonic() < deadline, "the run is not recorded"
-        time.sleep(POLL)
-    time.sleep(source.uniform(0.0, LAST_SECOND))
+        time.sleep(SHORT_POLL)
 
 
 def _size(path: Path) -> int:

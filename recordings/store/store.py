@@ -13,6 +13,7 @@ from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
@@ -47,6 +48,9 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 DATA_VARIABLE = "SLIPGRASP_DATA"
 UPLOAD_SUFFIX = ".upload.part"
 """Not that of runs: what is left of an upload is of no use to anyone."""
+
+SIDECAR_PART = ".json.part"
+"""What is left of a sidecar says no more than the recording, or what was written before."""
 
 CHECK_BYTES = 1 << 24
 
@@ -215,9 +219,10 @@ class RecordingStore:
         """What takes a recording that is sent; `register` it once it is finished."""
         return Upload(reservation.path, self._limits)
 
-    def discard_unfinished_uploads(self) -> None:
-        """Deletes what a service left of uploads when it was killed."""
-        for part in self._files.path.glob(f"*{UPLOAD_SUFFIX}"):
+    def discard_unfinished(self) -> None:
+        """Deletes what a service left of uploads and of sidecars when it was killed."""
+        folder = self._files.path
+        for part in chain(folder.glob(f"*{UPLOAD_SUFFIX}"), folder.glob(f"*{SIDECAR_PART}")):
             try:
                 if not part.is_symlink() and not _is_being_written(part):
                     part.unlink()

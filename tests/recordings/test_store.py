@@ -7,6 +7,7 @@ from datetime import datetime
 
 import pytest
 
+from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.types import RunWarning
 from slipgrasp.recordings.exceptions import (
@@ -549,3 +550,15 @@ def test_runs_are_found_by_what_they_are_called(store, short_run, lost_run):
 
     assert "right friction 0.3" in lost.display_name
     assert [run.id for run in store.find(RunQuery(text="Right Friction")).runs] == [lost.id]
+
+
+def test_what_a_killed_service_left_of_a_sidecar_goes_at_the_next_start(store, short_run):
+    stored = store.save(short_run)
+    left = stored.path.with_name(f"{stored.id}.json.part")
+    left.write_bytes(b'{"created": "20')
+    written = stored.path.with_name("anotherrun01.json.part")
+    with written.open("wb") as stream:
+        assert try_lock(stream)
+        store.discard_unfinished()
+        assert written.exists()
+    assert not left.exists() and store.get(stored.id) == stored
