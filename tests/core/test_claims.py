@@ -14,7 +14,7 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 
-NUM_SEEDS = 3
+SEEDS = (0, 1, 5)  # of the last, some runs end at their first instant
 
 
 @pytest.fixture(scope="module")
@@ -31,12 +31,12 @@ def test_no_preset_contradicts_itself(name):
     assert contradictions_of(simulate(load_scenario(name))) == ()
 
 
-@pytest.mark.parametrize("seed", range(NUM_SEEDS))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_no_random_run_contradicts_itself_however_it_ends(seed):
     runs = [simulate(draw_scenario(kind, seed)) for kind in KINDS]
 
     assert {run.outcome for run in runs} >= {Outcome.COMPLETED, Outcome.SEPARATED}
-    assert any(len(run.trace) == 1 for run in runs) or seed != 1
+    assert any(len(run.trace) == 1 for run in runs) or seed != 5
     for run in runs:
         assert contradictions_of(run) == ()
 
