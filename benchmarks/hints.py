@@ -27,7 +27,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.trying import Budget, follow, try_hint
 from slipgrasp.core.run.verdict import describe_run
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
-from slipgrasp.core.scenario.law_choice import with_law
+from slipgrasp.core.scenario.law_choice import LAW, with_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import Goal
@@ -146,8 +146,12 @@ def follow_all(seed: int, index: int) -> tuple[bool, dict[str, bool]]:
 
 def name_of(option: Option) -> str:
     """What a change is called in the table, without its numbers."""
-    keys = [re.sub(r"\.\d+\.", ".*.", key) for key in option.values]
-    return ", ".join(dict.fromkeys("composite" if "kind" in key else key for key in keys))
+    keys = dict.fromkeys(re.sub(r"\.\d+\.", ".*.", key) for key in option.values)
+    if LAW not in keys:
+        return ", ".join(keys)
+    settings = keys.keys() - {LAW}
+    more = [key for key in keys if key.startswith(("estimates", "actuation"))]
+    return ", ".join(["composite", *["set firmly"] * (settings > set(more)), *more])
 
 
 def is_held(result: RunResult) -> bool:

@@ -7,7 +7,7 @@ that the same run gives the same hints; a caller who has no more patience cuts t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import NamedTuple
@@ -146,12 +146,12 @@ def try_hint(
         simulate: Gives the run of a scenario, ``stopped`` if it was asked to.
         should_stop: Asked after every piece whether nobody wants to know any more.
     """
-    found: list[tuple[Judgement, TriedOption]] = []
+    found: list[_Found] = []
     count, meter = 0, _Meter(budget, should_stop)
     for option, scenario in islice(_runnable(before.scenario, hint, follow_option), budget.runs):
-        if meter.is_over or len(found) >= budget.enough:
+        if meter.is_over or len(_without_more(found)) >= budget.enough:
             break
-        if _adds(TriedOption(option, ""), (tried for _, tried in found)):
+        if _adds(option, found):
             continue
         after = (simulate or _summarise)(scenario, meter.begin())
         if after.outcome in (Outcome.STOPPED, Outcome.LIMIT):
@@ -160,15 +160,19 @@ def try_hint(
         judgement = judge(before, after, hint.goal)
         if judgement.helps:
             found.append((judgement, TriedOption(option, judgement.effect)))
-    found.sort(key=lambda each: each[0].cost)
-    helpful = [tried for _, tried in found]
-    return TriedHint(hint, tuple(each for each in helpful if not _adds(each, helpful)), count)
+    ranked = sorted(_without_more(found), key=lambda each: each[0].cost)
+    return TriedHint(hint, tuple(tried for _, tried in ranked), count)
 
 
-def _adds(one: TriedOption, others: Iterable[TriedOption]) -> bool:
-    """Whether an option sets all that another one sets, and more: the other one does alone."""
-    values = one.option.values.items()
-    return any(each.option.values.items() < values for each in others)
+def _without_more(found: list[_Found]) -> list[_Found]:
+    """What helps, without options that set more than another one that helps alone."""
+    return [each for each in found if not _adds(each[1].option, found)]
+
+
+def _adds(option: Option, found: list[_Found]) -> bool:
+    """Whether an option sets all that another one sets that helps, and more."""
+    values = option.values.items()
+    return any(tried.option.values.items() < values for _, tried in found)
 
 
 class Judgement(NamedTuple):
@@ -205,6 +209,9 @@ def judge(before: AnyRun, after: AnyRun, goal: Goal) -> Judgement:
         return Judgement(helps, max(new.slip, _NOISE), effect)
     helps = is_nearer and new.slip <= max(_SAME * old.slip, _SLIP)
     return Judgement(helps, max(new.offset, _NOISE), effect)
+
+
+_Found = tuple[Judgement, TriedOption]
 
 
 class _Measures(NamedTuple):

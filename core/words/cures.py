@@ -37,10 +37,10 @@ def hold(situation: Situation) -> Iterator[Option]:
     laws = list(change_law(situation))
     yield from laws[:2]
     yield from share_forces(situation)
+    yield from start_nearer_to_the_truth(situation)
     yield from leave_the_cones(situation)
     yield from give_more_torque(situation)
     yield from act_sooner(situation)
-    yield from start_nearer_to_the_truth(situation)
     yield from squeeze_harder(situation)
     yield from laws[2:]
     yield from bound_estimates(situation)
@@ -59,8 +59,8 @@ def slip_less(situation: Situation) -> Iterator[Option]:
 
 def come_nearer(situation: Situation) -> Iterator[Option]:
     """What brought held objects nearer, and may lose one: only for those who can try."""
-    yield from raise_(situation.scenario, "controller.position_gain")
     yield from start_nearer_to_the_truth(situation)
+    yield from raise_(situation.scenario, "controller.position_gain")
     yield from change_law(situation)
     yield from squeeze_harder(situation)
 

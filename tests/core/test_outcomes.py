@@ -156,7 +156,7 @@ def test_the_reason_names_a_joint_that_cannot_give_more_and_no_idle_belief():
     assert result.trace.estimates[-1, 3] == pytest.approx(0.02)
     assert "inertia" not in result.reason.message
     assert "composite" not in result.reason.hint
-    assert result.reason.hint.startswith("raise actuation.torque_limit above 10 N m")
+    assert "raise actuation.torque_limit above 10 N m" in result.reason.hint
 
 
 def test_arm_that_is_pulled_straight_ends_the_run_as_singular():

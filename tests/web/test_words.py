@@ -42,7 +42,7 @@ def test_a_held_run_says_who_slipped_and_how_hard_it_squeezes(case_1: RunResult)
         "Unknown to the controller: the mass of the object and the masses of the links; it was "
         "given the true friction and every other parameter at every instant.",
     )
-    assert "Raise controller.position_gain above 100 1/s²" in verdict.suggestion
+    assert "raise controller.position_gain above 100 1/s²" in verdict.suggestion
 
 
 def test_a_squeeze_at_its_least_is_told_apart_from_the_least() -> None:
