@@ -28,7 +28,7 @@ PARTS = {
     "hold-in-space": "which of 1 000 random objects in space the laws hold",
     "claims": "two claims about the composite law, shown or refuted",
     "outcomes": "whether 20 000 random runs end truly, and against a truth of tight tolerance",
-    "hands-in-space": "whether 5 000 random hands in space end truly, inside their cones",
+    "hands-in-space": "whether 10 000 random spatial hands end truly, inside their cones",
     "hints": "whether 600 hints of random runs, pressed, do what they say",
     "portability": "whether a run has the same bits under other machine code and in WebAssembly",
     "front-ends": "cost per tick of a law in every front end, beside MuJoCo with a controller",

@@ -37,8 +37,10 @@ from slipgrasp.core.trace.types import Outcome
 
 COUNT = 10_000
 LEDGER_SHARE = 1e-8  # of the greatest energy of the run: the relative tolerance of the steps
+SAME_VELOCITY = 1e-7  # of 1 m/s and the velocity; slips below that may end together
 CHECKS_IN_SPACE = CHECKS | {
-    "ledger": Check("energy ledger off by more than 1e-6 J and 1e-8 of the greatest energy", "J")
+    "ledger": Check("energy ledger off by more than 1e-6 J and 1e-8 of the greatest energy", "J"),
+    "velocity": Check("velocities that differ at equal times by more than 1e-7", "m/s"),
 }
 
 
@@ -70,7 +72,7 @@ def find_missed_in_space(
         held: The torques that act at its end, ``(n, 3)`` [N m].
     """
     runs = (plain,) if fine is None else (plain, fine)
-    missed = common_missed(plain, fine) | {
+    missed = common_missed(plain, fine, SAME_VELOCITY) | {
         "cone": max(map(_outside_friction, runs)),
         "ledger": max(ledger_error(run.trace, LEDGER_SHARE) for run in runs),
         **_untrue_ends(plain, held),

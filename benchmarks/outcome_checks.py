@@ -103,19 +103,22 @@ def find_missed(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> d
     return {name: by for name, by in missed.items() if by > 0.0}
 
 
-def common_missed(plain: RunResult, fine: RunResult | None) -> dict[str, float]:
+def common_missed(
+    plain: RunResult, fine: RunResult | None, same: float = VELOCITY_JUMP
+) -> dict[str, float]:
     """By how much each check is missed that knows neither forces nor energies.
 
     Args:
         plain: The run.
         fine: The same run with an output of 10 kHz, if there is one.
+        same: By what share of 1 m/s and a velocity it may differ from itself.
     """
     runs = (plain,) if fine is None else (plain, fine)
     return {
         "stall": max(map(stalled, runs)),
         "rate": 0.0 if fine is None or _same_course(plain, fine) else 1.0,
         "friction": max(given_back(run.trace) for run in runs),
-        "velocity": max(velocity_jump(run.trace) for run in runs),
+        "velocity": max(velocity_jump(run.trace, same) for run in runs),
         "metrics": 0.0 if _same_metrics(plain, fine) and all(map(_metrics_hold, runs)) else 1.0,
         "completed": max(map(ends_wrongly, runs)),
     }
@@ -219,14 +222,14 @@ def ledger_error(trace: Trace, share: float = LEDGER_SHARE) -> float:
     return missing if missing > max(LEDGER, share * greatest) else 0.0
 
 
-def velocity_jump(trace: Trace) -> float:
+def velocity_jump(trace: Trace, same: float = VELOCITY_JUMP) -> float:
     """The largest difference of a velocity between rows at one time [m/s, rad/s]; 0 if allowed.
 
     Forces and accelerations jump at events; no impulse acts on anything.
     """
     velocities = np.column_stack((trace.object_velocity, trace.slip_velocity))
     before, after = velocities[:-1], velocities[1:]
-    excess = np.abs(after - before) - VELOCITY_JUMP * np.maximum(1.0, np.abs(before))
+    excess = np.abs(after - before) - same * np.maximum(1.0, np.abs(before))
     jumps = np.where((excess > 0.0).T & (np.diff(trace.times) == 0.0), np.abs(after - before).T, 0)
     return float(jumps.max(initial=0.0))
 

@@ -36,7 +36,6 @@ from slipgrasp.core.scenario.loading import scenario_to_toml
 COUNT = 20_000
 ON_THEIR_BOUNDS = 2_000  # further runs
 SEED = 14
-PER_RATE = 10_000  # of so many runs one may differ with the output rate
 
 
 class Judge(Protocol):
@@ -138,13 +137,10 @@ def _cells(campaign: Campaign, name: str, check: Check) -> tuple[str, str]:
 
 
 def _verdict(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
-    runs = sum(len(campaign.judgements) for campaign in campaigns)
     counts = {check: sum(len(c.failures(check)) for c in campaigns) for check in checks}
-    allowed = {"rate": runs / PER_RATE}
-    missed = sum(count > allowed.get(check, 0) for check, count in counts.items())
+    missed = sum(count > 0 for count in counts.values())
     verdict = f"missed in {missed} of {len(checks)} rows" if missed else "met"
-    rates = f", and at most one of {PER_RATE} that differs with 10 kHz output" * ("rate" in checks)
-    return f"Target: none{rates}: {verdict} (seed {campaigns[0].seed})."
+    return f"Target: none: {verdict} (seed {campaigns[0].seed}; every other run twice)."
 
 
 def main() -> None:

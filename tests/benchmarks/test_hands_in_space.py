@@ -7,14 +7,16 @@ import pytest
 
 from benchmarks.hands_in_space import find_missed_in_space, judge_in_space
 from benchmarks.hold_in_space import LAWS, ORACLE, WORLDS, tabulate, vary_objects
-from benchmarks.random_runs import IN_SPACE, draw
+from benchmarks.random_runs import IN_SPACE, PAIRS_IN_SPACE, draw
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome, Reason
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_scenarios import AtEnds
-from tests.references.spatial_instant import find_closed_answer
+from tests.references.spatial_contact import forces_in
+from tests.references.spatial_instant import find_closed_answer, problem_at_end
+from tests.references.spatial_plant import all_stick
 
 pytestmark = pytest.mark.slow
 
@@ -34,11 +36,12 @@ def run(request):
 
 def missed(run):
     """Names of the checks that a run misses."""
-    return set(find_missed_in_space(run, np.zeros((3, 3))))
+    return set(find_missed_in_space(run, None, np.zeros((3, 3))))
 
 
 def test_random_hands_in_space_end_truly():
-    judgements = [judge_in_space(draw(IN_SPACE, SEED, index)) for index in range(60)]
+    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(60))
+    judgements = [judge_in_space(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3
 
@@ -46,19 +49,20 @@ def test_random_hands_in_space_end_truly():
 @pytest.mark.parametrize("index", ONCE_WRONG)
 def test_hands_in_space_that_ended_falsely_once_end_truly(index):
     # As they were drawn then.
-    assert not judge_in_space(draw_hand_in_space(f"14 {index}", AtEnds, whole=False)).missed
+    run = draw_hand_in_space(f"14 {index}", AtEnds, whole=False)
+    assert not judge_in_space(run, twice=False).missed
 
 
 @pytest.mark.parametrize("index", ONCE_WRONG_SINCE)
 def test_hands_in_space_that_ended_falsely_since_end_truly(index):
-    judgement = judge_in_space(draw(IN_SPACE, 14, index))
+    judgement = judge_in_space(draw(IN_SPACE, 14, index), twice=False)
     assert not judgement.missed and judgement.outcome != "limit"
 
 
 def test_draws_have_both_frictions_and_all_numbers_of_fingers():
-    drawn = [draw(IN_SPACE, SEED, index) for index in range(40)]
+    drawn = [draw(PAIRS_IN_SPACE, SEED, index) for index in range(60)]
     kinds = {(len(s.fingers), s.simulation.friction) for s in drawn}
-    assert kinds == {(n, friction) for n in (2, 3, 4) for friction in ("cone", "pyramid")}
+    assert kinds == {(n, friction) for n in range(2, 7) for friction in ("cone", "pyramid")}
 
 
 def test_a_run_as_it_should_be_misses_no_check(run):
@@ -89,8 +93,17 @@ def test_energy_given_back_or_unaccounted_for_is_found(run):
 def test_ends_are_refused_where_closed_contacts_agree(run, outcome):
     reason = Reason(code="any", message="", contact=0, time=0.12, value=None, limit=None, hint="")
     torques = run.trace.joint_torque[-1].reshape(3, 3)
-    told = find_missed_in_space(replace(run, outcome=outcome, reason=reason), torques)
+    told = find_missed_in_space(replace(run, outcome=outcome, reason=reason), None, torques)
     assert set(told) == {outcome.value}
+
+
+def test_the_friction_of_joints_is_known_where_a_run_ends():
+    rough = {f"fingers.{i}.joint_friction": 2.0 for i in range(3)}
+    values = {"simulation.duration": 0.1, "trajectory.kind": "circle"} | rough
+    run = simulate(with_values(load_scenario("spatial-prism"), values))
+    problem = problem_at_end(run, run.trace.joint_torque[-1].reshape(3, 3))
+    forces = forces_in(problem, all_stick(3))
+    np.testing.assert_allclose(forces[:, 2], run.trace.normal_force[-1], rtol=1e-7)
 
 
 def test_fingers_without_torque_have_no_closed_answer(run):

@@ -67,7 +67,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
     # Shorter ones only cost time.
     "controller.control_period": (0.0005, 0.01),
     "controller.initial_deviation": (0.1, 5.0),
-    "actuation.torque_limit": (5.0, 60.0),
+    "actuation.torque_limit": (10.0, 80.0),
     "actuation.torque_rate_limit": (50.0, 2000.0),
     "simulation.output_rate": (20.0, 2000.0),
     "simulation.gravity": (0.0, 20.0),

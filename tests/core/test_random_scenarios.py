@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import get_args, get_type_hints
 
 import numpy as np
@@ -13,12 +13,14 @@ from slipgrasp.core.scenario import ControllerParameters, Scenario, TrajectoryPa
 from slipgrasp.core.scenario.loading import scenario_to_toml
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome
+from tests.core.drawn_pairs import draw_in_pairs
 from tests.core.drawn_scenarios import KINDS, draw_scenario
 from tests.references.closed_loop import ClosedLoop
 
 pytestmark = pytest.mark.slow
 
 EACH = 9
+PAIRED = 40  # of `tests.core.drawn_pairs`
 COMMON = (
     *("long", "slipped", "sampled", "continuous", "changed", "unknown"),
     *("pushed", "patched", "polygon", "static"),
@@ -35,10 +37,9 @@ ENDS = {*Outcome} - {Outcome.STOPPED, Outcome.FAILED, Outcome.RECOVERED}
 def of_every_kind(check: Callable[[Scenario], None]) -> Callable[[int], None]:
     """Checks random scenarios of each kind: the same every time, others for each property."""
 
-    @pytest.mark.parametrize("kind", range(len(KINDS)))
-    def test(kind: int) -> None:
-        for number in range(EACH):
-            scenario = draw_scenario(KINDS[kind], f"{check.__name__} {number}")
+    @pytest.mark.parametrize("kind", [*range(len(KINDS)), "in pairs"])
+    def test(kind: int | str) -> None:
+        for scenario in _scenarios(kind, check.__name__):
             try:
                 check(scenario)
             except AssertionError:
@@ -46,6 +47,13 @@ def of_every_kind(check: Callable[[Scenario], None]) -> Callable[[int], None]:
                 raise
 
     return test
+
+
+def _scenarios(kind: int | str, name: str) -> Iterator[Scenario]:
+    if isinstance(kind, int):
+        yield from (draw_scenario(KINDS[kind], f"{name} {number}") for number in range(EACH))
+    else:
+        yield from (draw_in_pairs(name, number, False).scenario for number in range(PAIRED))
 
 
 def force_size(trace: Trace) -> np.ndarray:

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from slipgrasp.core.scenario.loading import with_values
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from tests.references.closed_loop import ClosedLoop
 from tests.references.controller import lyapunov_matrices, regressor
 from tests.references.grasp import squeeze
 from tests.references.hand import Parameters, State
 from tests.references.hands import UNKNOWN_KINDS, random_estimates, random_scenario, random_state
 from tests.references.open_contacts import OPEN, Instant
+from tests.references.world import World
 
 SIZES = (2, 3, 4)
 STEP = 1e-6
@@ -221,3 +223,17 @@ def test_desired_motion_is_integrated_exactly():
         np.testing.assert_allclose((ahead[1] - behind[1]) / 2e-4, acceleration, atol=1e-9)
     np.testing.assert_allclose(path.desired(5.0)[1], 0.0, atol=1e-15)
     np.testing.assert_allclose(path.desired(5.0)[0], path.start + 3.0 * path.acceleration)
+
+
+def test_a_fingertip_at_rest_on_an_edge_has_the_smaller_friction_of_both_sides():
+    base, sides = load_scenario("paper-case-1"), {}
+    for factor in (0.5, 1.5):
+        patch = {"face": "left", "centre": 0.03, "half_length": 0.03, "friction_factor": factor}
+        scenario = scenario_from_mapping(base.to_mapping() | {"patches": [patch]})
+        world = World.from_scenario(scenario)
+        n, start = len(scenario.fingers), scenario.trajectory.start
+        at_rest = np.concatenate((start, np.zeros(3 + 2 * n)))
+        sides[factor] = world.loop(0.0, world.sides(0.0, at_rest)).truth.friction
+        shown = simulate(with_values(scenario, {"simulation.duration": 0.001})).trace
+        np.testing.assert_array_equal(shown.friction_coefficient[0], sides[factor])
+    assert sides[0.5][0] == 0.5 * sides[1.5][0]

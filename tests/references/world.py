@@ -42,27 +42,36 @@ class World(NamedTuple):
             yield from (patch.start_time, np.inf if patch.end_time is None else patch.end_time)
 
     def sides(self, t: float, z: Array) -> Sides:
-        """On which side of every edge each contact is at a time, -1 below or +1 above."""
+        """On which side of every edge each contact is at a time, -1 below or +1 above.
+
+        0 where it rests on the edge.
+        """
         state, _ = unpack(self.plain, z)
         found = {}
         for i, k, edge in self._edges(t):
             distance = state.slip[i] - edge
             decisive = state.slip_velocity[i] if abs(distance) < ON_EDGE else distance
-            assert decisive != 0.0, "a contact that rests on an edge has no side"
             found[i, k, edge] = int(np.sign(decisive))
         return found
 
     def loop(self, t: float, sides: Sides) -> ClosedLoop:
         """Hand and controller under the load and the frictions of that time and place."""
-        factors = np.ones(len(self.scenario.fingers))
-        for i, k in {(i, k) for i, k, _ in sides}:
-            if sum(side for (c, p, _), side in sides.items() if (c, p) == (i, k)) == 0:
-                factors[i] *= self.scenario.patches[k].friction_factor
+        # At rest on an edge a contact has the smaller friction of both sides.
+        both = [self._factors({edge: at or side for edge, at in sides.items()}) for side in (-1, 1)]
+        factors = np.minimum(*both)
         load = np.zeros(3)
         for pulse in self.scenario.pulses:
             if pulse.time <= t < pulse.time + pulse.duration:
                 load += (*pulse.force, pulse.moment)
         return self.plain.with_friction(factors)._replace(load=load)
+
+    def _factors(self, sides: Sides) -> Array:
+        """What the friction of every contact is multiplied by, ``(n,)``."""
+        factors = np.ones(len(self.scenario.fingers))
+        for i, k in {(i, k) for i, k, _ in sides}:
+            if sum(side for (c, p, _), side in sides.items() if (c, p) == (i, k)) == 0:
+                factors[i] *= self.scenario.patches[k].friction_factor
+        return factors
 
     def edge_guards(self, sides: Sides) -> Iterator[Guard]:
         """One event function per edge: falls through zero where the contact reaches it."""
