@@ -303,12 +303,12 @@ def test_no_recording_is_received_beyond_the_quota(tmp_path, content, with_lengt
         assert files_of(tmp_path) == {"service.lock"}
 
 
-@pytest.mark.parametrize("what", ["held", "torque_effort"])
+@pytest.mark.parametrize("what", ["held", "phase_change_count"])
 def test_a_recording_that_contradicts_its_samples_is_refused(
     client, folder, sample_run, tmp_path, what
 ) -> None:
     run = read_recording(sample_run["recording"])
-    lie = {"held": not run.metrics.held, "torque_effort": 1.25}[what]
+    lie = {"held": not run.metrics.held, "phase_change_count": 125}[what]
     write_recording(
         replace(run, metrics=replace(run.metrics, **{what: lie})), tmp_path / "run.mcap"
     )
