@@ -33,6 +33,9 @@ ROWS_AT_ONCE = 1 << 16
 """How many samples are looked at together, so that long runs take no more memory."""
 
 
+_ENDED_FROM_OUTSIDE = (Outcome.STOPPED, Outcome.LIMIT, Outcome.FAILED)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contradiction:
     """Something that is stated of a run and that its samples do not bear out.
@@ -126,6 +129,10 @@ def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
     computed = metrics_of_trace(run.trace, run.phase_changes, run.outcome, rate)
     if not run.has_sample_metrics:
         computed = replace(computed, **dict(_allowed(stated, run.trace)))
+        if run.outcome in _ENDED_FROM_OUTSIDE:
+            # The run went on for a part of an output interval after its last sample.
+            paths = zip(stated.slip_path, computed.slip_path, strict=True)
+            computed = replace(computed, slip_path=tuple(max(path, sample) for path, sample in paths))
     flat = computed.flattened()
     for name, value in stated.flattened().items():
         if not _agree(value, flat[name]):
