@@ -132,7 +132,9 @@ def _of_metrics(run: RunResult) -> Iterator[Contradiction]:
         if run.outcome in _ENDED_FROM_OUTSIDE:
             # The run went on for a part of an output interval after its last sample.
             paths = zip(stated.slip_path, computed.slip_path, strict=True)
-            computed = replace(computed, slip_path=tuple(max(path, sample) for path, sample in paths))
+            computed = replace(
+                computed, slip_path=tuple(max(path, sample) for path, sample in paths)
+            )
     flat = computed.flattened()
     for name, value in stated.flattened().items():
         if not _agree(value, flat[name]):
