@@ -43,7 +43,8 @@ def test_the_margin_of_the_page_is_what_its_command_prints(tmp_path, capsys):
 
     answer, shown = (text.splitlines() for text in (capsys.readouterr().out, block("console")))
     assert answer[:4] == shown[:4]
-    assert len(answer) == len(shown) == 6
+    assert answer[6:] == shown[6:]
+    assert len(answer) == len(shown) == 7
 
 
 @pytest.mark.parametrize(
