@@ -46,7 +46,7 @@ from slipgrasp.core.kernel.run import (
 )
 from slipgrasp.core.kernel.slip_rows import follow_slip, leave_slip
 from slipgrasp.core.kernel.state import supplied_at
-from slipgrasp.core.kernel.stepper import method_of, take_step
+from slipgrasp.core.kernel.stepper import method_of
 from slipgrasp.core.kernel.steps import (
     AT_POLE,
     cut_at_event,
@@ -264,16 +264,12 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
             emit(model, run, outlet, now, step.start)
             return STEP_UNDERFLOW
         h = cut_at_event(model, run, taken)
-        quiet = emit_inside(model, run, outlet, h)
-        while quiet < h:
-            take_step(model, run.discrete, now, quiet, step, run.work)
-            h = cut_at_event(model, run, quiet)
-            quiet = emit_inside(model, run, outlet, h)
         if h == 0.0 and run.fired != 1:
             emit(model, run, outlet, now, step.start)
             return UNBOUNDED_FORCE if run.fired == AT_POLE else STEP_UNDERFLOW
-        follow_slip(model, run, outlet, h)
         count_step(model, run, h)
+        emit_inside(model, run, outlet, h)
+        follow_slip(model, run, outlet, h)
         last = method_of(model, step).last
         for k in range(model.num_states):
             step.start.x[k] = step.end.x[k]

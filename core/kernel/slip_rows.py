@@ -28,11 +28,11 @@ from slipgrasp.core.kernel.run import (
     copy_discrete,
 )
 from slipgrasp.core.kernel.stepper import interpolate, prepare_interpolant
-from slipgrasp.core.kernel.steps import GIVEN_BACK
 from slipgrasp.core.kernel.tally import count_row_forces
 
 LEAST_ROWS = 49  # of every slip, beside the one at its beginning
 LEAST_DISTANCE = 1e-6  # of two instants [s]
+GIVEN_BACK = 1e-10  # [J]
 MAX_ADDED_ROWS = 5000  # in a run: one that chatters has no end of slips
 
 

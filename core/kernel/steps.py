@@ -25,7 +25,7 @@ from slipgrasp.core.kernel.run import (
     OUTLET,
     OUTPUT_ROUNDING,
     PROGRESS,
-    ROWS_PER_STEP,
+    emit,
     emit_as_of,
     evaluate_at,
     store_row,
@@ -59,7 +59,6 @@ FAST_RATE = 4.0  # [rad/s]
 ENERGY_ROUNDING = 2e-12
 LEDGER_SHARE = 0.002  # of the relative tolerance, for energy
 LEAST_LEDGER_STEP = 1e-6  # below it rounding decides [s]
-GIVEN_BACK = 1e-10  # [J]
 # Where the law jumps velocities go on, but for this and the tolerance of steps.
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
 CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
@@ -71,7 +70,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
     """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
     numerics, now, step = model.numerics, run.now, run.step
     rest, sticks = until - now, moves_object_alone(model, run.discrete)
-    h = min(run.step_size, numerics.max_step, ROWS_PER_STEP / numerics.output_rate)
+    h = min(run.step_size, numerics.max_step)
     while True:
         size = rest if h >= rest * (1.0 - 1e-9) else h
         step.rank = run.rank if sticks else model.num_methods - 1
@@ -211,33 +210,6 @@ def locate(model: Record, run: Record, h: float) -> float:
 
 
 @compiled
-def _gives_back(model: Record, run: Record, h: float) -> bool:
-    """Whether the rows inside the step would show friction giving energy back.
-
-    It never does; but where the law has kinks, the interpolant is worse than the step.
-    """
-    slips = False
-    for i in range(model.num_fingers):
-        slips = slips or run.discrete.phases[i] != 0
-    if not slips or h < LEAST_LEDGER_STEP:
-        return False
-    step, last = run.step, method_of(model, run.step).num_dense + 2
-    j = dissipated_at(model)
-    before, output = 0.0, run.outputs
-    while True:
-        share = min(1.0, (output / model.numerics.output_rate - run.now) / h)
-        lost = 0.0
-        for term in range(last, -1, -1):
-            lost = (share if term % 2 == 0 else 1.0 - share) * (lost + step.terms[term, j])
-        if lost < before - GIVEN_BACK:
-            return True
-        if share == 1.0:
-            return False
-        before = lost
-        output += 1
-
-
-@compiled
 def emit_due(model: Record, run: Record, outlet: Record) -> None:
     """Rows whose time has come are those of the present state.
 
@@ -251,31 +223,53 @@ def emit_due(model: Record, run: Record, outlet: Record) -> None:
         run.outputs += 1
 
 
-@compiled_apart(types.float64, MODEL, PROGRESS, OUTLET, types.float64)
-def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> float:
-    """Rows at the output times inside the step.
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
+def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
+    """Rows at the output times inside the step just taken, which depends on none of them.
 
-    Returns:
-        How much of the step agrees with its phases: ``h``, or where a row shows a guard that
-        has fired although it is quiet again at the end, the way to that row, not written. Half
-        the step where its rows are not good enough.
+    They lie on the continuous extension of the method; from where that is past an event on, each
+    is a shorter step of the method, and the step itself is taken again then.
     """
-    now, end, prepared = run.now, run.now + h, False
-    while True:
-        t = run.outputs / model.numerics.output_rate
-        if t >= end - OUTPUT_ROUNDING:
-            return h
-        if not prepared:
-            prepare_interpolant(model, run.discrete, now, h, run.step, run.work)
-            prepared = True
-            if _gives_back(model, run, h):
-                return 0.5 * h
-        interpolate(model, run.step, (t - now) / h, run.step.stage)
-        if evaluate_at(model, run, t, run.step.stage) == 1:
-            if is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 1:
-                return t - now
+    step, rate, end = run.step, model.numerics.output_rate, run.now + h
+    t = run.outputs / rate
+    if t >= end - OUTPUT_ROUNDING:
+        return
+    prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
+    lost, is_good = dissipated_at(model), True
+    least, most = float(step.start.x[lost]), float(step.end.x[lost])
+    while t < end - OUTPUT_ROUNDING:
+        if is_good:
+            interpolate(model, step, (t - run.now) / h, step.stage)
+            least = _set_between(step.stage, lost, least, most)
+            is_good = _agrees_with_phases(model, run, t)
+        if is_good:
             store_row(model, run, outlet)
+        else:
+            take_step(model, run.discrete, run.now, t - run.now, step, run.work)
+            least = _set_between(step.end, lost, least, most)
+            emit(model, run, outlet, t, step.end)
         run.outputs += 1
+        t = run.outputs / rate
+    if not is_good:
+        take_step(model, run.discrete, run.now, h, step, run.work)
+
+
+@compiled
+def _set_between(state: Record, j: int, least: float, most: float) -> float:
+    """Puts coordinate ``j``, which never falls in a step, where it must lie; returns it.
+
+    Where the law has kinks, states inside a step are less accurate than the step.
+    """
+    state.x[j] = max(least, min(most, state.x[j]))
+    return float(state.x[j])
+
+
+@compiled
+def _agrees_with_phases(model: Record, run: Record, t: float) -> bool:
+    """Evaluates the state inside the step; False where it is past an event, or not finite."""
+    if evaluate_at(model, run, t, run.step.stage) == 0:
+        return False
+    return is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 0
 
 
 @compiled
