@@ -68,7 +68,7 @@ def categorize(results: StudyResults) -> NDArray[np.int8]:
     places = [known[pair] for pair in zip(words, reasons, strict=True)]
     categories = np.array(places, dtype=np.int8)
     categories[held == 1.0] = HELD
-    categories[(categories == _NOT_HELD) & np.isnan(held)] = _TOO_SHORT
+    categories[results.too_short(count)] = _TOO_SHORT
     return categories
 
 

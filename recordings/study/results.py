@@ -151,11 +151,14 @@ class StudyResults:
             words = self._stores["outcome"].take(range(count))
             chosen = np.array([i for i in range(count) if words[i] == outcome], dtype=np.intp)
         if held is not None:
-            figures, words = self.numbers("held", count), self._stores["outcome"].take(range(count))
-            # A completed run that has no figure was too short to tell.
-            told = ~np.isnan(figures) | (np.array(words) != Outcome.COMPLETED)
-            chosen = chosen[told[chosen] & ((figures == 1.0)[chosen] == held)]
+            same = (self.numbers("held", count) == 1.0) == held
+            chosen = chosen[(same & ~self.too_short(count))[chosen]]
         return chosen
+
+    def too_short(self, count: int) -> NDArray[np.bool_]:
+        """Which of the first ``count`` runs are completed, but too short to tell what held."""
+        completed = np.array(self.values("outcome", 0, count)) == Outcome.COMPLETED
+        return completed & np.isnan(self.numbers("held", count))
 
     def column(self, name: str) -> ResultColumn:
         """What a column holds.

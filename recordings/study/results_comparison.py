@@ -16,7 +16,7 @@ from slipgrasp.recordings.study.results_summary import spread_of
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
 
-_MISSING = -1
+_UNKNOWN = -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +27,8 @@ class Combination:
         values: The values by dotted key.
         runs: How many runs with them have ended.
         held: How many of these held the object at the end.
-        share_held: Those that held it as a share of those that have ended; 0 if none has.
+        too_short: How many are completed but too short to tell whether they held it.
+        share_held: Those that held it as a share of the others that have ended; 0 if none has.
         outcomes: How many have each outcome, the most frequent first.
         medians: Median of each metric over the runs that have it.
     """
@@ -35,6 +36,7 @@ class Combination:
     values: dict[str, Any]
     runs: int
     held: int
+    too_short: int
     share_held: float
     outcomes: dict[str, int]
     medians: dict[str, float]
@@ -42,12 +44,12 @@ class Combination:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CombinationPair:
-    """Two combinations on the samples that have ended with both.
+    """Two combinations on the samples that have ended with both, each long enough to tell.
 
     Attributes:
         first: Place of the one in the list of combinations.
         second: Place of the other.
-        samples: How many samples have ended with both.
+        samples: How many samples these are.
         held_by_both: On how many of them both held the object.
         held_by_first: On how many of them only the one did.
         held_by_second: On how many of them only the other did.
@@ -94,15 +96,18 @@ def compare_combinations(
     if not chosen:
         return None
     held = results.numbers("held") == 1.0
-    grouped = rows_by_combination(results, chosen, len(held))
+    verdicts = np.where(results.too_short(len(held)), _UNKNOWN, held)
+    grouped = rows_by_combination(results, chosen, len(verdicts))
     places = np.zeros(len(held), dtype=np.intp)
     for place, (_, rows) in enumerate(grouped):
         places[rows] = place
-    samples = _sample_of_rows(results, chosen, len(held))
-    table = _held_by_sample(samples, places, held, len(grouped))
+    samples = _sample_of_rows(results, chosen, len(verdicts))
+    table = _held_by_sample(samples, places, verdicts, len(grouped))
     return CombinationComparison(
         keys=chosen,
-        combinations=tuple(_combination(results, values, rows, held) for values, rows in grouped),
+        combinations=tuple(
+            _combination(results, values, rows, verdicts) for values, rows in grouped
+        ),
         pairs=tuple(_pair(table, *pair) for pair in combinations(range(len(grouped)), 2)),
     )
 
@@ -142,37 +147,42 @@ def _sample_of_rows(results: StudyResults, keys: tuple[str, ...], count: int) ->
 
 
 def _held_by_sample(
-    samples: NDArray[np.intp], places: NDArray[np.intp], held: NDArray[np.bool_], num: int
+    samples: NDArray[np.intp], places: NDArray[np.intp], verdicts: NDArray[np.int_], num: int
 ) -> NDArray[np.int8]:
     """Whether each combination held on each sample, shape ``(samples, combinations)``."""
-    table = np.full((int(samples.max(initial=-1)) + 1, num), _MISSING, dtype=np.int8)
-    table[samples, places] = held
+    table = np.full((int(samples.max(initial=-1)) + 1, num), _UNKNOWN, dtype=np.int8)
+    table[samples, places] = verdicts
     return table
 
 
 def _combination(
-    results: StudyResults, values: dict[str, Any], rows: NDArray[np.intp], held: NDArray[np.bool_]
+    results: StudyResults,
+    values: dict[str, Any],
+    rows: NDArray[np.intp],
+    verdicts: NDArray[np.int_],
 ) -> Combination:
-    words = results.values("outcome", 0, len(held))
+    words = results.values("outcome", 0, len(verdicts))
     medians: dict[str, float] = {}
     for column in results.columns:
         if column.role == "metric" and column.kind != "boolean":
-            spread = spread_of(results.numbers(column.name, len(held))[rows])
+            spread = spread_of(results.numbers(column.name, len(verdicts))[rows])
             if spread is not None:
                 medians[column.name] = spread.median
-    num_held = int(np.count_nonzero(held[rows]))
+    num_held = int(np.count_nonzero(verdicts[rows] == 1))
+    too_short = int(np.count_nonzero(verdicts[rows] == _UNKNOWN))
     return Combination(
         values=values,
         runs=len(rows),
         held=num_held,
-        share_held=num_held / len(rows) if len(rows) else 0.0,
+        too_short=too_short,
+        share_held=num_held / max(1, len(rows) - too_short),
         outcomes=dict(Counter(words[row] for row in rows.tolist()).most_common()),
         medians=medians,
     )
 
 
 def _pair(table: NDArray[np.int8], first: int, second: int) -> CombinationPair:
-    ended = (table[:, first] != _MISSING) & (table[:, second] != _MISSING)
+    ended = (table[:, first] != _UNKNOWN) & (table[:, second] != _UNKNOWN)
     one, other = table[ended, first] == 1, table[ended, second] == 1
     return CombinationPair(
         first=first,

@@ -52,7 +52,8 @@ class StudySummary:
         outcomes: How many have each outcome, the most frequent first.
         reasons: How many ended early for which reason, by its code.
         held: How many held the object at the end.
-        share_held: Those that held it as a share of those that have ended; 0 if none has.
+        too_short: How many are completed but too short to tell whether they held it.
+        share_held: Those that held it as a share of the others that have ended; 0 if none has.
         unknowns: Keys of the parameters that were unknown to the controller of some run.
         told: Whether nothing was unknown to any of them.
         metrics: Spread of each metric over all that have ended.
@@ -64,6 +65,7 @@ class StudySummary:
     outcomes: dict[str, int]
     reasons: dict[str, int]
     held: int
+    too_short: int
     share_held: float
     unknowns: tuple[str, ...]
     told: bool
@@ -78,6 +80,7 @@ def summarize(results: StudyResults) -> StudySummary:
     reasons = results.values("reason", 0, count)
     outcomes = dict(Counter(words).most_common())
     held = int(np.count_nonzero(results.numbers("held", count) == 1.0))
+    too_short = int(np.count_nonzero(results.too_short(count)))
     metrics = {
         column.name: results.numbers(column.name, count)
         for column in results.columns
@@ -90,7 +93,8 @@ def summarize(results: StudyResults) -> StudySummary:
         outcomes=outcomes,
         reasons=dict(Counter(code for code in reasons if code is not None).most_common()),
         held=held,
-        share_held=held / count if count else 0.0,
+        too_short=too_short,
+        share_held=held / max(1, count - too_short),
         unknowns=known.unknowns,
         told=known.told,
         metrics=_spreads(metrics, np.ones(count, dtype=bool)),

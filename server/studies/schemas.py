@@ -217,7 +217,8 @@ class StudySummaryPublic(BaseModel):
     outcomes: dict[str, int]
     reasons: dict[str, int] = Field(description="why runs ended early, by code")
     held: int
-    share_held: float
+    too_short: int = Field(description="completed, but too short to tell whether they held")
+    share_held: float = Field(description="of the finished runs that are not too short")
     unknowns: list[str] = Field(
         description="keys of the parameters of hand and object that were unknown to the "
         "controller of some run"
@@ -240,7 +241,8 @@ class CombinationPublic(BaseModel):
     values: dict[str, Any] = Field(description="dotted key to value")
     runs: int
     held: int
-    share_held: float
+    too_short: int = Field(description="completed, but too short to tell whether they held")
+    share_held: float = Field(description="of the runs that are not too short")
     outcomes: dict[str, int]
     medians: dict[str, float] = Field(description="of each metric")
 

@@ -46,10 +46,17 @@ def _verdict(results: StudyResults, seconds: float) -> list[str]:
     summary = results.summary()
     done = f"{summary.finished} of {summary.runs}" if summary.finished < summary.runs else "All"
     runs = "runs" if done != "All" else f"{summary.runs} runs"
-    return [
+    told = summary.finished - summary.too_short
+    lines = [
         f"{done} {runs} done, in {duration_words(seconds)}; "
-        f"{summary.held} held the object ({_percent(summary.held, summary.finished)})."
+        f"{summary.held} held the object ({_percent(summary.held, told)})."
     ]
+    if summary.too_short:
+        lines.append(
+            f"{summary.too_short} of them are completed, but too short to tell whether the object "
+            "is held; the share leaves them out."
+        )
+    return lines
 
 
 def _outcomes(results: StudyResults) -> list[str]:
@@ -80,7 +87,7 @@ def _comparison(compared: CombinationComparison) -> list[str]:
         for combination in compared.combinations
     ]
     rows = [
-        (name, str(one.runs), str(one.held), _percent(one.held, one.runs))
+        (name, str(one.runs), str(one.held), _percent(one.held, one.runs - one.too_short))
         for name, one in zip(names, compared.combinations, strict=True)
     ]
     lines = _table(("compared", "runs", "held", "share"), rows)

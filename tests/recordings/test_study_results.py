@@ -271,6 +271,22 @@ def test_combinations_are_compared_on_the_same_samples(results):
     assert fast.medians["slip_path_0"] == np.median(results.numbers("slip_path_0")[1::2])
 
 
+def test_runs_too_short_to_tell_count_neither_as_held_nor_as_lost(tmp_path):
+    """Of two durations one is too short for all that do not slip; those are not compared."""
+    vary = {"simulation.duration": {"values": [0.1, 0.6]}, "object.mass": {"min": 0.5, "max": 1.0}}
+    short = make_study(**{**SAMPLED, "vary": vary})
+    run_study(short, tmp_path / "study.mcap")
+    results = read_results(tmp_path / "study.mcap")
+    summary = results.summary()
+    assert summary.too_short == results.values("held").count(None) > 0
+    assert 0 < summary.share_held == summary.held / (30 - summary.too_short)
+    compared = results.compare_combinations()
+    one, other = compared.combinations
+    assert (one.held, one.share_held, one.too_short) == (0, 0.0, summary.too_short)
+    assert (other.too_short, other.share_held) == (0, other.held / 15)
+    assert compared.pairs[0].samples == 15 - one.too_short
+
+
 def test_samples_that_ended_with_one_combination_only_are_not_compared(study, results):
     so_far = StudyResults(study)
     for index in range(5):
