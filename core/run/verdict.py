@@ -334,9 +334,10 @@ def _describe_squeeze(result: RunResult) -> Iterator[str]:
     needed = tangential / np.where(friction > 0.0, friction, 1.0)
     i = int(np.argmin(normal - needed))
     force, least = _told_apart(float(normal[i]), float(needed[i]))
+    limit = f"; with less than {least} N" if force != least else ", and with any less"
     yield (
-        f"At the end the {result.scenario.finger_names[i]} fingertip presses with "
-        f"{force} N; with less than {least} N it would slip."
+        f"At the end the {result.scenario.finger_names[i]} fingertip presses with {force} N{limit} "
+        "it would slip."
     )
 
 
