@@ -85,6 +85,7 @@ class Contents:
         trace = self.trace()
         if len(trace) == 0:
             raise self._damaged("it holds no sample")
+        has_sample_metrics = self._has_sample_metrics(ending.outcome)
         return RunResult(
             scenario=self._scenario(),
             trace=trace,
@@ -92,10 +93,10 @@ class Contents:
             outcome=ending.outcome,
             reason=ending.reason,
             warnings=ending.warnings,
-            metrics=_as_told_now(ending.metrics, trace),
+            metrics=_as_told_now(ending.metrics, trace) if has_sample_metrics else ending.metrics,
             provenance=self._provenance(),
             ticks=self._ticks(),
-            has_sample_metrics=self._has_sample_metrics(ending.outcome),
+            has_sample_metrics=has_sample_metrics,
         )
 
     def is_unaltered(self) -> bool:

@@ -15,7 +15,7 @@ import pytest
 from mcap.writer import Writer
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store import store as store_module
@@ -321,6 +321,15 @@ def test_a_recording_that_contradicts_its_samples_is_refused(
     computed = str(getattr(run.metrics, what))[:10]
     assert f"{what} is stated as {lie}, its samples give {computed}" in detail
     assert files_of(folder) == before
+
+
+def test_a_short_run_that_states_to_be_held_is_refused_by_what_it_states(client, tmp_path) -> None:
+    run = simulate(with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.01}))
+    assert run.metrics.held is None
+    write_recording(replace(run, metrics=replace(run.metrics, held=True)), tmp_path / "run.mcap")
+    answer = client.post("/recordings", content=(tmp_path / "run.mcap").read_bytes())
+    assert answer.status_code == 422
+    assert "held is stated as True, its samples give None" in answer.json()["detail"]
 
 
 def test_a_recording_in_space_whose_slips_were_scaled_is_refused(client, folder, tmp_path) -> None:
