@@ -224,6 +224,7 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
     run.begun = 1
     run.rank = run.quiet_steps = 0
     forget_mechanics(run.work)
+    pass_breaks(model.motion, run.discrete, run.now)
     if first == 0:
         _book_energy(model, run)
     if model.law.period == 0.0:
