@@ -11,6 +11,8 @@ from slipgrasp.core.kernel.dynamics import stored_energy
 from slipgrasp.core.kernel.elementary import root
 from slipgrasp.core.kernel.flow import flow, update_mechanics
 from slipgrasp.core.kernel.guards import (
+    NORMAL_FORCE,
+    PER_CONTACT,
     find_fired,
     find_overlooked,
     is_past_band,
@@ -52,7 +54,7 @@ LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
 QUIET_STEPS = 100
 LOCATION_WIDTH = 2e-14
-LOCATION_SHARE = 1e-13
+LOCATION_SHARE, MOST_NOTHING = 1e-13, 1e-10
 MAX_CUTS = 50
 ROUGH = 1.0
 FAST_RATE = 4.0  # [rad/s]
@@ -62,6 +64,7 @@ LEAST_LEDGER_STEP = 1e-6  # below it rounding decides [s]
 # Where the law jumps velocities go on, but for this and the tolerance of steps.
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
 CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
+POLE = 1.0  # a normal force that is so far beyond zero where it was located has no zero there [N]
 AT_POLE = 2  # of run.fired: there the law asks for forces without bound
 
 
@@ -169,7 +172,7 @@ def locate(model: Record, run: Record, h: float) -> float:
     take_step(model, discrete, now, low, step, work)
     value_low = least_fired(model, discrete, step.end, work, guards)
     width = LOCATION_WIDTH * max(1.0, now)
-    nothing = LOCATION_SHARE * max(abs(value_low), abs(value_high))
+    nothing = min(LOCATION_SHARE * max(abs(value_low), abs(value_high)), MOST_NOTHING)
     side = 0
     for trial in range(100):
         if value_low <= 0.0 or (high - low <= width and not is_far):
@@ -290,6 +293,18 @@ def _goes_on(model: Record, run: Record) -> bool:
 
 
 @compiled
+def _is_at_pole(model: Record, run: Record) -> bool:
+    """Whether a normal force has changed its sign through infinity and not through zero."""
+    guards = run.guards
+    for i in range(model.num_fingers):
+        j = PER_CONTACT * i + NORMAL_FORCE
+        # Beside a zero it would be less than where the step starts.
+        if guards.fired[j] == 1 and guards.values[j] < -POLE - guards.starts[j]:
+            return True
+    return False
+
+
+@compiled
 def _come_nearer(model: Record, run: Record, size: float) -> float:
     """Goes up to the jump of the law in a step of this size, to pass it in a much shorter one.
 
@@ -323,7 +338,11 @@ def cut_at_event(model: Record, run: Record, h: float) -> float:
                 if size > 0.0:
                     continue
                 return 0.0
-            if size > 0.0 and not run.location_error <= ROUGH:
+            at_pole = _is_at_pole(model, run)
+            if at_pole and size < LEAST_STEP * max(1.0, run.now):
+                run.fired = AT_POLE
+                return 0.0
+            if size > 0.0 and (at_pole or not run.location_error <= ROUGH):
                 # The way to the event is not smooth: it is not an event yet.
                 run.step_size = 0.5 * size
                 size = take_accepted_step(model, run, run.now + 0.5 * size)
