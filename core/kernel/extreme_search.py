@@ -22,6 +22,7 @@ from slipgrasp.core.kernel.stepper import method_of
 # A value is searched around where it comes this near to the extreme so far, as a share of the
 # range of the values in the step.
 NEAR = 0.25
+ROUND = 1.5  # how much more curved a force may be than its values tell
 BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
 
 
@@ -61,7 +62,7 @@ def least_inside(
     if not least < record + NEAR * (largest - least):
         return np.inf
     final = method.num_ordered - 1
-    if place in (0, final) and not _may_turn_inside(model, step, j, sign, place, record):
+    if place in (0, final) and not _may_turn_inside(model, step, j):
         return np.inf
     if place in (0, final):
         inwards = BESIDE if place == 0 else 1.0 - BESIDE
@@ -74,20 +75,23 @@ def least_inside(
 
 
 @compiled
-def _may_turn_inside(
-    model: Record, step: Record, j: int, sign: float, place: int, record: float
-) -> bool:
-    """Whether ``sign`` times guard ``j``, least at an end of the step, may be less next to it.
+def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
+    """Whether guard ``j``, extreme at an end of the step, may be more so next to it.
 
-    Only where the line through the next two nodes lies below the end and the least value so far.
+    A parabola through both ends has its extreme between them where it rises or falls by less than
+    its curvature. The greatest curvature is taken that a value inside tells, and more: the
+    first slopes of a step are taken at states of low order.
     """
     method, samples = method_of(model, step), step.samples
-    inwards = 1 if place == 0 else -1
-    a, b = method.ordered[place], method.ordered[place + inwards]
-    c = method.ordered[place + 2 * inwards]
-    slope = (samples[c, j] - samples[b, j]) / (method.nodes[c] - method.nodes[b])
-    line = samples[b, j] + slope * (method.nodes[a] - method.nodes[b])
-    return sign * line < min(sign * samples[a, j], record)
+    start = samples[0, j]
+    rise = samples[method.last, j] - start
+    for k in range(1, method.num_ordered - 1):
+        row = method.ordered[k]
+        share = method.nodes[row]
+        beside = abs(samples[row, j] - (start + share * rise))
+        if abs(rise) * share * (1.0 - share) < ROUND * beside:
+            return True
+    return False
 
 
 @compiled
