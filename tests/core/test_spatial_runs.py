@@ -279,6 +279,26 @@ def test_two_fingers_in_a_plane_grip_as_the_planar_hand_does(law, grip, friction
     assert np.abs(spatial.trace.tracking_error[:, [1, 3, 5]]).max() < 1e-12
 
 
+@pytest.mark.parametrize("acceleration", [10.0, -10.0])
+def test_two_fingers_in_a_plane_end_as_singular_where_the_planar_hand_does(acceleration):
+    values = {
+        "controller.kind": "pd-gravity",
+        "controller.grip_force": 100.0,
+        "object.mass": 0.5,
+        "fingers.0.friction": 1.5,
+        "fingers.1.friction": 1.5,
+        "trajectory.coast_time": 0.0,
+    }
+    upwards = {"trajectory.acceleration": [0.0, 0.0, acceleration, 0.0, 0.0, 0.0]}
+    spatial = simulate(with_values(planar_limit(False), values | upwards))
+    upwards = {"trajectory.acceleration": [0.0, acceleration, 0.0]}
+    in_plane = {"controller.control_period": 0.001}
+    planar = simulate(with_values(load_scenario("paper-case-1"), values | upwards | in_plane))
+    assert spatial.outcome is planar.outcome is Outcome.SINGULAR
+    assert math.isclose(spatial.end_time, planar.end_time, rel_tol=1e-8)
+    assert_allclose(spatial.trace.normal_force[-1], planar.trace.normal_force[-1], rtol=1e-6)
+
+
 def test_joints_that_rub_in_a_plane_do_what_those_of_the_planar_hand_do():
     rough = {
         **{f"fingers.{i}.joint_damping": 0.3 for i in range(2)},

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
 from slipgrasp.core.kernel.elementary import atan2, square
+from slipgrasp.core.kernel.kinematics import LEAST_SINE
 from slipgrasp.core.kernel.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.space.state import (
     ATTITUDE,
@@ -19,8 +20,6 @@ from slipgrasp.core.kernel.space.state import (
     slip_at,
     slip_velocity_at,
 )
-
-LEAST_SINE_SQUARED = 1e-6
 
 # Positions and velocities of object, contacts and fingers in one state.
 KINEMATICS = np.dtype(
@@ -137,7 +136,7 @@ def _solve_finger(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Re
     kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = i00, i01
     kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = i10, i11
     kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2] = yaw, rate1, rate2
-    kin.extension[i] = extension - LEAST_SINE_SQUARED
+    kin.extension[i] = extension - square(LEAST_SINE)
     kin.clearance[i] = radius - hand.least_radii[i]
 
 
