@@ -21,6 +21,7 @@ from slipgrasp.core.kernel.guards import (
     least_fired,
     pass_step,
 )
+from slipgrasp.core.kernel.ledger import FAST_RATE, LEAST_LEDGER_STEP, allowed_imbalance
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import (
@@ -57,10 +58,6 @@ LOCATION_WIDTH = 2e-14
 LOCATION_SHARE, MOST_NOTHING = 1e-13, 1e-10
 MAX_CUTS = 50
 ROUGH = 1.0
-FAST_RATE = 4.0  # [rad/s]
-ENERGY_ROUNDING = 2e-12
-LEDGER_SHARE = 0.002  # of the relative tolerance, for energy
-LEAST_LEDGER_STEP = 1e-6  # below it rounding decides [s]
 # Where the law jumps velocities go on, but for this and the tolerance of steps.
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
 CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
@@ -136,7 +133,7 @@ def _turns_fast(model: Record, run: Record) -> bool:
 @compiled
 def _ledger_error(model: Record, run: Record, h: float) -> float:
     """Energy that a step has lost or made until its middle and its end, over what is allowed."""
-    step, numerics = run.step, model.numerics
+    step = run.step
     start, _ = _energy(model, run, step.start)
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
     interpolate(model, step, 0.5, step.stage)
@@ -144,9 +141,7 @@ def _ledger_error(model: Record, run: Record, h: float) -> float:
     # The last, for what looks at the end of the step finds its forces there.
     flow(model, run.discrete, run.now + h, step.end, run.selection.derivative, run.work)
     end, kinetic = _energy(model, run, step.end)
-    share = max(LEDGER_SHARE * numerics.relative_tolerance, ENERGY_ROUNDING)
-    scale = kinetic + abs(float(step.end.x[supplied_at(model)]))
-    allowed = numerics.absolute_tolerance + share * scale
+    allowed = allowed_imbalance(model.numerics, kinetic, step.end.x[supplied_at(model)])
     return max(abs(end - start), abs(middle - start)) / allowed
 
 

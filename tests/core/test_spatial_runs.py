@@ -299,6 +299,24 @@ def test_two_fingers_in_a_plane_end_as_singular_where_the_planar_hand_does(accel
     assert_allclose(spatial.trace.normal_force[-1], planar.trace.normal_force[-1], rtol=1e-6)
 
 
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+def test_two_fast_fingers_in_a_plane_keep_their_energy_as_the_planar_hand_does(friction):
+    values = {
+        "controller.kind": "theorem-3",
+        "controller.grip_safety": 2.0,
+        "trajectory.coast_time": 0.0,
+        "simulation.friction": friction,
+    }
+    upwards = {"trajectory.acceleration": [0.0, 0.0, 10.0, 0.0, 0.0, 0.0]}
+    spatial = simulate(with_values(planar_limit(True), values | upwards))
+    values |= {"trajectory.acceleration": [0.0, 10.0, 0.0], "controller.control_period": 0.001}
+    values.pop("simulation.friction")
+    planar = simulate(with_values(load_scenario("paper-case-2"), values))
+    assert np.abs(planar.trace.joint_velocity).max() > 4.0
+    lost, allowed = (np.abs(run.trace.energy_residual).max() for run in (spatial, planar))
+    assert lost < 4.0 * allowed
+
+
 def test_joints_that_rub_in_a_plane_do_what_those_of_the_planar_hand_do():
     rough = {
         **{f"fingers.{i}.joint_damping": 0.3 for i in range(2)},

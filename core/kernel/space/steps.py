@@ -7,6 +7,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.elementary import root, square
+from slipgrasp.core.kernel.ledger import LEAST_LEDGER_STEP
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.space.dips import spatial_dip
@@ -18,6 +19,7 @@ from slipgrasp.core.kernel.space.guards import (
     spatial_overlooked,
 )
 from slipgrasp.core.kernel.space.implicit import find_stiffness
+from slipgrasp.core.kernel.space.ledger import spatial_imbalance, turns_fast
 from slipgrasp.core.kernel.space.model import IMPLICIT, MODEL
 from slipgrasp.core.kernel.space.run import (
     OUTLET,
@@ -62,6 +64,8 @@ def spatial_accept(model: Record, run: Record, until: float) -> float:
             error *= CAUTION
         if error <= 1.0 and loses_direction(model, discrete, step):
             error = 16.0
+        if error <= 1.0 and size > LEAST_LEDGER_STEP and turns_fast(model, run):
+            error = max(error, spatial_imbalance(model, run, size))
         if error <= 1.0:
             _follow_error(model, run, error, size, rest, sticks)
             return size
