@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
+from slipgrasp.core.kernel.space.flow import LEAST_SPEED
 from slipgrasp.core.kernel.space.rosenbrock import COUPLING, DIAGONAL, ROS34PW2
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import with_values
@@ -36,6 +37,21 @@ def test_a_slip_that_creeps_moves_as_scipys_radau_does(index):
         assert_allclose(reached.slip - start.slip, end.slip - start.slip, rtol=2e-6, atol=1e-15)
         assert_allclose(reached.velocity, end.velocity, atol=1e-9)
         assert_allclose(reached.position, end.position, atol=1e-13)
+
+
+def test_in_the_rows_inside_a_slip_that_creeps_it_turns_no_other_way_than_between_them():
+    """Its slopes at the ends of an implicit step tell nothing of what is between."""
+    trace = simulate(draw_hand_in_space(f"14 {CREEPING[0]}", AtEnds)).trace
+    velocity = trace.slip_velocity.reshape(*trace.phase.shape, 2)
+    slips = np.linalg.norm(velocity, axis=2) > LEAST_SPEED
+    angle = np.degrees(np.arctan2(velocity[:, :, 1], velocity[:, :, 0]))
+    turns = (np.diff(angle, axis=0) + 180.0) % 360.0 - 180.0
+    later = np.diff(trace.times) > 0.0
+    goes_on = (slips[:-2] & slips[1:-1] & slips[2:]) & (later[:-1] & later[1:])[:, None]
+    there, back = turns[:-1][goes_on], turns[1:][goes_on]
+    beyond = np.minimum(np.abs(there), np.abs(back)) * (there * back < 0.0)
+    assert goes_on.sum() > 1000
+    assert beyond.max() < 0.5
 
 
 def creeping_pieces(trace):

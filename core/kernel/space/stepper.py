@@ -68,8 +68,28 @@ def state_inside(model: Record, step: Record, h: float, share: float, state: Rec
     if step.prepared == 0:
         step.prepared = 1
         fill_terms(model, h, step)
+        if step.rank == IMPLICIT:
+            _leave_stiff_slopes(model, step)
     interpolate(model, step, share, state)
     normalise(state)
+
+
+@compiled
+def _leave_stiff_slopes(model: Record, step: Record) -> None:
+    """Lets the direction of a slip change evenly inside an implicit step.
+
+    The slopes at its ends say how it relaxes within a small part of the step.
+    """
+    n, start, end = model.num_fingers, step.start.x, step.end.x
+    for c in range(step.stiffness.count):
+        i = step.stiffness.contacts[c]
+        first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
+        along, beside = start[first] + end[first], start[second] + end[second]
+        inverse = 1.0 / (along * along + beside * beside)
+        for term in range(1, 3):
+            terms = step.terms[term]
+            share = inverse * (along * terms[first] + beside * terms[second])
+            terms[first], terms[second] = share * along, share * beside
 
 
 @compiled_apart(types.float64, MODEL, types.float64, STEP)
