@@ -9,7 +9,14 @@ import pytest
 
 from slipgrasp.core.kernel.compiler import call
 from slipgrasp.core.kernel.jump import RUNNING, TORQUE_NOT_FINITE
+from slipgrasp.core.kernel.records import make_record
 from slipgrasp.core.kernel.space.command import spatial_command
+from slipgrasp.core.kernel.space.contact_problem import (
+    FEW_STARTS,
+    MANY_STARTS,
+    SELECTION_ROOM,
+)
+from slipgrasp.core.kernel.space.selection import NONE_CONSISTENT, SELECTED, spatial_answer
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.hands import general_gains
@@ -21,7 +28,7 @@ from tests.references.spatial_hands import (
     random_state,
 )
 from tests.references.spatial_law import regressor, tracking_errors
-from tests.references.spatial_plant import Phase, finger_dynamics
+from tests.references.spatial_plant import Phase, all_stick, finger_dynamics
 from tests.references.spatial_run import Simulator
 from tests.references.spatial_scenarios import random_spatial_scenario, world_of
 from tests.spatial_evaluation import SpatialEvaluation
@@ -119,6 +126,51 @@ def test_selection_finds_the_same_phases_directions_and_forces(n, seed, friction
             scale = 1.0 + np.abs(found.forces).max()
             np.testing.assert_allclose(motion.forces, found.forces, atol=1e-8 * scale)
     assert compared > 4
+
+
+def test_newtons_method_begins_anew_until_it_has_the_forces_of_the_pyramid():
+    """Three contacts, the first of which slips along its second tangent.
+
+    From the forces of stick and from the first ten random ones the method goes round in circles.
+    """
+    G = np.array(
+        [
+            [9.61, -0.53, 0.29, 4.54, 0.51, 0.19, 2.91, 0.42, -0.34],
+            [-0.53, 8.29, -0.88, -0.41, 0.0, 4.91, 0.33, 0.09, -3.79],
+            [0.29, -0.88, 5.96, 0.18, -4.93, -2.65, 0.35, 3.73, -2.54],
+            [4.54, -0.41, 0.18, 7.78, 0.16, 0.16, 3.99, -0.36, -0.27],
+            [0.51, 0.0, -4.93, 0.16, 8.07, 0.96, -0.47, 0.1, 4.72],
+            [0.19, 4.91, -2.65, 0.16, 0.96, 7.31, 0.11, -3.74, -2.37],
+            [2.91, 0.33, 0.35, 3.99, -0.47, 0.11, 8.19, 0.0, 1.35],
+            [0.42, 0.09, 3.73, -0.36, 0.1, -3.74, 0.0, 9.94, 0.36],
+            [-0.34, -3.79, -2.54, -0.27, 4.72, -2.37, 1.35, 0.36, 7.14],
+        ]
+    )
+    c = np.array([20.65, -5.61, -14.55, 16.99, 12.69, -22.3, -2.2, -5.61, 1.17])
+    stick = [[-2.29, -5.26, 5.26], [-1.96, -0.91, 10.9], [1.4, 2.68, 2.56]]
+    moving = np.array([[False, True], [False, False], [False, False]])
+    values = {"simulation.friction": "pyramid"}
+    values |= {f"fingers.{i}.friction": 1.0 for i in range(3)}
+    _, scenario, world, state = sample(3, 0, **values)
+    evaluation = SpatialEvaluation(scenario, state, all_stick(3), world.estimates)
+    evaluation.work.forces[:3] = stick
+    evaluation.discrete.slips[:3] = evaluation.discrete.directions[:3] = moving
+    room = make_record(SELECTION_ROOM)
+    room.mobility[:9, :9], room.offset[:9] = G, c
+    room.free[:3], room.bounds[:3] = ~moving, 1.0
+    record = evaluation.model, evaluation.discrete, evaluation.work, room
+    assert call(spatial_answer, *record, FEW_STARTS) == NONE_CONSISTENT
+    assert call(spatial_answer, *record, MANY_STARTS) == SELECTED
+
+    forces = room.force[:9].reshape(3, 3)
+    opening = (G @ forces.ravel() + c).reshape(3, 3)
+    np.testing.assert_allclose(opening[:, 2], 0.0, atol=1e-10)
+    np.testing.assert_allclose(forces[0, 1], -forces[0, 2], rtol=1e-12)
+    for i, axis in np.argwhere(~moving):
+        force, normal, along = forces[i, axis], forces[i, 2], opening[i, axis]
+        slips = evaluation.discrete.slips[i, axis] != 0.0
+        assert force == pytest.approx(-np.sign(along) * normal) if slips else abs(force) < normal
+        assert slips == (abs(along) > 1e-9)
 
 
 def assert_least_excess(evaluation, wanted):

@@ -21,7 +21,8 @@ from slipgrasp.core.kernel.space.ways import axes_of
 from slipgrasp.core.kernel.space.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
 NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
-RANDOM_STARTS = 8
+# Random starts of Newton's method: for the only bounds there are, for one of many choices of them.
+MANY_STARTS, FEW_STARTS = 64, 8
 
 # Intermediate values of a selection.
 SELECTION_ROOM = np.dtype(
@@ -257,7 +258,7 @@ def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
 
 
 @compiled
-def solve_contacts(model: Record, discrete: Record, work: Record, room: Record) -> int:
+def solve_contacts(model: Record, discrete: Record, work: Record, room: Record, starts: int) -> int:
     """Newton's method from the forces of stick, then from random ones; 1 if it has converged."""
     n, seed = model.num_fingers, 12345
     for i in range(n):
@@ -265,7 +266,7 @@ def solve_contacts(model: Record, discrete: Record, work: Record, room: Record) 
             room.force[3 * i + k] = work.forces[i, k]
     if spatial_newton(model, discrete, room) == 1:
         return 1
-    for _ in range(RANDOM_STARTS):
+    for _ in range(starts):
         room.restarts += 1
         for i in range(n):
             for k in range(3):

@@ -14,6 +14,8 @@ from slipgrasp.core.kernel.elementary import square
 from slipgrasp.core.kernel.guards import FORCE_BAND
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.space.contact_problem import (
+    FEW_STARTS,
+    MANY_STARTS,
     SELECTION_ROOM,
     solve_contacts,
     spatial_contacts,
@@ -262,10 +264,10 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
         _begin_slip(model, discrete, i, way, x, y)
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM)
-def spatial_answer(model: Record, discrete: Record, work: Record, room: Record) -> int:
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM, types.int64)
+def spatial_answer(model: Record, discrete: Record, work: Record, room: Record, starts: int) -> int:
     """Phases and directions that answer the contact problem with the bounds at hand."""
-    if solve_contacts(model, discrete, work, room) == 0:
+    if solve_contacts(model, discrete, work, room, starts) == 0:
         return NONE_CONSISTENT
     return _take_solution(model, discrete, room)
 
@@ -274,7 +276,7 @@ def spatial_answer(model: Record, discrete: Record, work: Record, room: Record) 
 def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
     """Phases and directions by the contact problem, each slip with its own friction."""
     while True:
-        status = spatial_answer(model, discrete, work, room)
+        status = spatial_answer(model, discrete, work, room, MANY_STARTS)
         if status == NONE_CONSISTENT or not _loosen_slipping(model, discrete, room):
             return status
 
@@ -312,7 +314,7 @@ def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
 def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
     """Whether a solution has closed contacts, and sticks where it has the friction of stick."""
     _let_rest(model, discrete, room)
-    status = spatial_answer(model, discrete, work, room)
+    status = spatial_answer(model, discrete, work, room, FEW_STARTS)
     return status == SELECTED and not _loosen_slipping(model, discrete, room)
 
 
