@@ -14,7 +14,8 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome, Reason
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_scenarios import AtEnds
-from tests.references.spatial_contact import forces_in
+from tests.references import spatial_instant
+from tests.references.spatial_contact import Problem, forces_in
 from tests.references.spatial_instant import find_closed_answer, problem_at_end
 from tests.references.spatial_plant import all_stick
 
@@ -104,6 +105,23 @@ def test_the_friction_of_joints_is_known_where_a_run_ends():
     problem = problem_at_end(run, run.trace.joint_torque[-1].reshape(3, 3))
     forces = forces_in(problem, all_stick(3))
     np.testing.assert_allclose(forces[:, 2], run.trace.normal_force[-1], rtol=1e-7)
+
+
+@pytest.mark.parametrize(("static", "sticks"), [(0.8 + 1e-5, True), (0.8, False)])
+@pytest.mark.parametrize("friction", ["cone", "pyramid"])
+def test_a_contact_on_the_bound_of_its_static_friction_is_about_to_slip(
+    run, monkeypatch, static, sticks, friction
+):
+    none = np.zeros((1, 2), bool)
+    pulled = np.array([-0.8, 0.0, -1.0])
+    bounds = np.full((1, 2), static)
+    problem = Problem(np.eye(3), pulled, np.array([0.5]), none, 0.0 * none, none, friction, bounds)
+    monkeypatch.setattr(spatial_instant, "problem_at_end", lambda *_: problem)
+    for most in (spatial_instant.MOST_ENUMERATED, 0):
+        monkeypatch.setattr(spatial_instant, "MOST_ENUMERATED", most)
+        phase = find_closed_answer(run, np.zeros((1, 3)))
+        assert phase is not None
+        assert phase.sticks[0, 0] == sticks
 
 
 def test_fingers_without_torque_have_no_closed_answer(run):

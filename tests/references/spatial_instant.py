@@ -13,7 +13,9 @@ from slipgrasp.core.scenario.spatial import SpatialScenario
 from tests.references.changes import scenario_at
 from tests.references.spatial_contact import (
     Problem,
+    Selection,
     candidates,
+    margins,
     moving_directions,
 )
 from tests.references.spatial_plant import Parameters, Phase, State
@@ -47,9 +49,23 @@ def find_closed_answer(run: RunResult, torques: Array) -> Phase | None:
         return _enumerate(problem)
     tried = chain.from_iterable(candidates(problem, seed) for seed in range(SEARCHES))
     for found in islice(tried, MOST_TRIED):
-        if found.phase is not None and found.forces[:, 2].min() > _surely(found.forces):
+        if found.phase is not None and _is_sure(problem, found.phase, found):
             return found.phase
     return None
+
+
+def _is_sure(problem: Problem, phase: Phase, found: Selection) -> bool:
+    """Whether contacts push, stick inside their bounds and begin to slip their way, beyond doubt.
+
+    A contact on the bound of its static friction is about to leave it.
+    """
+    sure = SURELY + SURE_SHARE * float(np.abs(found.forces).max())
+    spare = margins(found.forces, problem.most, problem.friction)
+    along = phase.directions * found.relative[:, :2]
+    if problem.friction == "cone":
+        along = along.sum(axis=1, keepdims=True)
+    fits = problem.moving | np.where(phase.sticks, spare > sure, along > SURELY)
+    return bool(found.forces[:, 2].min() > sure and fits.all())
 
 
 def _can_keep_closed(problem: Problem) -> bool:
@@ -170,7 +186,3 @@ def _forces_in_all(problem: Problem, directions: Array) -> tuple[Array, NDArray[
     regular = np.linalg.cond(rows) < SINGULAR
     rows[~regular] = np.eye(3 * n)
     return np.linalg.solve(rows, right[:, :, None]).reshape(count, n, 3), regular
-
-
-def _surely(forces: Array) -> float:
-    return SURELY + SURE_SHARE * float(np.abs(forces).max())
