@@ -39,9 +39,9 @@ def count_step(model: Record, run: Record, h: float) -> None:
     for i in range(model.num_fingers):
         base, peak = PER_CONTACT * i, tally.peak_normal_force[i]
         least = find_extreme(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
-        count_force(tally, i, -least)
+        count_force(tally.peak_normal_force, i, -least)
         if discrete.phases[i] == 0:
             record = tally.least_margin[i]
             least = find_extreme(model, run, h, base + PHASE, 1.0, tally.margin[i], record)
-            count_margin(tally, i, least)
+            count_margin(tally.least_margin, i, least)
     count_forces(model, discrete, guards.ends, tally)

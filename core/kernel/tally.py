@@ -1,9 +1,9 @@
 """Accumulators of the metrics of a planar run, so that no trace need be kept for them.
 
-Forces count at both ends of every accepted step, at their extremes inside it
-(`slipgrasp.core.kernel.extremes`) and in every row; integrals and slip paths are summed over the
-accepted steps. Output times have a part in them only through the rows, which exceed these extremes
-by no more than the accuracy with which they are located.
+Forces count at both ends of every accepted step and at their extremes inside it
+(`slipgrasp.core.kernel.extremes`); integrals and slip paths are summed over the accepted steps. The
+forces of rows count apart, so that output times have no part in where extremes are searched for:
+rows exceed these by no more than the accuracy with which they are located.
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ TALLY = np.dtype(
         ("margin", np.float64, (MAX_FINGERS,)),  # of friction in stick, there [N]
         ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
         ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
+        ("row_peak", np.float64, (MAX_FINGERS,)),  # the same of rows [N]
+        ("row_margin", np.float64, (MAX_FINGERS,)),  # [N]
         ("squared_error", np.float64, (3,)),  # integral
         ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
         ("violations", np.int64),  # rows whose command leaves the estimated cones
@@ -49,21 +51,21 @@ def begin_tally(tally: Record) -> None:
     """Makes a tally of no row yet from one that is all zero."""
     tally.last_slip = -np.inf
     for i in range(MAX_FINGERS):
-        tally.least_margin[i] = np.inf
+        tally.least_margin[i] = tally.row_margin[i] = np.inf
 
 
 @compiled
-def count_force(tally: Record, i: int, force: float) -> None:
+def count_force(peaks: Floats, i: int, force: float) -> None:
     """Counts a normal force of contact ``i`` [N]."""
-    if tally.peak_normal_force[i] < force < np.inf:
-        tally.peak_normal_force[i] = force
+    if peaks[i] < force < np.inf:
+        peaks[i] = force
 
 
 @compiled
-def count_margin(tally: Record, i: int, margin: float) -> None:
+def count_margin(least: Floats, i: int, margin: float) -> None:
     """Counts a friction margin of contact ``i`` in stick [N]."""
-    if -np.inf < margin < tally.least_margin[i]:
-        tally.least_margin[i] = margin
+    if -np.inf < margin < least[i]:
+        least[i] = margin
 
 
 @compiled
@@ -79,19 +81,20 @@ def count_forces(model: Record, discrete: Record, values: Floats, tally: Record)
     for i in range(model.num_fingers):
         base = PER_CONTACT * i
         tally.force[i] = values[base + NORMAL_FORCE]
-        count_force(tally, i, tally.force[i])
+        count_force(tally.peak_normal_force, i, tally.force[i])
         if discrete.phases[i] == 0:
             tally.margin[i] = values[base + PHASE]
-            count_margin(tally, i, tally.margin[i])
+            count_margin(tally.least_margin, i, tally.margin[i])
 
 
 @compiled
 def count_row_forces(model: Record, row: Record, work: Record, tally: Record) -> None:
     """Counts the contact forces of an evaluated row."""
     for i in range(model.num_fingers):
-        count_force(tally, i, work.forces[i, 1])
+        count_force(tally.row_peak, i, work.forces[i, 1])
         if row.discrete.phases[i] == 0:
-            count_margin(tally, i, friction_margin(model, row.discrete, work, i))
+            margin = friction_margin(model, row.discrete, work, i)
+            count_margin(tally.row_margin, i, margin)
 
 
 @compiled
@@ -144,7 +147,7 @@ def add_to_tally(model: Record, row: Record, work: Record, tally: Record) -> Non
         tally.start = row.time
     elif tally.rows == 1 and row.time == tally.start:
         for i in range(n):
-            tally.least_margin[i] = np.inf
+            tally.row_margin[i] = np.inf
     count_row_forces(model, row, work, tally)
     tally.slipping = 0
     for i in range(n):

@@ -170,6 +170,8 @@ def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics
         outcome: How it ended.
     """
     tally, n = run["tally"], num_contacts
+    peaks = np.maximum(tally["peak_normal_force"], tally["row_peak"])
+    margins = np.minimum(tally["least_margin"], tally["row_margin"])
     slipping = bool(tally["slipping"])
     span = float(tally["time"] - tally["start"])
     return Metrics(
@@ -177,8 +179,8 @@ def compute_metrics(run: Record, num_contacts: int, outcome: Outcome) -> Metrics
         slipping_at_end=slipping,
         last_slip_time=float(tally["time"]) if slipping else _finite(run["last_stick"]),
         slip_path=tuple(tally["slip_path"][:n].tolist()),
-        peak_normal_force=tuple(tally["peak_normal_force"][:n].tolist()),
-        minimum_friction_margin=tuple(_finite(m) for m in tally["least_margin"][:n].tolist()),
+        peak_normal_force=tuple(peaks[:n].tolist()),
+        minimum_friction_margin=tuple(_finite(m) for m in margins[:n].tolist()),
         rms_tracking_error=_root_mean_square(tally),
         final_tracking_error=_numbers(tally["error"]),
         torque_effort=float(tally["effort"]),

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import run_to_end, simulate
 from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_motions import MOTIONS, draw_motion
@@ -61,6 +62,22 @@ def test_no_bit_of_a_run_depends_on_the_output_rate(draw, kind, seed):
         assert_array_equal(other.ticks.commands, plain.ticks.commands)
         assert_array_equal(other.ticks.estimates, plain.ticks.estimates)
         assert_array_equal(other.trace.object_pose[-1], plain.trace.object_pose[-1])
+
+
+@pytest.mark.parametrize("kind", MOTIONS)
+@pytest.mark.parametrize("draw", [planar, spatial])
+def test_the_extremes_that_steps_show_are_the_same_to_the_bit_at_every_output_rate(draw, kind):
+    """So samples have no part in where extremes are looked for."""
+    for seed in SEEDS:
+        plain, fine = (tally_of(draw(kind, seed), rate) for rate in (200.0, 10_000.0))
+        for name in ("peak_normal_force", "least_margin"):
+            assert_array_equal(plain[name], fine[name])
+
+
+def tally_of(scenario, rate):
+    simulation = Simulation(with_values(scenario, {"simulation.output_rate": rate}))
+    run_to_end(simulation, lambda _: None)
+    return simulation._run.tally
 
 
 @pytest.mark.parametrize("kind", MOTIONS)

@@ -35,10 +35,10 @@ def spatial_count(model: Record, run: Record, h: float) -> None:
     for i in range(model.num_fingers):
         base, peak = PER_CONTACT * i, tally.peak_normal_force[i]
         least = spatial_extreme(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
-        count_force(tally, i, -least)
+        count_force(tally.peak_normal_force, i, -least)
         if discrete.phases[i] == STICK:
             for way in range(model.ways):
                 record, start = tally.least_margin[i], tally.margins[i, way]
                 least = spatial_extreme(model, run, h, base + PHASE + way, 1.0, start, record)
-                count_margin(tally, i, least)
+                count_margin(tally.least_margin, i, least)
     count_forces(model, discrete, run.guards.values, tally)

@@ -119,7 +119,7 @@ def make_run(scenario: SpatialScenario, *, keeps_rows: bool) -> tuple[Record, Re
     run.step_size = FIRST_STEP
     run.concerned = -1
     run.tally.last_slip = -np.inf
-    run.tally.least_margin[:] = np.inf
+    run.tally.least_margin[:] = run.tally.row_margin[:] = np.inf
     parts_of(run.step.start, len(scenario.fingers)).pose[:] = scenario.trajectory.start
     call(spatial_normalise, run.step.start)
     for k, estimate in enumerate(scenario.estimates):

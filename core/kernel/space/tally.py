@@ -1,7 +1,7 @@
 """Accumulators of the metrics of a spatial run (see `slipgrasp.core.kernel.tally`).
 
-Forces count at both ends of every accepted step, at their extremes inside it and in every row;
-integrals are summed over the accepted steps.
+Forces count at both ends of every accepted step and at their extremes inside it, those of rows
+apart; integrals are summed over the accepted steps.
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ TALLY = np.dtype(
         ("margins", np.float64, (MAX_FINGERS, 2)),  # of friction in stick, there [N]
         ("peak_normal_force", np.float64, (MAX_FINGERS,)),  # [N]
         ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
+        ("row_peak", np.float64, (MAX_FINGERS,)),  # the same of rows [N]
+        ("row_margin", np.float64, (MAX_FINGERS,)),  # [N]
         ("steps", np.int64),
         ("piece", np.int64),  # of the desired motion at its end
         ("start_error", np.float64, (6,)),  # of that step [m, rad]
@@ -63,20 +65,20 @@ def count_forces(model: Record, discrete: Record, values: Floats, tally: Record)
     for i in range(model.num_fingers):
         base = PER_CONTACT * i
         tally.force[i] = values[base + NORMAL_FORCE]
-        count_force(tally, i, tally.force[i])
+        count_force(tally.peak_normal_force, i, tally.force[i])
         if discrete.phases[i] == STICK:
             for way in range(model.ways):
                 tally.margins[i, way] = values[base + PHASE + way]
-                count_margin(tally, i, tally.margins[i, way])
+                count_margin(tally.least_margin, i, tally.margins[i, way])
 
 
 @compiled
 def count_row_forces(model: Record, discrete: Record, work: Record, tally: Record) -> None:
     """Counts the contact forces of an evaluated row."""
     for i in range(model.num_fingers):
-        count_force(tally, i, work.forces[i, 2])
+        count_force(tally.row_peak, i, work.forces[i, 2])
         if discrete.phases[i] == STICK:
-            count_margin(tally, i, least_margin(model, discrete, work, i))
+            count_margin(tally.row_margin, i, least_margin(model, discrete, work, i))
 
 
 @compiled
@@ -122,7 +124,7 @@ def spatial_tally(model: Record, row: Record, work: Record, tally: Record) -> No
         tally.start = row.time
     elif tally.rows == 1 and row.time == tally.start:
         for i in range(n):
-            tally.least_margin[i] = np.inf
+            tally.row_margin[i] = np.inf
     count_row_forces(model, discrete, work, tally)
     tally.slipping = 0
     for i in range(n):
