@@ -324,8 +324,13 @@ def test_a_recording_that_contradicts_its_samples_is_refused(
 
 
 def test_a_short_run_that_states_to_be_held_is_refused_by_what_it_states(client, tmp_path) -> None:
-    sticky = {f"fingers.{i}.friction": 2.0 for i in range(2)}
-    values = {**sticky, "simulation.duration": 0.01}
+    firm = {"controller.kind": "grip-reflex", "controller.control_period": 0.001}
+    values = {
+        **firm,
+        "controller.grip_force": 100.0,
+        "object.mass": 0.5,
+        "simulation.duration": 0.01,
+    }
     run = simulate(with_values(load_scenario("paper-case-1"), values))
     assert run.metrics.held is None
     write_recording(replace(run, metrics=replace(run.metrics, held=True)), tmp_path / "run.mcap")
