@@ -51,6 +51,8 @@ class Simulation:
         scenario: What is simulated.
         shape: Shape of its trace.
         outcome: How it ended, None while it goes on.
+        num_released_rows: First rows of the trace that it no longer holds, see `release`.
+        num_released_ticks: First ticks that it no longer holds.
     """
 
     def __init__(self, scenario: Scenario, *, keep_trace: bool = True) -> None:
@@ -120,6 +122,7 @@ class Simulation:
     _law: LawCode | Replay | None
     _identity: LawIdentity | None
     _replays_all = False
+    num_released_rows = num_released_ticks = 0
 
     def _prepare(self, scenario: Scenario, diagnostics: tuple[Diagnostic, ...]) -> None:
         """Everything of a run that has not begun."""
@@ -188,8 +191,23 @@ class Simulation:
         if not self.finished:
             self.outcome, self._reason = outcome, reason
 
+    def release(self, rows: int, ticks: int) -> None:
+        """Drops the first rows and ticks of the run from memory, as far as blocks of them end.
+
+        `result` then has the rest of the trace, at least its last row; the indices of rows and
+        ticks elsewhere still count from the start of the run.
+
+        Args:
+            rows: How many rows nobody needs here any more.
+            ticks: How many ticks likewise.
+        """
+        while len(self._rows) > 1 and self.num_released_rows + len(self._rows[0]) <= rows:
+            self.num_released_rows += len(self._rows.pop(0))
+        while self._ticks and self.num_released_ticks + len(self._ticks[0]) <= ticks:
+            self.num_released_ticks += len(self._ticks.pop(0))
+
     def result(self) -> RunResult:
-        """What there is so far; ``stopped`` if the run has not ended."""
+        """The run so far, but for what was released; ``stopped`` if it has not ended."""
         assert self._keeps_trace, "a run that keeps no trace has only a summary"
         outcome = self.outcome or Outcome.STOPPED
         return RunResult(
@@ -201,11 +219,11 @@ class Simulation:
             warnings=describe_warnings(self._run),
             metrics=compute_metrics(self._run, self.shape.num_contacts, outcome),
             provenance=self.provenance,
-            ticks=self.ticks_from(0),
+            ticks=self.ticks_from(self.num_released_ticks),
         )
 
     def all_rows(self) -> np.ndarray:
-        """The trace so far as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
+        """The held trace as rows ``(rows, shape.num_columns)``, see `Trace.to_rows`."""
         rows = rows_in(self._outlet, self.shape.num_columns)
         if self._run.tally.rows == 0:
             return _start_row(self.shape, self.scenario)
@@ -217,20 +235,25 @@ class Simulation:
     @property
     def num_rows(self) -> int:
         """Rows of the trace so far."""
-        return sum(map(len, self._rows)) + int(self._outlet.num_rows)
+        return self._num_taken_rows + int(self._outlet.num_rows)
 
     @property
     def num_settled_rows(self) -> int:
         """Rows that never change: while a slip is young, others may yet come between the rest."""
         if self.finished:
             return self.num_rows
-        return sum(map(len, self._rows)) + settled_rows(self._run, self._outlet)
+        return self._num_taken_rows + settled_rows(self._run, self._outlet)
+
+    @property
+    def _num_taken_rows(self) -> int:
+        """Rows that have left the kernel's buffer."""
+        return self.num_released_rows + sum(map(len, self._rows))
 
     def trace_from(self, row: int) -> Trace:
-        """The settled rows of the trace so far, from one of them on."""
+        """The settled rows of the trace so far, from one of them on that was not released."""
         end = self.num_settled_rows
         last = rows_in(self._outlet, self.shape.num_columns)
-        blocks = [*self._rows, last[: end - sum(map(len, self._rows))]]
+        blocks = [*self._rows, last[: end - self._num_taken_rows]]
         parts: list[np.ndarray] = []
         while end > row:
             block = blocks.pop()
@@ -243,12 +266,14 @@ class Simulation:
     @property
     def num_ticks(self) -> int:
         """Control ticks so far; 0 where control is continuous."""
-        return sum(map(len, self._ticks)) + int(self._outlet.num_ticks)
+        held = sum(map(len, self._ticks)) + int(self._outlet.num_ticks)
+        return self.num_released_ticks + held
 
     def ticks_from(self, tick: int) -> Ticks:
-        """What the law answered so far, from one of the ticks on."""
+        """What the law answered so far, from one of the ticks on that was not released."""
         last = ticks_in(self._outlet, Ticks.num_columns(self.shape))
-        return Ticks.from_rows(self.shape, np.concatenate([*self._ticks, last])[tick:])
+        held = np.concatenate([*self._ticks, last])
+        return Ticks.from_rows(self.shape, held[tick - self.num_released_ticks :])
 
     def phase_changes_from(self, index: int) -> tuple[PhaseChange, ...]:
         """The phase changes so far, from one of them on."""

@@ -89,13 +89,13 @@ class Contents:
         return RunResult(
             scenario=self._scenario(),
             trace=trace,
-            phase_changes=self._phase_changes(),
+            phase_changes=self.phase_changes(),
             outcome=ending.outcome,
             reason=ending.reason,
             warnings=ending.warnings,
             metrics=_as_told_now(ending.metrics, trace) if has_sample_metrics else ending.metrics,
             provenance=self._provenance(),
-            ticks=self._ticks(),
+            ticks=self.ticks(),
             has_sample_metrics=has_sample_metrics,
         )
 
@@ -103,7 +103,7 @@ class Contents:
         """Whether samples and documents are those that the hashes were made of."""
         if not self._has_hashes():
             return True
-        state = self._state_hash(self.trace(), self._phase_changes())
+        state = self._state_hash(self.trace(), self.phase_changes())
         stop = self.metadata[STOP]
         return stop.get("state_hash") == state.hex() and stop_is_unchanged(stop, self._documents())
 
@@ -126,7 +126,7 @@ class Contents:
         so_far = self._up_to_last_checkpoint() if self._has_hashes() else self._up_to_shortest()
         if STOP in self.metadata and so_far._is_complete():
             return so_far.result()
-        trace, changes = so_far.trace(), so_far._phase_changes()
+        trace, changes = so_far.trace(), so_far.phase_changes()
         scenario, outcome = self._scenario(), Outcome.RECOVERED
         rate = scenario.simulation.output_rate
         end = float(trace.times[-1])
@@ -139,7 +139,7 @@ class Contents:
             warnings=(),
             metrics=metrics_of_trace(trace, changes, outcome, rate),
             provenance=so_far._provenance(),
-            ticks=so_far._ticks(),
+            ticks=so_far.ticks(),
             has_sample_metrics=True,
         )
 
@@ -155,7 +155,7 @@ class Contents:
         so_far = self._cut(
             int(last["samples"]), int(last["phase_changes"]), int(last.get("ticks", 0))
         )
-        state = so_far._state_hash(so_far.trace(), so_far._phase_changes())
+        state = so_far._state_hash(so_far.trace(), so_far.phase_changes())
         if (
             last["documents_hash"].tobytes() != self._documents()
             or last["state_hash"].tobytes() != state
@@ -193,7 +193,7 @@ class Contents:
             rows = trace[start : start + _HASHED_AT_ONCE]
             state.add_samples(rows.to_rows(signals_in(version)))
         state.add_phase_changes(changes)
-        if (ticks := self._ticks()) is not None:
+        if (ticks := self.ticks()) is not None:
             state.add_ticks(ticks.to_rows())
         return state.digest()
 
@@ -227,7 +227,7 @@ class Contents:
         rate, trace = self._scenario().simulation.output_rate, self.trace()
         if len(trace) == 0:
             raise self._damaged("it holds no sample")
-        computed = metrics_of_trace(trace, self._phase_changes(), outcome, rate)
+        computed = metrics_of_trace(trace, self.phase_changes(), outcome, rate)
         return {name: getattr(computed, name) for name in later}
 
     def _has_sample_metrics(self, outcome: Outcome) -> bool:
@@ -284,7 +284,12 @@ class Contents:
         shape = (count,) if signal.per == "" else (count, self.shape.width(signal))
         return np.zeros(shape, np.int8 if signal.holds_phases else np.float64)
 
-    def _phase_changes(self) -> tuple[PhaseChange, ...]:
+    def phase_changes(self) -> tuple[PhaseChange, ...]:
+        """The phase changes.
+
+        Raises:
+            DamagedRecordingError: If they cannot be those of a run.
+        """
         columns = self.columns[PHASE_CHANGES.name]
         if (columns["contact"] >= self.shape.num_contacts).any():
             raise self._damaged("it holds a phase change of a contact that does not exist")
@@ -304,8 +309,12 @@ class Contents:
         except ValueError as error:
             raise self._damaged("it holds a phase that does not exist") from error
 
-    def _ticks(self) -> Ticks | None:
-        """What the law answered; None where the format did not record it."""
+    def ticks(self) -> Ticks | None:
+        """What the law answered; None where the format did not record it.
+
+        Raises:
+            DamagedRecordingError: If it cannot be what a law answers.
+        """
         if TICKS.name not in self.columns:
             return None
         columns = dict(self.columns[TICKS.name])

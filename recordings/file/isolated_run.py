@@ -71,7 +71,8 @@ def record_or_say_why(
     """Simulates and records at once; what cannot be recorded is not begun.
 
     Returns:
-        The run, and why its recording is not complete; None if it is.
+        The run with the last samples of its trace alone, and why its recording is not complete;
+        None if it is.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -84,6 +85,7 @@ def record_or_say_why(
         should_stop=should_stop,
         wall_limit=wall_limit,
         only_recorded=True,
+        keep_trace=False,
     )
     if recorded.failure is None:
         return recorded.result, None

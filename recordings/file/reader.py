@@ -40,7 +40,13 @@ from slipgrasp.recordings.file.documents import (
 )
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
-from slipgrasp.recordings.file.schemas import PHASE_CHANGES, SAMPLE_TOPICS, TICKS, Topic
+from slipgrasp.recordings.file.schemas import (
+    CHECKPOINTS,
+    PHASE_CHANGES,
+    SAMPLE_TOPICS,
+    TICKS,
+    Topic,
+)
 from slipgrasp.recordings.file.versions import FORMAT_VERSION
 
 LONGEST_RUN = 1e3
@@ -180,7 +186,7 @@ class TopicColumns:
 
     def __init__(self, layout: MessageLayout, names: Collection[str] | None = None) -> None:
         self.layout = layout
-        self.count = 0
+        self.count = self.num_taken = 0
         empty = layout.unpack([])
         kept = empty if names is None else names
         self._columns = {name: empty[name].copy() for name in kept}
@@ -199,6 +205,15 @@ class TopicColumns:
                 column.resize((count + count // 4, *column.shape[1:]), refcheck=False)
             column[self.count : count] = block[name]
         self.count = count
+
+    def take(self, count: int) -> Columns:
+        """The first messages, which are kept no longer, as one array per field."""
+        taken = {name: column[:count].copy() for name, column in self._columns.items()}
+        for column in self._columns.values():
+            column[: self.count - count] = column[count : self.count].copy()
+        self.count -= count
+        self.num_taken += count
+        return taken
 
     def joined(self) -> Columns:
         """All messages as one array per field; no more can be added then."""
@@ -246,20 +261,48 @@ class Reading:
 
     def contents(self, should_stop: Callable[[], bool] = lambda: False) -> Contents:
         """Reads the file, to its end or as far as it is whole."""
-        records = self._scanner.records()
-        self._check_header(next(records))
         try:
-            for record in records:
-                if should_stop():
-                    raise RecordingError(f"nobody needs '{self._name}' any more")
-                self._take(record)
+            for _ in self._records(should_stop):
                 self.whole_bytes = self._scanner.offset
         except DamagedRecordingError:
             if not self._unfinished or self._shape is None:
                 raise
+        return self._contents({n: t.joined() for n, t in self._topics.items() if t.is_kept})
+
+    def pieces(self, should_stop: Callable[[], bool] = lambda: False) -> Iterator[Contents]:
+        """Reads a complete file bit by bit: every piece has the messages since the one before.
+
+        The last one has the documents at the end of the file, too.
+        """
+        for record in self._records(should_stop):
+            # The checkpoint of a chunk is its last message.
+            if isinstance(record, ChannelMessages) and self._is_checkpoint(record.channel):
+                yield self._contents(self._take_columns())
+        yield self._contents(self._take_columns())
+
+    def _records(self, should_stop: Callable[[], bool]) -> Iterator[McapRecord | ChannelMessages]:
+        records = self._scanner.records()
+        self._check_header(next(records))
+        for record in records:
+            if should_stop():
+                raise RecordingError(f"nobody needs '{self._name}' any more")
+            self._take(record)
+            yield record
+
+    def _is_checkpoint(self, channel: int) -> bool:
+        columns = self._channels.get(channel)
+        return columns is not None and columns.layout.topic.name == CHECKPOINTS.name
+
+    def _take_columns(self) -> dict[str, Columns]:
+        """What was read; samples as far as all topics have them, for others may order chunks."""
+        counts = {name: topic.count for name, topic in self._topics.items()}
+        common = min((counts[t.name] for t in SAMPLE_TOPICS if t.name in counts), default=0)
+        counts |= {topic.name: common for topic in SAMPLE_TOPICS}
+        return {name: topic.take(counts[name]) for name, topic in self._topics.items()}
+
+    def _contents(self, columns: dict[str, Columns]) -> Contents:
         if self._shape is None:
             raise self._damaged("how the run began is missing")
-        columns = {name: t.joined() for name, t in self._topics.items() if t.is_kept}
         return Contents(self._name, self._shape, self._metadata, self._attachments, columns)
 
     def outline(self) -> tuple[TraceShape, int]:
@@ -351,7 +394,7 @@ class Reading:
     def _take_messages(self, messages: ChannelMessages) -> None:
         self._check_amount()
         columns = self._channels[messages.channel]
-        self._check_order(messages, columns.count)
+        self._check_order(messages, columns.num_taken + columns.count)
         columns.append(self._unpacked(messages, columns.layout))
 
     def _check_order(self, messages: ChannelMessages, first: int) -> None:

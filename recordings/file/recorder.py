@@ -40,7 +40,8 @@ class Recorded:
 
     Attributes:
         result: The run; ``failed`` if the disk failed while it went on. It has a warning
-            ``not_saved`` if its recording is not complete.
+            ``not_saved`` if its recording is not complete. Where its trace was not kept, its last
+            samples alone.
         failure: Why its recording is not complete; None if it is.
     """
 
@@ -58,6 +59,7 @@ def record(
     should_stop: Callable[[], bool] | None = None,
     wall_limit: float | None = None,
     only_recorded: bool = False,
+    keep_trace: bool = True,
 ) -> Recorded:
     """Runs a scenario to its end and records it on the way, in ``PATH.part``.
 
@@ -73,6 +75,8 @@ def record(
         should_stop: Asked after every piece; True ends the run as ``stopped``.
         wall_limit: Computing time after which the run ends as ``limit`` [s].
         only_recorded: Whether nothing is simulated where the recording cannot be begun.
+        keep_trace: Whether the result has the whole trace; else samples leave the memory when they
+            are written, and a long run takes no more of it than a short one.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -102,10 +106,10 @@ def record(
     )
     try:
         with writer:
-            recorder = _Recorder(writer)
+            recorder = _Recorder(writer, keep_trace=keep_trace)
             run()
             result = simulation.result()
-            recorder.finish(result)
+            recorder.finish(simulation, result)
     except RecordingBusyError:
         raise  # The part is that of another writer.
     except (RecordingExistsError, RecordingWriteError) as failure:
@@ -127,8 +131,9 @@ def record(
 class _Recorder:
     """Keeps a recording up with its simulation."""
 
-    def __init__(self, writer: RecordingWriter) -> None:
+    def __init__(self, writer: RecordingWriter, *, keep_trace: bool) -> None:
         self._writer = writer
+        self._keeps_trace = keep_trace
         self._failure: OSError | RecordingWriteError | None = None
         self._flushed_at = self._synced_at = time.monotonic()
 
@@ -145,6 +150,8 @@ class _Recorder:
                 simulation.phase_changes_from(writer.num_phase_changes),
                 simulation.ticks_from(writer.num_ticks),
             )
+            if not self._keeps_trace:
+                simulation.release(writer.num_samples, writer.num_ticks)
             if is_due:
                 writer.flush()
             if now - self._synced_at >= SYNC_INTERVAL:
@@ -155,8 +162,12 @@ class _Recorder:
             simulation.end(Outcome.FAILED, describe_disk_failure(error, simulation.time))
         self._flushed_at = now
 
-    def finish(self, result: RunResult) -> None:
+    def finish(self, simulation: Simulation, result: RunResult) -> None:
         """Writes the rest of the run.
+
+        Args:
+            simulation: The run, which has ended.
+            result: What it gave.
 
         Raises:
             OSError, RecordingWriteError: If the disk failed, now or while the run went on.
@@ -164,9 +175,9 @@ class _Recorder:
         if self._failure is not None:
             raise self._failure
         writer = self._writer
-        rest = result.trace[writer.num_samples :]
-        ticks = None if result.ticks is None else result.ticks[writer.num_ticks :]
-        writer.write(rest, result.phase_changes[writer.num_phase_changes :], ticks)
+        rest = result.trace[writer.num_samples - simulation.num_released_rows :]
+        changes = result.phase_changes[writer.num_phase_changes :]
+        writer.write(rest, changes, simulation.ticks_from(writer.num_ticks))
         writer.write_ending(result)
 
 

@@ -43,6 +43,7 @@ from slipgrasp.recordings.file.foxglove import (
     display_layouts,
 )
 from slipgrasp.recordings.file.packing import MessageLayout
+from slipgrasp.recordings.file.pieces import read_pieces
 from slipgrasp.recordings.file.schemas import OWN_TOPICS, SCHEMA_VERSION, file_descriptor_set
 
 CHUNK_BYTES = 1 << 18
@@ -224,18 +225,27 @@ class RecordingWriter:
             part.replace(path)
             return
         try:
-            write_recording(
-                self._result,
-                path,
-                overwrite=self._overwrite,
-                display_rate=self._display_rate,
-                part_suffix=REGULAR_SUFFIX,
-            )
+            self._lay_out(part, path, self._result)
         except RecordingWriteError:
             # Where there is no room for it, the file that is there already is as good to read.
             part.replace(path)
         else:
             part.unlink()
+
+    def _lay_out(self, part: Path, path: Path, result: RunResult) -> None:
+        """Writes what the part holds in full chunks; it is never in memory as a whole."""
+        with RecordingWriter(
+            path,
+            self._scenario,
+            self._shape,
+            provenance=self._provenance,
+            overwrite=self._overwrite,
+            display_rate=self._display_rate,
+            part_suffix=REGULAR_SUFFIX,
+        ) as writer:
+            for piece in read_pieces(part):
+                writer.write(piece.trace, piece.phase_changes, piece.ticks)
+            writer.write_ending(result)
 
     def _begin(self, stream: BinaryIO) -> None:
         """Writes everything that stands before the first sample."""

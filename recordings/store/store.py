@@ -152,14 +152,17 @@ class RecordingStore:
         """Describes a run whose recording was written at its place.
 
         Where that cannot be written the run is kept all the same; it is then described by
-        its recording.
+        its recording. What a run says of itself is compared with its samples when its file is
+        read, also that of an `Upload`.
+
+        Args:
+            reservation: The place.
+            result: The run; the last of its samples suffice.
+            annotations: What is written about it.
 
         Raises:
-            ContradictoryRecordingError: If it says of itself what its samples do not give.
             RecordingNotFoundError: If its recording was not written, or is gone.
         """
-        if found := contradictions_of(result):
-            raise ContradictoryRecordingError(str(reservation.path), found)
         description = Description.from_result(result)
         return self._describe(reservation, description, annotations or Annotations())
 
@@ -188,10 +191,13 @@ class RecordingStore:
         """Keeps a run.
 
         Raises:
+            ContradictoryRecordingError: If it says of itself what its samples do not give.
             RecordingWriteError: If it cannot be written; then nothing of it is left.
             StorageFullError: If there is no room.
         """
         reservation = self.reserve()
+        if found := contradictions_of(result):
+            raise ContradictoryRecordingError(str(reservation.path), found)
         write_recording(result, reservation.path)
         return self.register(reservation, result)
 

@@ -288,7 +288,7 @@ def test_a_run_killed_after_its_last_sample_becomes_the_file_of_an_equal_run(
     undisturbed, path = tmp_path / "undisturbed.mcap", tmp_path / "abc.mcap"
     write_recording(small, undisturbed, display_rate=display_rate)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(writer, "write_recording", killed)
+        patch.setattr(writer, "read_pieces", killed)
         with pytest.raises(KeyboardInterrupt):
             write_slowly(small, path, display_rate=display_rate)
     assert not path.exists() and part_of(path).stat().st_size != undisturbed.stat().st_size
@@ -317,7 +317,7 @@ def test_a_run_killed_before_its_part_is_gone_leaves_the_file_of_an_equal_run(sm
 def test_what_is_recovered_by_hand_leaves_no_copy_that_was_begun(small, tmp_path):
     path = tmp_path / "abc.mcap"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(writer, "write_recording", killed)
+        patch.setattr(writer, "read_pieces", killed)
         with pytest.raises(KeyboardInterrupt):
             write_slowly(small, path)
     (tmp_path / "abc.mcap.regular.part").write_bytes(b"begun")

@@ -1,0 +1,109 @@
+"""Long runs: written while they are made and read piece by piece, in memory that does not grow."""
+
+from __future__ import annotations
+
+import tracemalloc
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slipgrasp.core.run.simulation import Simulation
+from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.exceptions import DamagedRecordingError
+from slipgrasp.recordings.file import recorder
+from slipgrasp.recordings.file.pieces import read_pieces
+from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.recorder import record
+from slipgrasp.recordings.file.writer import write_recording
+
+NAMES = ["paper-case-1", "spatial-box"]
+
+
+def long_run(name: str, duration: float) -> Scenario:
+    values = {"simulation.duration": duration, "simulation.output_rate": 2000.0}
+    return with_values(load_scenario(name), values)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_that_leaves_memory_as_it_is_written_is_the_same_file(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "FLUSH_INTERVAL", 0.0)
+    scenario = long_run(name, 3.0)
+
+    recorded = record(scenario, tmp_path / "a.mcap", keep_trace=False)
+
+    whole = simulate(scenario)
+    write_recording(whole, tmp_path / "b.mcap")
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+    assert replace(recorded.result, trace=whole.trace, ticks=whole.ticks).summary() == (
+        whole.summary()
+    )
+    kept = recorded.result.trace.to_rows()
+    assert len(kept) < len(whole.trace)
+    np.testing.assert_array_equal(kept, whole.trace.to_rows()[-len(kept) :])
+    assert recorded.result.summary() == whole.summary()
+
+
+def test_recording_a_run_takes_no_more_memory_the_longer_it_is(tmp_path: Path) -> None:
+    record(long_run("paper-case-1", 0.1), tmp_path / "first.mcap", keep_trace=False)
+
+    def peak(duration: float) -> int:
+        tracemalloc.start()
+        try:
+            path = tmp_path / f"{duration}.mcap"
+            record(long_run("paper-case-1", duration), path, keep_trace=False)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    short, long = peak(10.0), peak(60.0)
+    rows_more = 50.0 * 2000.0 * 72 * 8
+    assert long - short < 0.1 * rows_more
+
+
+def test_what_was_released_is_counted_and_what_follows_is_there() -> None:
+    simulation = Simulation(long_run("paper-case-1", 7.0))
+    rows, ticks = [], []
+    while not simulation.finished:
+        simulation.advance()
+        rows.append(simulation.trace_from(sum(map(len, rows))).to_rows())
+        ticks.append(simulation.ticks_from(sum(map(len, ticks))).to_rows())
+        simulation.release(sum(map(len, rows)), sum(map(len, ticks)))
+    whole = simulate(simulation.scenario)
+    assert whole.ticks is not None
+    np.testing.assert_array_equal(np.concatenate(rows), whole.trace.to_rows())
+    np.testing.assert_array_equal(np.concatenate(ticks), whole.ticks.to_rows())
+    assert (simulation.num_rows, simulation.num_ticks) == (len(whole.trace), len(whole.ticks))
+    assert simulation.num_released_rows > 0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_pieces_of_a_recording_are_its_run(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    write_recording(simulate(long_run(name, 3.0)), path)
+
+    pieces = list(read_pieces(path))
+
+    whole = read_recording(path)
+    assert len(pieces) > 3 and max(len(piece.trace) for piece in pieces) <= len(whole.trace) // 3
+    rows = np.concatenate([piece.trace.to_rows() for piece in pieces])
+    np.testing.assert_array_equal(rows, whole.trace.to_rows())
+    assert tuple(c for piece in pieces for c in piece.phase_changes) == whole.phase_changes
+    ticks = [piece.ticks.to_rows() for piece in pieces if piece.ticks is not None]
+    assert whole.ticks is not None
+    np.testing.assert_array_equal(np.concatenate(ticks), whole.ticks.to_rows())
+
+
+def test_a_damaged_byte_is_found_by_who_reads_piece_by_piece(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    write_recording(simulate(long_run("paper-case-1", 1.0)), path)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(DamagedRecordingError):
+        list(read_pieces(path))
