@@ -136,7 +136,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         app.state.run_service = service
         app.state.upload_slots = asyncio.Semaphore(recordings.MAX_UPLOADS)
         app.state.file_cache = FileCache()
-        app.state.recording_reads = RecordingReads()
+        app.state.recording_reads = RecordingReads(service.memory)
         service.start()
         studies_kept = StudyStore(settings.data_directory, store)
         study_service = StudyService(

@@ -10,10 +10,13 @@ from fastapi import Depends, Header, Query, Request
 from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.core.trace.columns import Column, columns_of
+from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
-from slipgrasp.recordings.file.stretch import read_outline
+from slipgrasp.recordings.file.size import read_size
+from slipgrasp.recordings.file.stretch import Stretch, read_outline
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.http.downloads import DownloadRequest
 from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
@@ -102,18 +105,32 @@ async def open_columns(
     Raises:
         InvalidRequestError: For a name there is none of.
         RecordingError: If its file is damaged.
-        ServiceBusyError: If there is no memory for them.
+        MemoryLimitError: If they need more memory than there is.
+        ServiceBusyError: If there is none for them now.
     """
     try:
         outline = await run_in_threadpool(read_outline, stored.path)
+        size = await run_in_threadpool(read_size, stored.path)
     except RecordingNotFoundError:
         raise RecordingNotFoundError(stored.id) from None
     chosen = select_columns(outline, query.wanted)
-    stretch, share = query.stretch_of(chosen), (len(chosen) + 1) / len(columns_of(outline))
+    stretch = query.stretch_of(chosen)
+    share = query.share_of(stored.summary.get("end_time", 0.0))
+    need = Need.to_read_signals(size, _width_of(stretch, outline), share)
     reads = get_recording_reads(request)
     gone = request.is_disconnected
-    async with reads.shared(stored.path, stored.id, stretch, share, gone) as trace:
+    async with reads.shared(stored.path, stored.id, stretch, need, gone) as trace:
         yield select_columns(trace, [column.name for column in chosen])
+
+
+def _width_of(stretch: Stretch, outline: Trace) -> int:
+    """Columns of all signals that are read, with their times."""
+    return 1 + sum(column.signal in stretch.signals for column in columns_of(outline))
+
+
+def get_memory(request: Request) -> MemoryBudget:
+    """The account of memory of the application that answers."""
+    return get_run_service(request).memory
 
 
 def get_study_service(request: Request) -> StudyService:
@@ -230,6 +247,7 @@ RunServiceDep = Annotated[RunService, Depends(get_run_service)]
 EndedRunIdDep = Annotated[str, Depends(check_ended)]
 ColumnsDep = Annotated[list[Column], Depends(open_columns)]
 StoredRunDep = Annotated[StoredRun, Depends(get_stored_run)]
+MemoryDep = Annotated[MemoryBudget, Depends(get_memory)]
 RecordingReadsDep = Annotated[RecordingReads, Depends(get_recording_reads)]
 RunCreateDep = Annotated[RunCreate, Depends(read_run_create)]
 RunUpdateDep = Annotated[RunUpdate, Depends(read_run_update)]

@@ -9,6 +9,7 @@ from slipgrasp.server.addresses import run_path, study_path
 
 RECOVERY_RETRY_AFTER = 2
 NOT_READY_RETRY_AFTER = 5
+MEMORY_RETRY_AFTER = 5
 
 
 class SettingsError(SlipgraspError):
@@ -66,6 +67,41 @@ class ServiceBusyError(SlipgraspError):
     ) -> None:
         self.retry_after = retry_after
         super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
+
+
+class MemoryLimitError(SlipgraspError):
+    """A job that needs more memory than the server may use for all of them."""
+
+    def __init__(self, job: str, num_bytes: int, limit: int, cure: str) -> None:
+        more = f"start the server with --memory of at least {_megabytes(num_bytes)}MB"
+        super().__init__(
+            f"{job} needs {_megabytes(num_bytes)} MB of memory, and there are "
+            f"{limit // 10**6} MB for it; {cure}{', or ' if cure else ''}{more}"
+        )
+
+
+class MemoryBusyError(ServiceBusyError):
+    """A job for which there was no memory for some time."""
+
+    def __init__(self, waiting: int) -> None:
+        super().__init__(waiting, MEMORY_RETRY_AFTER, "others wait for memory")
+
+
+class MemoryHeldError(ServiceBusyError):
+    """A recording that does not fit beside those that pages show."""
+
+    def __init__(self, num_bytes: int, held: int, most: int) -> None:
+        SlipgraspError.__init__(
+            self,
+            f"no memory for it now: it takes {_megabytes(num_bytes)} MB, and what pages show takes "
+            f"{held // 10**6} of {most // 10**6} MB; close another page, end a comparison or "
+            "choose a short run, and open it again",
+        )
+        self.retry_after = MEMORY_RETRY_AFTER
+
+
+def _megabytes(num_bytes: int) -> int:
+    return -(-num_bytes // 10**6)
 
 
 class ServiceNotReadyError(ServiceBusyError):

@@ -19,6 +19,9 @@ _PUBLIC_URL = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?"
 _ROOT_PATH = re.compile(r"(?!/(api|dashboard)(/|$))(/[A-Za-z0-9_~-][A-Za-z0-9._~-]*){1,8}")
 """Not where our own routes begin: a path would else mean two things."""
 
+LEAST_MEMORY = 100_000_000
+"""A run that is recorded has room in it."""
+
 LOOPBACK_HOSTS = ("127.0.0.1", "::1", "localhost")
 
 
@@ -47,6 +50,8 @@ class Settings:
         study_workers: In how many processes; None takes as many as there are processors.
         quota_bytes: How much the files in the data directory may take; then no run is begun.
         min_free_bytes: How much must stay free on its disk; likewise.
+        memory_bytes: How much memory runs, recordings, figures and pages may take together; that of
+            the service itself comes on top. None takes 600 MB, or half of the machine if less.
         token: Lets in whoever shows it; None lets in only who needs none.
         require_token: Whether everyone needs the token, also the user who runs this server.
         root_path: Path at which a proxy shows it, such as ``/slipgrasp``; mostly empty.
@@ -77,6 +82,7 @@ class Settings:
     study_workers: int | None = None
     quota_bytes: int = StorageLimits().quota
     min_free_bytes: int = StorageLimits().min_free
+    memory_bytes: int | None = None
     token: str | None = field(default=None, repr=False)
     require_token: bool = False
     root_path: str = ""
@@ -113,6 +119,11 @@ class Settings:
         if self.metrics and find_spec("prometheus_client") is None:
             raise SettingsError(
                 "metrics need the package prometheus_client: pip install 'slipgrasp[metrics]'"
+            )
+        if self.memory_bytes is not None and self.memory_bytes < LEAST_MEMORY:
+            raise SettingsError(
+                f"memory is {self.memory_bytes} bytes, too little for a single run; allowed: at "
+                f"least {LEAST_MEMORY // 10**6}MB"
             )
         if not 0 <= self.port <= 65535:
             raise SettingsError(f"port is {self.port}; allowed: 0 … 65535, 0 takes any free one")

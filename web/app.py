@@ -32,7 +32,6 @@ def create_dashboard_app(settings: Settings, first: Source | None = None) -> Fas
             Dashboard,
             app.state.run_service,
             app.state.study_service,
-            app.state.recording_reads.room_in_thread,
             first,
         )
         try:

@@ -18,7 +18,7 @@ from slipgrasp.web.reducers.frame_pacing import FramePacer
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.session import Services, Session
-from slipgrasp.web.workers.open_recordings import OpenRecordings, Room
+from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
 
 _CLOSING_TIME = 5.0
@@ -32,7 +32,6 @@ class Dashboard:
     Args:
         runs: Simulates and saves.
         studies: Runs studies.
-        room: The memory for what is made of runs.
         first: The recording that every page shows first; a run of the first preset if None.
 
     Attributes:
@@ -44,13 +43,12 @@ class Dashboard:
         self,
         runs: RunService,
         studies: StudyService,
-        room: Room,
         first: Source | None = None,
     ) -> None:
         # A viewer may leave in the middle of a frame; viser drops the rest and warns each time.
         warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
         self.directory = SessionDirectory()
-        self.recordings = OpenRecordings(runs.store, room)
+        self.recordings = OpenRecordings(runs.store, runs.memory)
         self._services = Services(
             runs, SavedRuns(runs), self.recordings, studies, self.directory, FramePacer()
         )

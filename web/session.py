@@ -113,7 +113,7 @@ class Session:
             HintsReducer(services.runs, self._mailbox.send),
             PremisesReducer(self._mailbox.send),
             ExportReducer(services.recordings, self._mailbox.send, self._deliver),
-            StudyReducer(services.studies, services.recordings.room, self._mailbox.send),
+            StudyReducer(services.studies, services.recordings.memory, self._mailbox.send),
         )
         self._gone = threading.Event()
         self._thread = threading.Thread(

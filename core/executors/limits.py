@@ -34,7 +34,9 @@ class WorkerLimits:
     @classmethod
     def shared_by(cls, num_workers: int) -> Self:
         """The bounds of each of several workers on this machine."""
-        return cls(memory=max(LEAST_MEMORY, round(SHARE_OF_MEMORY * _memory() / num_workers)))
+        return cls(
+            memory=max(LEAST_MEMORY, round(SHARE_OF_MEMORY * machine_memory() / num_workers))
+        )
 
 
 def bound_memory(num_bytes: int) -> None:
@@ -51,7 +53,7 @@ def bound_memory(num_bytes: int) -> None:
         _OOM_SCORE.write_text("500")
 
 
-def _memory() -> int:
+def machine_memory() -> int:
     """Memory of this machine, or of the container that it is for us [bytes]; 0 if unknown."""
     with suppress(OSError, ValueError):
         return int(_CGROUP_LIMIT.read_text())

@@ -38,7 +38,7 @@ class RunSummary:
     warnings: tuple[RunWarning, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class RunResult:
     """A finished run, live or read back from a recording.
 

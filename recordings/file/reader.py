@@ -315,6 +315,21 @@ class Reading:
                 return self._shape, self._version
         raise self._damaged("how the run began is missing")
 
+    def counts(self) -> tuple[TraceShape, dict[str, int]]:
+        """The shape of the trace, and the messages of each topic as the index states them."""
+        records = self._scanner.records()
+        self._check_header(next(records))
+        for record in records:
+            # All channels stand before the first message.
+            if isinstance(record, ChannelMessages):
+                break
+            self._take(record)
+        if self._shape is None or self._scanner.index is None:
+            raise self._damaged("how the run began is missing")
+        stated = self._scanner.index.message_counts
+        counts = {c.layout.topic.name: stated[number] for number, c in self._channels.items()}
+        return self._shape, counts
+
     def _is_wanted(self, channel: int) -> bool:
         return channel in self._channels and self._channels[channel].is_kept
 

@@ -35,6 +35,7 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.size import RecordingSize, read_size
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.description import Description
@@ -377,6 +378,19 @@ class Upload:
         except OSError as error:
             raise RecordingWriteError(self._path, error.strerror or "disk error") from error
 
+    def read_size(self) -> RecordingSize:
+        """How much memory the run takes, as what came states it.
+
+        Raises:
+            UploadError: If it is no recording that this program can read.
+            RecordingWriteError: If the disk fails.
+        """
+        part = self._flushed()
+        try:
+            return read_size(part)
+        except RecordingError as error:
+            raise _told_of_upload(error, part) from error
+
     def finish(self) -> RunResult:
         """Reads what came, and gives the file its name.
 
@@ -386,11 +400,7 @@ class Upload:
             StorageFullError: If there is no room for it.
             RecordingWriteError: If the disk fails.
         """
-        part = self._path.with_name(self._path.name + UPLOAD_SUFFIX)
-        try:
-            self._stream.flush()
-        except OSError as error:
-            raise RecordingWriteError(self._path, error.strerror or "disk error") from error
+        part = self._flushed()
         self._limits.check(self._path.parent)
         allowed = READ_SECONDS + READ_SECONDS_PER_BYTE * part.stat().st_size
         end = time.monotonic() + allowed
@@ -401,9 +411,21 @@ class Upload:
             if time.monotonic() > end:
                 told = f"reading the upload takes more than {allowed:.3g} s, the most for its size"
                 raise UploadError(told) from error
-            raise UploadError(str(error).replace(str(part), "upload")) from error
+            raise _told_of_upload(error, part) from error
         self._stack.close()
         return result
+
+    def _flushed(self) -> Path:
+        """What came, as a file that can be read."""
+        try:
+            self._stream.flush()
+        except OSError as error:
+            raise RecordingWriteError(self._path, error.strerror or "disk error") from error
+        return self._path.with_name(self._path.name + UPLOAD_SUFFIX)
+
+
+def _told_of_upload(error: RecordingError, part: Path) -> UploadError:
+    return UploadError(str(error).replace(str(part), "upload"))
 
 
 def _is_being_written(path: Path) -> bool:

@@ -10,11 +10,12 @@ from fastapi import APIRouter, Query, Response
 
 from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.recordings.file.reader import read_as_stated, read_recording
+from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.dependencies import RecordingReadsDep, RunServiceDep
+from slipgrasp.server.budget import Need
+from slipgrasp.server.dependencies import MemoryDep, RunServiceDep
 from slipgrasp.server.http.downloads import BINARY_SCHEMA, PNG, SVG
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.reading import DIFF_COST
 from slipgrasp.server.runs.diff import DiffFigureQuery, DiffPublic, DiffQuery
 
 MEDIA_TYPES = {"svg": SVG, "png": PNG}
@@ -24,11 +25,11 @@ router = APIRouter(prefix="/diff", tags=["diff"])
 
 @router.get("", responses=ProblemPublic.responses((404, 409, 422, 503)))
 def diff_runs(
-    query: Annotated[DiffQuery, Query()], service: RunServiceDep, reads: RecordingReadsDep
+    query: Annotated[DiffQuery, Query()], service: RunServiceDep, memory: MemoryDep
 ) -> DiffPublic:
     """What tells two runs apart: parameters, phase changes, columns and metrics."""
     stored = [service.get(run_id) for run_id in (query.a, query.b)]
-    with reads.room_in_thread(_cost(stored)):
+    with memory.room(_need(stored)):
         a, b = (read_as_stated(run.path) for run in stored)
         return DiffPublic.from_comparison(compare(a, b, query.tolerance))
 
@@ -47,7 +48,7 @@ def diff_runs(
     },
 )
 def draw_diff(
-    query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep, reads: RecordingReadsDep
+    query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep, memory: MemoryDep
 ) -> Response:
     """Two runs over each other, their difference below."""
     # matplotlib takes a second to load, and most servers never draw.
@@ -57,7 +58,7 @@ def draw_diff(
 
     stored = [service.get(run_id) for run_id in (query.a, query.b)]
     picture = io.BytesIO()
-    with reads.room_in_thread(_cost(stored)):
+    with memory.room(_need(stored)):
         a, b = (read_recording(run.path) for run in stored)
         found, names = compare(a, b, query.tolerance), (query.a, query.b)
         in_drawing_thread(
@@ -66,6 +67,5 @@ def draw_diff(
     return Response(picture.getvalue(), media_type=MEDIA_TYPES[query.format])
 
 
-def _cost(runs: Iterable[StoredRun]) -> int:
-    """How much memory their comparison may take."""
-    return round(DIFF_COST * sum(run.size for run in runs))
+def _need(runs: Iterable[StoredRun]) -> Need:
+    return Need.to_compare(*(read_size(run.path) for run in runs))

@@ -11,13 +11,13 @@ from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.recordings.store.annotations import Annotations, RunName
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.dependencies import RecordingReadsDep, RunServiceDep, UploadSlotsDep
+from slipgrasp.server.budget import MemoryBudget, Need
+from slipgrasp.server.dependencies import MemoryDep, RunServiceDep, UploadSlotsDep
 from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.http.conditions import entity_tag
 from slipgrasp.server.http.downloads import BINARY_SCHEMA
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.upload_body import FORM, RAW_TYPES, file_pieces
-from slipgrasp.server.reading import READ_COST, RecordingReads
 from slipgrasp.server.runs.schemas import RunPublic
 
 MAX_UPLOADS = 4
@@ -50,7 +50,7 @@ async def upload_recording(
     request: Request,
     service: RunServiceDep,
     slots: UploadSlotsDep,
-    reads: RecordingReadsDep,
+    memory: MemoryDep,
     response: Response,
     name: Annotated[RunName, Query(description="what to call it", examples=["from the lab"])] = "",
 ) -> RunPublic:
@@ -58,7 +58,7 @@ async def upload_recording(
     if slots.locked():
         raise ServiceBusyError(MAX_UPLOADS, RETRY_AFTER, "recordings are being sent already")
     async with slots:
-        stored = await _receive(request, service.store, reads, name)
+        stored = await _receive(request, service.store, memory, name)
     run = await run_in_threadpool(RunPublic.from_stored, stored)
     response.headers["Location"] = run.links["self"]
     response.headers["ETag"] = entity_tag(stored)
@@ -66,17 +66,16 @@ async def upload_recording(
 
 
 async def _receive(
-    request: Request, store: RecordingStore, reads: RecordingReads, name: str
+    request: Request, store: RecordingStore, memory: MemoryBudget, name: str
 ) -> StoredRun:
     declared = int(request.headers.get("content-length", "0"))
     reservation = await run_in_threadpool(store.reserve, declared)
-    received = 0
     with store.upload(reservation) as upload:
         async with aclosing(_larger(file_pieces(request))) as pieces:
             async for piece in pieces:
                 await run_in_threadpool(upload.write, piece)
-                received += len(piece)
-        async with reads.room(round(READ_COST * received)):
+        size = await run_in_threadpool(upload.read_size)
+        async with memory.room_async(Need.to_open(size)):
             result = await run_in_threadpool(upload.finish)
     annotations = Annotations(name=name)
     return await run_in_threadpool(store.register, reservation, result, annotations)

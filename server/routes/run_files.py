@@ -12,11 +12,14 @@ from slipgrasp.core.run.provenance import program_version
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
 from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.dependencies import (
     ColumnsDep,
     DownloadRequestDep,
     FileCacheDep,
+    MemoryDep,
     RecordingReadsDep,
     StoredRunDep,
 )
@@ -29,7 +32,6 @@ from slipgrasp.server.http.downloads import (
 )
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.file_cache import FileCache
-from slipgrasp.server.reading import TABLE_COST, RecordingReads
 from slipgrasp.server.runs.signals import SignalsPublic, encode_columns
 
 router = APIRouter(prefix="/runs", tags=["runs"])
@@ -78,7 +80,7 @@ def _table(
     stored: StoredRun,
     asked: DownloadRequest,
     cache: FileCache,
-    reads: RecordingReads,
+    memory: MemoryBudget,
 ) -> Response:
     """The signals of a recording in a format; their tag is known without writing them."""
     try:
@@ -87,7 +89,7 @@ def _table(
         raise RecordingNotFoundError(stored.id) from None
 
     def make(stream: BinaryIO) -> None:
-        with reads.room_in_thread(round(TABLE_COST * stored.size)):
+        with memory.room(Need.to_export(read_size(stored.path))):
             export.write(read_recording(stored.path), stream)
 
     download = Download(
@@ -106,9 +108,9 @@ def _add_table(export: ExportFormat) -> None:
         stored: StoredRunDep,
         asked: DownloadRequestDep,
         cache: FileCacheDep,
-        reads: RecordingReadsDep,
+        memory: MemoryDep,
     ) -> Response:
-        return _table(export, stored, asked, cache, reads)
+        return _table(export, stored, asked, cache, memory)
 
     path = f"/{{run_id}}/signals.{export.name}"
     router.add_api_route(path, read_signals_as, methods=["HEAD"], include_in_schema=False)

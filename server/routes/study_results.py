@@ -14,10 +14,11 @@ from slipgrasp.recordings.exceptions import QueryError, RecordingError
 from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.recordings.study.results_export import MOST_ROWS_AT_ONCE
+from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
     FileCacheDep,
-    RecordingReadsDep,
+    MemoryDep,
     StudyResultsDep,
     StudyServiceDep,
 )
@@ -37,7 +38,6 @@ from slipgrasp.server.http.downloads import (
 from slipgrasp.server.http.errors import ProblemPublic
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.paging import page_links
-from slipgrasp.server.reading import ROW_COST, RecordingReads
 from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.schemas import (
     MapQuery,
@@ -89,18 +89,16 @@ def _wrong_sort(sort: str, error: QueryError) -> InvalidRequestError:
 
 
 @router.get("/summary", responses=ProblemPublic.responses((404, 422, 503)))
-def read_study_summary(results: StudyResultsDep, reads: RecordingReadsDep) -> StudySummaryPublic:
+def read_study_summary(results: StudyResultsDep, memory: MemoryDep) -> StudySummaryPublic:
     """How many runs ended in which way, and how the metrics are spread."""
-    with reads.room_in_thread(ROW_COST * results.num_rows):
+    with memory.room(Need.for_rows(results.num_rows)):
         return StudySummaryPublic.from_summary(results.summary())
 
 
 @router.get("/comparison", responses=ProblemPublic.responses((404, 422, 503)))
-def read_study_comparison(
-    results: StudyResultsDep, reads: RecordingReadsDep
-) -> StudyComparisonPublic:
+def read_study_comparison(results: StudyResultsDep, memory: MemoryDep) -> StudyComparisonPublic:
     """What crossed values, such as those of a controller, did on the same samples."""
-    with reads.room_in_thread(ROW_COST * results.num_rows):
+    with memory.room(Need.for_rows(results.num_rows)):
         return StudyComparisonPublic.from_comparison(results.compare_combinations())
 
 
@@ -137,11 +135,11 @@ def read_study_results_as_csv(
     results: StudyResultsDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
-    reads: RecordingReadsDep,
+    memory: MemoryDep,
 ) -> Response:
     """One row per run that is done; numbers with all their digits."""
     write = _utf8(results.write_csv)
-    return _table(cache, reads, study_id, results, "csv", CSV, write).answer(asked)
+    return _table(cache, memory, study_id, results, "csv", CSV, write).answer(asked)
 
 
 @router.head("/results.json", include_in_schema=False)
@@ -155,11 +153,11 @@ def read_study_results_as_json(
     results: StudyResultsDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
-    reads: RecordingReadsDep,
+    memory: MemoryDep,
 ) -> Response:
     """The rows of all runs that are done, with the units of their columns."""
     write = _utf8(results.write_json)
-    return _table(cache, reads, study_id, results, "json", JSON, write).answer(asked)
+    return _table(cache, memory, study_id, results, "json", JSON, write).answer(asked)
 
 
 @router.head("/results.parquet", include_in_schema=False)
@@ -173,11 +171,11 @@ def read_study_results_as_parquet(
     results: StudyResultsDep,
     asked: DownloadRequestDep,
     cache: FileCacheDep,
-    reads: RecordingReadsDep,
+    memory: MemoryDep,
 ) -> Response:
     """All rows that are done as a table with units; its metadata has the study itself."""
     write = results.write_parquet
-    return _table(cache, reads, study_id, results, "parquet", PARQUET, write).answer(asked)
+    return _table(cache, memory, study_id, results, "parquet", PARQUET, write).answer(asked)
 
 
 @router.head("/map.svg", include_in_schema=False)
@@ -190,10 +188,10 @@ def draw_study_map_as_svg(
     query: Annotated[MapQuery, Query()],
     asked: DownloadRequestDep,
     cache: FileCacheDep,
-    reads: RecordingReadsDep,
+    memory: MemoryDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two of the varied parameters."""
-    return _map(study_id, results, query, cache, reads, "svg").answer(asked)
+    return _map(study_id, results, query, cache, memory, "svg").answer(asked)
 
 
 @router.head("/map.png", include_in_schema=False)
@@ -206,10 +204,10 @@ def draw_study_map_as_png(
     query: Annotated[MapQuery, Query()],
     asked: DownloadRequestDep,
     cache: FileCacheDep,
-    reads: RecordingReadsDep,
+    memory: MemoryDep,
 ) -> Response:
     """Where the object is held, and how it is lost, over two varied parameters, in pixels."""
-    return _map(study_id, results, query, cache, reads, "png").answer(asked)
+    return _map(study_id, results, query, cache, memory, "png").answer(asked)
 
 
 @router.head("/recording", include_in_schema=False)
@@ -242,7 +240,7 @@ def _utf8(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], Non
 
 def _table(
     cache: FileCache,
-    reads: RecordingReads,
+    memory: MemoryBudget,
     study_id: str,
     results: StudyResults,
     ending: str,
@@ -254,7 +252,7 @@ def _table(
     tag = tag_of(study_id, count, ending)
 
     def make(stream: BinaryIO) -> None:
-        with reads.room_in_thread(ROW_COST * min(count, MOST_ROWS_AT_ONCE)):
+        with memory.room(Need.for_rows(min(count, MOST_ROWS_AT_ONCE))):
             write(stream, count)
 
     return Download(
@@ -270,7 +268,7 @@ def _map(
     results: StudyResults,
     query: MapQuery,
     cache: FileCache,
-    reads: RecordingReads,
+    memory: MemoryBudget,
     ending: Literal["svg", "png"],
 ) -> Download:
     x, y = _axes_of_map(results, query)
@@ -283,7 +281,7 @@ def _map(
         from slipgrasp.figures.files import save_figure
         from slipgrasp.figures.success_map import draw_success_map
 
-        with reads.room_in_thread(ROW_COST * shown.num_rows):
+        with memory.room(Need.for_rows(shown.num_rows)):
             in_drawing_thread(lambda: save_figure(draw_success_map(shown, x, y), stream, ending))
 
     return Download(

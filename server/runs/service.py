@@ -21,6 +21,7 @@ from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.validation import check_scenario
 from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
@@ -30,8 +31,10 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.isolated_run import IsolatedRuns, needs_isolation, record_or_say_why
+from slipgrasp.recordings.file.size import size_of_run
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
+from slipgrasp.server.budget import MemoryBudget, Need, default_limit
 from slipgrasp.server.exceptions import (
     IdempotencyKeyReusedError,
     RunForgottenError,
@@ -75,6 +78,7 @@ class RunService:
             runs.
 
     Attributes:
+        memory: The account of memory of all that the server does.
         preparation: How far the simulation is compiled for this machine.
     """
 
@@ -85,6 +89,7 @@ class RunService:
         is_ending: Callable[[], bool] = lambda: False,
     ) -> None:
         self.store = store
+        self.memory = MemoryBudget(settings.memory_bytes or default_limit())
         self._settings = settings
         self._is_ending = is_ending
         self._workers = ThreadPoolExecutor(settings.max_running, thread_name_prefix="run")
@@ -165,15 +170,26 @@ class RunService:
         Args:
             scenario: What to simulate.
             should_stop: Asked every few milliseconds whether to end the run as ``stopped``.
+
+        Raises:
+            ScenarioError: If it cannot be simulated.
+            MemoryLimitError: If its samples need more memory than there is.
+            ServiceBusyError: If there is none for them now.
         """
+        check_scenario(scenario)
         self.prepare()
 
         def stopped() -> bool:
             return self._must_stop() or (should_stop is not None and should_stop())
 
-        if needs_isolation(scenario):
-            return self._isolated_runs.simulate(scenario, stopped)
-        return simulate(scenario, should_stop=stopped, wall_limit=self._settings.wall_limit)
+        with self.memory.room_to_hold(Need.to_keep_run(scenario)) as lease:
+            if needs_isolation(scenario):
+                result = self._isolated_runs.simulate(scenario, stopped)
+            else:
+                limit = self._settings.wall_limit
+                result = simulate(scenario, should_stop=stopped, wall_limit=limit)
+            lease.keep(result, size_of_run(result))
+        return result
 
     def save(self, result: RunResult) -> StoredRun:
         """Keeps a run.
@@ -200,11 +216,13 @@ class RunService:
         Raises:
             ServiceBusyError: If too many runs are waiting.
             ServiceEndingError: If the service is about to end.
+            MemoryLimitError: If a run needs more memory than there is.
             StorageFullError: If there is no room for another.
             RunUnrecordableError: If nothing can be written.
         """
         if self._is_ending():
             raise ServiceEndingError
+        self.memory.check(Need.to_record_run())
         limits = self._settings
         try:
             self.store.check_room()
@@ -340,7 +358,8 @@ class RunService:
 
         try:
             reservation = self.store.reserve(run_id=pending.id)
-            result, failure = self._simulate(scenario, reservation.path, pending)
+            with self.memory.room(Need.to_record_run(), self._is_not_needed(pending)):
+                result, failure = self._simulate(scenario, reservation.path, pending)
         except RecordingWriteError as error:
             raise RunUnrecordableError(error) from error
         if failure is None:
@@ -354,14 +373,14 @@ class RunService:
         self, scenario: Scenario, path: Path, pending: PendingRun
     ) -> tuple[RunResult, str | None]:
         """The run, and why its recording is not complete; None if it is."""
-
-        def should_stop() -> bool:
-            return pending.is_to_stop or self._must_stop()
-
+        should_stop = self._is_not_needed(pending)
         if needs_isolation(scenario):
             return self._isolated_runs.record(scenario, path, should_stop, pending.watch)
         limit = self._settings.wall_limit
         return record_or_say_why(scenario, path, should_stop, pending.watch, limit)
+
+    def _is_not_needed(self, pending: PendingRun) -> Callable[[], bool]:
+        return lambda: pending.is_to_stop or self._must_stop()
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
         """Lets a run go to where it is looked for once it has ended, then tells who waits."""

@@ -63,6 +63,13 @@ class SignalsQuery(BaseModel):
         """The names one by one."""
         return [name.strip() for name in self.names.split(",")] if self.names else []
 
+    def share_of(self, end_time: float) -> float:
+        """Which part of the time of a run they are, 0 to 1."""
+        if end_time <= 0.0:
+            return 1.0
+        end = end_time if self.t_to is None else min(self.t_to, end_time)
+        return max(0.0, end - self.t_from) / end_time
+
     def stretch_of(self, columns: Iterable[Column]) -> Stretch:
         """What of a recording holds these columns."""
         end = math.inf if self.t_to is None else self.t_to

@@ -83,10 +83,16 @@ def _port(text: str) -> int:
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--quota`` and ``--min-free``."""
+    """Adds ``--quota``, ``--min-free`` and ``--memory``."""
     for name, what in (
         ("--quota", "how much the recordings may take, such as 5GB; then no run is begun"),
         ("--min-free", "how much must stay free on their disk, such as 500MB; likewise"),
+        (
+            "--memory",
+            "how much memory runs, recordings, figures and pages may take together, such as 2GB, "
+            "beside about 200MB of the server itself (default: 600MB, or half of the machine if "
+            "that is less)",
+        ),
     ):
         parser.add_argument(name, metavar="SIZE", type=parse_size, help=what)
 
@@ -212,7 +218,11 @@ def _settings(
     from slipgrasp.server.tokens import TOKEN_VARIABLE, Tokens
 
     host, port = address
-    limits = {"quota_bytes": arguments.quota, "min_free_bytes": arguments.min_free}
+    limits = {
+        "quota_bytes": arguments.quota,
+        "min_free_bytes": arguments.min_free,
+        "memory_bytes": arguments.memory,
+    }
     chosen = {name: size for name, size in limits.items() if size is not None}
     token = os.environ.get(TOKEN_VARIABLE)
     tokens = Tokens(token) if token else Tokens.random()

@@ -107,7 +107,8 @@ def test_a_preview_is_simulated_and_not_saved(service) -> None:
 
 def test_a_preview_stops_when_it_is_asked_to(service) -> None:
     asked = itertools.count()
-    result = service.preview(LONG, lambda: next(asked) > 10)
+    long = with_values(LONG, {"controller.control_period": 0.01})
+    result = service.preview(long, lambda: next(asked) > 10)
     assert result.outcome is Outcome.STOPPED
     assert 0.0 < result.end_time < LONG.simulation.duration
 

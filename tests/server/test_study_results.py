@@ -17,8 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.study.results import read_results
-from slipgrasp.server.reading import MAX_BYTES, SMALL_BYTES
-from slipgrasp.server.routes import study_results
+from slipgrasp.server.budget import SMALL_BYTES, Need
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
 
@@ -31,11 +30,11 @@ FILES = ["results.csv", "results.json", "results.parquet", "map.svg", "map.png",
 def test_beyond_the_memory_for_reading_a_table_map_or_summary_is_refused_for_a_while(
     studying, studies, finished_study, file, monkeypatch
 ):
-    reads = studying.app.state.recording_reads
+    memory = studying.app.state.run_service.memory
     studying.app.state.file_cache.close()
-    monkeypatch.setattr(study_results, "ROW_COST", SMALL_BYTES)
-    monkeypatch.setattr(reads, "_patience", 0.05)
-    with reads.room_in_thread(MAX_BYTES):
+    monkeypatch.setattr("slipgrasp.server.budget.ROW_COST", SMALL_BYTES)
+    monkeypatch.setattr(memory, "_patience", 0.05)
+    with memory.room(Need(memory.limit, "others")):
         answer = studies.get(path_of(finished_study, file))
     assert answer.status_code == 503 and int(answer.headers["Retry-After"]) > 0
     assert "memory" in answer.json()["detail"]

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import gc
 import re
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
 from queue import SimpleQueue
 
 import pytest
 
 from benchmarks.headless_viewer import HeadlessViewer
-from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.file.size import read_size, size_of_run
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.server.budget import HELD_SHARE, Need
+from slipgrasp.server.exceptions import MemoryHeldError, MemoryLimitError
 from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.compare import RunsCompared
@@ -28,7 +27,6 @@ from slipgrasp.web.model.intents.recordings import RecordingOpened, RecordingUnr
 from slipgrasp.web.workers.comparison_worker import ComparisonWorker
 from slipgrasp.web.workers.export_worker import ExportWorker
 from slipgrasp.web.workers.library_worker import LibraryWorker
-from slipgrasp.web.workers.open_recordings import NoRoomError, OpenRecordings
 from tests.server.serving import patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
 from tests.web.opening import recordings_in
@@ -41,17 +39,21 @@ def ids(stored: tuple[StoredRun, StoredRun]) -> Ids:
     return stored[0].id, stored[1].id
 
 
-def size_of(run: RunResult) -> int:
-    """Bytes of all arrays of its trace, added up one by one."""
-    arrays = (getattr(run.trace, name) for name in run.trace.__slots__)
-    return sum(array.nbytes for array in arrays if hasattr(array, "nbytes"))
-
-
 def open_one(store: RecordingStore, run_id: str) -> int:
     recordings = recordings_in(store)
     replay = recordings.open(run_id)
-    assert recordings.held_bytes == size_of(replay.result) > 0
-    return recordings.held_bytes
+    assert recordings.memory.held == size_of_run(replay.result) > 0
+    return recordings.memory.held
+
+
+def need_of(store: RecordingStore, run_id: str) -> int:
+    return Need.to_open(read_size(store.get(run_id).path)).num_bytes
+
+
+def limit_for(store: RecordingStore, ids: Ids) -> int:
+    """Pages may hold the first and then read the second, but for one byte of their share."""
+    most = size_of_run(store.open(ids[0])) + need_of(store, ids[1]) - 1
+    return round(most / HELD_SHARE)
 
 
 def test_pages_share_one_run_until_the_last_of_them_forgets_it(store, ids) -> None:
@@ -60,9 +62,9 @@ def test_pages_share_one_run_until_the_last_of_them_forgets_it(store, ids) -> No
     assert len({id(page.result) for page in pages}) == 1
     assert len({id(page) for page in pages}) == 3
     while pages:
-        assert recordings.held_bytes == one
+        assert recordings.memory.held == one
         pages.pop()
-    assert recordings.held_bytes == 0
+    assert recordings.memory.held == 0
 
 
 @pytest.mark.parametrize("small_bytes", [0, 1_000_000_000])
@@ -75,9 +77,9 @@ def test_recordings_are_read_once_though_many_ask_at_once(
         pages = list(threads.map(recordings.open, 8 * ids))
     runs = {id(page.result): page.result for page in pages}
     assert len(runs) == 2
-    assert recordings.held_bytes == sum(map(size_of, runs.values()))
+    assert recordings.memory.held == sum(map(size_of_run, runs.values()))
     del pages, runs
-    assert recordings.held_bytes == 0
+    assert recordings.memory.held == 0
 
 
 def test_a_recording_that_was_written_anew_is_read_anew(store, ids, case_1, sluggish) -> None:
@@ -90,13 +92,13 @@ def test_a_recording_that_was_written_anew_is_read_anew(store, ids, case_1, slug
 
 
 def test_beyond_the_bound_the_sentence_says_how_much_is_taken_and_what_helps(store, ids) -> None:
-    recordings = recordings_in(store, open_one(store, ids[0]))
+    recordings = recordings_in(store, limit_for(store, ids))
     first = recordings.open(ids[0])
-    with pytest.raises(NoRoomError) as refused:
+    with pytest.raises(MemoryHeldError) as refused:
         recordings.open(ids[1])
     assert re.fullmatch(
-        r"no room for it now: it takes \d+ MB, and recordings that pages show take (\d+) of "
-        r"\1 MB; close another page, or end a comparison, and open it again",
+        r"no memory for it now: it takes \d+ MB, and what pages show takes \d+ of \d+ MB; close "
+        r"another page, end a comparison or choose a short run, and open it again",
         str(refused.value),
     )
     assert recordings.open(ids[0]).result is first.result
@@ -105,30 +107,32 @@ def test_beyond_the_bound_the_sentence_says_how_much_is_taken_and_what_helps(sto
 
 
 def test_a_page_may_show_another_run_instead_of_its_own(store, ids) -> None:
-    recordings = recordings_in(store, open_one(store, ids[0]))
+    recordings = recordings_in(store, limit_for(store, ids))
     mine = recordings.open(ids[0])
     assert recordings.open(ids[1], [mine]).run_id == ids[1]
 
 
 def test_what_another_page_shows_too_counts_though_mine_will_not(store, ids) -> None:
-    recordings = recordings_in(store, open_one(store, ids[0]))
+    recordings = recordings_in(store, limit_for(store, ids))
     mine, theirs = recordings.open(ids[0]), recordings.open(ids[0])
-    with pytest.raises(NoRoomError):
+    with pytest.raises(MemoryHeldError):
         recordings.open(ids[1], [mine])
     del theirs
     assert recordings.open(ids[1], [mine]).run_id == ids[1]
 
 
-def test_what_needs_more_than_there_is_is_opened_alone(store, ids) -> None:
-    recordings = recordings_in(store, 1)
-    first = recordings.open(ids[0])
-    with pytest.raises(NoRoomError):
-        recordings.open(ids[1])
-    assert first.run_id == ids[0]
+def test_what_needs_more_than_there_is_is_refused_with_the_number(store, ids) -> None:
+    need = need_of(store, ids[0])
+    with pytest.raises(MemoryLimitError) as refused:
+        recordings_in(store, need - 1).open(ids[0])
+    told = f"this recording needs {-(-need // 10**6)} MB of memory, and there are "
+    assert str(refused.value).startswith(told)
+    assert "--memory" in str(refused.value)
+    assert recordings_in(store, need).open(ids[0]).run_id == ids[0]
 
 
 def test_runs_that_wait_in_a_cycle_are_collected_before_a_page_is_refused(store, ids) -> None:
-    recordings = recordings_in(store, 1)
+    recordings = recordings_in(store, limit_for(store, ids))
     cycle: list[object] = [recordings.open(ids[0])]
     cycle.append(cycle)
     del cycle
@@ -142,7 +146,7 @@ def test_nothing_is_read_for_a_page_that_has_ended(store, ids) -> None:
 
 def test_a_worker_tells_its_page_and_keeps_no_run_itself(store, ids) -> None:
     answers: SimpleQueue[Intent] = SimpleQueue()
-    recordings = recordings_in(store, 1)
+    recordings = recordings_in(store, limit_for(store, ids))
     worker = LibraryWorker(store, recordings, answers.put)
     worker.open(1, ids[0])
     first = answers.get(timeout=PATIENCE)
@@ -150,41 +154,36 @@ def test_a_worker_tells_its_page_and_keeps_no_run_itself(store, ids) -> None:
     worker.open(2, ids[1])
     refused = answers.get(timeout=PATIENCE)
     assert isinstance(refused, RecordingUnreadable)
-    assert "no room for it now" in refused.message
+    assert "no memory for it now" in refused.message
     worker.open(3, ids[1], (first.replay,))
     second = answers.get(timeout=PATIENCE)
     assert isinstance(second, RecordingOpened)
-    alone = size_of(second.replay.result)
+    alone = size_of_run(second.replay.result)
     del first
-    wait_until(lambda: recordings.held_bytes == alone, "the first is still held")
+    wait_until(lambda: recordings.memory.held == alone, "the first is still held")
     worker.close()
     worker.join(PATIENCE)
 
 
-@contextmanager
-def no_room(num_bytes: int) -> Iterator[None]:
-    assert num_bytes > 0
-    raise ServiceBusyError(3, 5, "others wait for memory to read recordings")
-    yield
-
-
-def test_without_memory_nothing_is_compared_and_the_page_says_so(store, ids) -> None:
+def test_without_memory_nothing_is_compared_and_the_page_says_so(store, ids, monkeypatch) -> None:
     answers: SimpleQueue[Intent] = SimpleQueue()
-    recordings = OpenRecordings(store, no_room)
+    recordings = recordings_in(store)
     a, b = (recordings.open(run_id).result for run_id in ids)
     worker = ComparisonWorker(recordings, answers.put)
-    worker.compare((1, 2), a, b)
-    answer = answers.get(timeout=PATIENCE)
+    monkeypatch.setattr("slipgrasp.server.budget.SMALL_BYTES", 0)
+    with recordings.memory.room(Need(recordings.memory.left, "others")):
+        worker.compare((1, 2), a, b)
+        answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, RunsCompared)
     assert answer.findings is None
-    assert answer.message.endswith("wait for memory to read recordings; try again in 5 s")
+    assert answer.message.endswith("wait for memory; try again in 5 s")
     worker.close()
     worker.join(PATIENCE)
 
 
-def test_without_memory_no_file_is_made_and_the_page_says_so(store, ids) -> None:
+def test_without_memory_no_file_is_made_and_the_page_says_so(store, ids, monkeypatch) -> None:
     answers: SimpleQueue[Intent] = SimpleQueue()
-    recordings = OpenRecordings(store, no_room)
+    recordings = recordings_in(store)
     run = recordings.open(ids[0]).result
     worker = ExportWorker(answers.put)
 
@@ -192,8 +191,10 @@ def test_without_memory_no_file_is_made_and_the_page_says_so(store, ids) -> None
         with recordings.room_for(run):
             raise AssertionError
 
-    worker.start(1, make)
-    answer = answers.get(timeout=PATIENCE)
+    monkeypatch.setattr("slipgrasp.server.budget.SMALL_BYTES", 0)
+    with recordings.memory.room(Need(recordings.memory.left, "others")):
+        worker.start(1, make)
+        answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed)
     assert "wait for memory" in answer.message
     worker.join(PATIENCE)
@@ -208,11 +209,11 @@ def test_pages_of_a_server_hold_one_run_which_ends_with_them(case_1, tmp_path: P
         recordings = running.app.state.dashboard.recordings
         url = f"ws://127.0.0.1:{running.port}/"
         with HeadlessViewer(url), HeadlessViewer(url):
-            wait_until(lambda: recordings.held_bytes > 0)
+            wait_until(lambda: recordings.memory.held > 0)
             wait_until(lambda: running.app.state.dashboard.num_sessions == 2)
-            assert recordings.held_bytes == size_of(case_1)
+            assert recordings.memory.held == size_of_run(case_1)
         wait_until(lambda: running.app.state.dashboard.num_sessions == 0)
         # A page that has ended is freed by the collector, which runs before anybody is refused.
         wait_until(
-            lambda: gc.collect() >= 0 and recordings.held_bytes == 0, "the run is still held"
+            lambda: gc.collect() >= 0 and recordings.memory.held == 0, "the run is still held"
         )

@@ -6,7 +6,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from slipgrasp.recordings.exceptions import RecordingWriteError
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.study_store import StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
+from slipgrasp.server.budget import DEFAULT_BYTES, MemoryBudget
 from slipgrasp.server.studies.progress import StudyState
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.draft import Draft
@@ -113,7 +113,7 @@ def service(tmp_path: Path) -> Iterator[StudyService]:
 
 def new_bench(service: StudyService) -> Bench:
     answers: queue.SimpleQueue[Intent] = queue.SimpleQueue()
-    reducer = StudyReducer(service, lambda _: nullcontext(), answers.put)
+    reducer = StudyReducer(service, MemoryBudget(DEFAULT_BYTES), answers.put)
     view = ViewState(
         draft=Draft.starting_from("quick", quick_scenario()),
         status=RunStatus(RunStage.PREVIEW),

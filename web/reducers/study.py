@@ -8,6 +8,7 @@ from itertools import count
 from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.server.budget import MemoryBudget
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.recordings import OpenRecording
@@ -37,7 +38,6 @@ from slipgrasp.web.model.study import Followed, Price, StudyRun, StudyView
 from slipgrasp.web.model.study_draft import StudyDraft, comparisons_for, fitted, offers_of
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.reducers.reducer import Reducer
-from slipgrasp.web.workers.open_recordings import Room
 from slipgrasp.web.workers.study_worker import StudyWorker
 
 POLL_INTERVAL = 0.5
@@ -57,7 +57,7 @@ class StudyReducer(Reducer):
 
     Args:
         service: Runs studies.
-        room: The memory for drawing maps.
+        memory: The account of memory.
         send: Takes the answers of the worker, and asks for recordings to be opened.
     """
 
@@ -84,9 +84,9 @@ class StudyReducer(Reducer):
         StudyRunRefused,
     )
 
-    def __init__(self, service: StudyService, room: Room, send: Send) -> None:
+    def __init__(self, service: StudyService, memory: MemoryBudget, send: Send) -> None:
         self._send = send
-        self._worker = StudyWorker(service, room, send)
+        self._worker = StudyWorker(service, memory, send)
         self.workers = (self._worker,)
         self._base: object = None
         self._planned: tuple[object, object] = (None, None)

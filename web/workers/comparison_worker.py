@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from functools import partial
 
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.recordings.compare.comparison import IncomparableError, compare
-from slipgrasp.recordings.exceptions import RecordingError
-from slipgrasp.server.exceptions import ServiceBusyError
+from slipgrasp.recordings.compare.comparison import compare
 from slipgrasp.web.model.intents.compare import CompareUnreadable, RunsCompared, RunsOpened
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.replay import Replay
@@ -50,7 +49,7 @@ class ComparisonWorker(QueueWorker):
 
         try:
             self._send(RunsOpened(number, opened(a) if a else None, opened(b)))
-        except RecordingError as error:
+        except SlipgraspError as error:
             self._send(CompareUnreadable(number, str(error)))
 
     def _compare(self, pair: Pair, a: RunResult, b: RunResult) -> None:
@@ -58,5 +57,5 @@ class ComparisonWorker(QueueWorker):
             with self._recordings.room_for(a, b):
                 found = compare(a, b)
             self._send(RunsCompared(pair, found))
-        except (IncomparableError, ServiceBusyError) as error:
+        except SlipgraspError as error:
             self._send(RunsCompared(pair, None, str(error)))

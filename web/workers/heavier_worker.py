@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.verdict import headline_of
 from slipgrasp.core.trace.types import Outcome
@@ -44,7 +44,7 @@ class HeavierWorker(SimulatingWorker):
         """The run of a draft; None if it cannot be made, or takes too long."""
         try:
             result = self.service.preview(draft.scenario(), is_over)
-        except ScenarioError:
+        except SlipgraspError:
             return None
         return None if result.outcome in (Outcome.STOPPED, Outcome.LIMIT) else result
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from slipgrasp.core.exceptions import ScenarioError
+from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.core.scenario.own_laws import law_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.web.model.draft import Draft
@@ -40,4 +40,6 @@ class LawsWorker(SimulatingWorker):
             result = self.service.preview(with_law(draft, kind, None).scenario(), is_void)
         except ScenarioError as error:
             return LawRun(kind, None, in_page_words(error.errors[0].message, draft.base))
+        except SlipgraspError as error:
+            return LawRun(kind, None, str(error))
         return None if result.outcome is Outcome.STOPPED else LawRun(kind, result)

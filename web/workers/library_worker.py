@@ -6,6 +6,7 @@ import time
 from collections.abc import Collection
 from functools import partial
 
+from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.recordings.exceptions import RecordingError, RecordingNotFoundError
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.store import RecordingStore
@@ -73,7 +74,7 @@ class LibraryWorker(QueueWorker):
         try:
             replay = self._recordings.open(source, instead_of, self.is_closed)
             self._send(RecordingOpened(number, replay))
-        except RecordingError as error:
+        except SlipgraspError as error:
             self._send(RecordingUnreadable(number, str(error)))
 
     def _list(self, page: int, wanted: RunFilter, chosen_id: str) -> None:

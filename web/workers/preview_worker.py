@@ -12,6 +12,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.server.exceptions import MemoryLimitError, ServiceBusyError
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.runs import RunFinished, RunRefused, RunSaved, SaveFailed
@@ -126,6 +127,9 @@ class PreviewWorker(Worker):
             result = self._service.preview(job.scenario, should_stop)
         except ScenarioError as error:
             self._send(RunRefused(job.ticket, error))
+            return
+        except (MemoryLimitError, ServiceBusyError) as error:
+            self._send(SaveFailed(job.ticket, str(error)))
             return
         if result.outcome is not Outcome.STOPPED:
             self._send(RunFinished(job.ticket, result, time.monotonic() - started))

@@ -7,8 +7,8 @@ from functools import partial
 
 from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.core.scenario import Scenario
+from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.exceptions import ServiceBusyError
-from slipgrasp.server.reading import ROW_COST
 from slipgrasp.server.studies.progress import StudyState, StudyStatus
 from slipgrasp.server.studies.service import StudyService
 from slipgrasp.web.charts.study_map import draw_map
@@ -25,7 +25,6 @@ from slipgrasp.web.model.intents.study import (
 )
 from slipgrasp.web.model.study_draft import StudyDraft, study_of
 from slipgrasp.web.model.study_map import MapPicture
-from slipgrasp.web.workers.open_recordings import Room
 from slipgrasp.web.workers.worker import QueueWorker
 
 MOST_LISTED = 30
@@ -40,13 +39,13 @@ class StudyWorker(QueueWorker):
 
     Args:
         service: Runs studies.
-        room: The memory for drawing maps.
+        memory: The account of memory.
         send: Takes the answers.
     """
 
-    def __init__(self, service: StudyService, room: Room, send: Send) -> None:
+    def __init__(self, service: StudyService, memory: MemoryBudget, send: Send) -> None:
         super().__init__("study-worker")
-        self._service, self._room, self._send = service, room, send
+        self._service, self._memory, self._send = service, memory, send
         self._told: tuple[int, StudyStatus, int] | None = None
         self._drawn: tuple[int, int] | None = None
         self._draw_again_at = 0.0
@@ -158,7 +157,7 @@ class StudyWorker(QueueWorker):
         if not is_new and not status.state.has_ended and started < self._draw_again_at:
             return None, True
         try:
-            with self._room(ROW_COST * status.finished):
+            with self._memory.room(Need.for_rows(status.finished)):
                 picture = draw_map(self._service.results(status.stored.id))
         except ServiceBusyError:
             # It is asked for again with the next look at the study.

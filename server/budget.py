@@ -1,0 +1,340 @@
+"""One account of the memory of everything that grows with a run, and what jobs take of it."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import threading
+import weakref
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Iterator
+from concurrent.futures import Future, TimeoutError
+from contextlib import asynccontextmanager, contextmanager, suppress
+from dataclasses import dataclass
+
+from slipgrasp.core.executors.limits import machine_memory
+from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.own_laws import diagnostics_of
+from slipgrasp.core.trace.trace import TraceShape
+from slipgrasp.recordings.file.size import RecordingSize, size_of_run
+from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError
+
+DEFAULT_BYTES = 600_000_000
+SHARE_OF_MACHINE = 0.5
+"""What all jobs may take together unless the server is told otherwise: the lesser of both."""
+
+HELD_SHARE = 0.75
+"""How much of the account pages may hold for as long as they show it; the rest is for requests."""
+
+SMALL_BYTES = 8_000_000
+"""What needs less is never made to wait; it counts all the same."""
+
+MAX_WAITING = 16
+WAIT_SECONDS = 10.0
+POLL_SECONDS = 0.25
+
+RECORDED_RUN_BYTES = 80_000_000
+"""A run whose samples leave the memory as they are written, however long it is."""
+
+UNPACKING_BYTES = 24_000_000
+"""The chunk of a recording that is being unpacked, whatever is kept of it."""
+
+SPARE_SAMPLES = 5000
+"""Those of a run besides the ones at its output rate: at events and in slips."""
+
+COLUMN_BYTES = 10
+"""A number of a column that is read, with what its array grows ahead [bytes]."""
+
+READ_COST = 2.3
+DIFF_COST = 2.0
+TABLE_COST = 3.0
+WORK_COST = 1.2
+KEEP_COST = 2.2
+"""Peak of reading, comparing, exporting, drawing and simulating, per byte of samples and ticks."""
+
+ROW_COST = 1000
+"""A run of a study in a map or summary, or in the part of a table written at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """The memory that a job takes.
+
+    Attributes:
+        num_bytes: How much.
+        job: What it is, as the subject of a sentence.
+        cure: What makes it need less, or is done elsewhere; empty if nothing.
+    """
+
+    num_bytes: int
+    job: str
+    cure: str = ""
+
+    @classmethod
+    def to_keep_run(cls, scenario: Scenario) -> Need:
+        """Simulating a run whose samples stay in memory, as the dashboard does."""
+        samples = scenario.simulation.duration * scenario.simulation.output_rate
+        period = scenario.controller.control_period
+        ticks = scenario.simulation.duration / period if period > 0.0 else 0.0
+        shape = TraceShape(
+            len(scenario.fingers),
+            tuple(estimate.parameter for estimate in scenario.estimates),
+            diagnostics_of(scenario),
+            scenario.in_space,
+        )
+        size = RecordingSize(shape, round(samples) + SPARE_SAMPLES, round(ticks))
+        return cls(
+            round(KEEP_COST * size.num_bytes),
+            "this run",
+            "choose a shorter duration or a lower simulation.output_rate, or record it with "
+            "POST /runs, which keeps no samples in memory",
+        )
+
+    @classmethod
+    def to_record_run(cls) -> Need:
+        """Simulating a run whose samples go to its file as they are made."""
+        return cls(RECORDED_RUN_BYTES, "a run")
+
+    @classmethod
+    def to_open(cls, size: RecordingSize) -> Need:
+        """Reading a whole recording for a page."""
+        return cls(
+            _unpacked(READ_COST * size.num_bytes),
+            "this recording",
+            "show it with 'slipgrasp replay' on a machine with more memory",
+        )
+
+    @classmethod
+    def to_read_signals(cls, size: RecordingSize, num_columns: int, share: float) -> Need:
+        """Reading some columns of a part of a recording.
+
+        Args:
+            size: The recording.
+            num_columns: How many columns.
+            share: How much of its time, 0 to 1.
+        """
+        samples = min(size.samples, round(share * size.samples) + SPARE_SAMPLES)
+        return cls(
+            _unpacked(COLUMN_BYTES * samples * num_columns),
+            "this part of the recording",
+            "ask for fewer signals in names, or a shorter time with t_from and t_to",
+        )
+
+    @classmethod
+    def to_compare(cls, *sizes: RecordingSize) -> Need:
+        """Comparing recordings sample by sample."""
+        return cls(
+            _unpacked(DIFF_COST * sum(size.num_bytes for size in sizes)),
+            "this comparison",
+            "draw it with GET /diff/figure, or compare the files with 'slipgrasp diff'",
+        )
+
+    @classmethod
+    def to_export(cls, size: RecordingSize) -> Need:
+        """Writing all samples in another format."""
+        return cls(
+            _unpacked(TABLE_COST * size.num_bytes),
+            "this table",
+            "ask for some signals or a part of the time with GET /runs/{id}/signals, or write it "
+            "with 'slipgrasp export'",
+        )
+
+    @classmethod
+    def to_work_on(cls, *runs: RunResult) -> Need:
+        """Comparing or drawing runs that are in memory."""
+        return cls(round(WORK_COST * sum(map(size_of_run, runs))), "this work")
+
+    @classmethod
+    def for_rows(cls, count: int) -> Need:
+        """Runs of a study in a map, a summary or a part of a table."""
+        return cls(ROW_COST * count, "this map or table")
+
+
+def default_limit() -> int:
+    """What all jobs may take together where nobody says it [bytes]."""
+    machine = machine_memory()
+    return min(DEFAULT_BYTES, round(SHARE_OF_MACHINE * machine)) if machine else DEFAULT_BYTES
+
+
+class Lease:
+    """Memory that a job has; see `MemoryBudget.room`."""
+
+    def __init__(self, budget: MemoryBudget, num_bytes: int) -> None:
+        self._budget = budget
+        self.num_bytes = num_bytes
+
+    def keep(self, owner: object, num_bytes: int) -> None:
+        """Has a part of it count on until an object is gone.
+
+        Args:
+            owner: The object, which takes a weak reference.
+            num_bytes: How much it takes; more than was asked for is counted, too.
+        """
+        self.num_bytes -= num_bytes
+        self._budget.hold(num_bytes)
+        weakref.finalize(owner, self._budget.let_go, num_bytes).atexit = False
+
+
+class MemoryBudget:
+    """The account of memory; safe to use from any thread and any event loop.
+
+    What does not fit waits for its turn, in the order of asking, for a bounded time. What needs
+    little goes ahead of the others.
+
+    Args:
+        limit: How much all jobs may take together [bytes].
+        patience: How long a job waits [s].
+    """
+
+    def __init__(self, limit: int, patience: float = WAIT_SECONDS) -> None:
+        self.limit = limit
+        self._patience = patience
+        self._left = limit
+        self._held = 0
+        self._waiting: deque[tuple[int, Future[None]]] = deque()
+        self._lock = threading.RLock()
+
+    @property
+    def left(self) -> int:
+        """How much nobody has; below 0 where more is held than was asked for [bytes]."""
+        return self._left
+
+    @property
+    def held(self) -> int:
+        """How much pages hold [bytes]."""
+        return self._held
+
+    def check(self, need: Need) -> None:
+        """Finds out whether a job can be done at all.
+
+        Raises:
+            MemoryLimitError: If it needs more than there is.
+        """
+        if need.num_bytes > self.limit:
+            raise MemoryLimitError(need.job, need.num_bytes, self.limit, need.cure)
+
+    @contextmanager
+    def room(self, need: Need, give_up: Callable[[], bool] | None = None) -> Iterator[Lease]:
+        """Within it a job may use the memory it needs; for threads.
+
+        Args:
+            need: What it needs.
+            give_up: With it the job waits as long as it takes, and it is asked again and again
+                whether nobody needs the job any more: then that goes on without, to end at once.
+
+        Raises:
+            MemoryLimitError: If it needs more than there is.
+            MemoryBusyError: If there is not as much for some time, or many wait already.
+        """
+        turn = self._ask(need, is_patient=give_up is not None)
+        lease = Lease(self, need.num_bytes)
+        left = self._patience
+        while lease.num_bytes and not turn.done():
+            with suppress(TimeoutError):
+                turn.result(min(left, POLL_SECONDS))
+            if give_up is None:
+                left -= POLL_SECONDS
+                if left <= 0.0 and self._leave(turn):
+                    raise self._busy()
+            elif give_up() and self._leave(turn):
+                lease = Lease(self, 0)
+        try:
+            yield lease
+        finally:
+            self._give(lease.num_bytes)
+
+    @asynccontextmanager
+    async def room_async(self, need: Need) -> AsyncIterator[Lease]:
+        """What `room` is, for coroutines."""
+        turn = self._ask(need)
+        try:
+            async with asyncio.timeout(self._patience):
+                await asyncio.shield(asyncio.wrap_future(turn))
+        except BaseException as error:
+            if not self._leave(turn):
+                self._give(need.num_bytes)
+            if isinstance(error, TimeoutError):
+                raise self._busy() from None
+            raise
+        lease = Lease(self, need.num_bytes)
+        try:
+            yield lease
+        finally:
+            self._give(lease.num_bytes)
+
+    @contextmanager
+    def room_to_hold(self, need: Need, soon_free: int = 0) -> Iterator[Lease]:
+        """What `room` is, for a job whose result stays: pages have a share of the account.
+
+        Args:
+            need: What it needs, and at most keeps.
+            soon_free: How much of what pages hold is let go when the result is there.
+
+        Raises:
+            MemoryLimitError: If it needs more than there is.
+            MemoryBusyError: As `room`.
+            MemoryHeldError: If pages hold too much; nobody waits for them.
+        """
+        self.check(need)
+        most = round(HELD_SHARE * self.limit)
+        if need.num_bytes > most - self._held + soon_free:
+            # Pages that ended may wait in cycles for the collector.
+            gc.collect()
+        # Alone, a page may hold all.
+        held = self._held - soon_free
+        if held > 0 and need.num_bytes > most - held:
+            raise MemoryHeldError(need.num_bytes, held, most)
+        with self.room(need) as lease:
+            yield lease
+
+    def hold(self, num_bytes: int) -> None:
+        """Counts memory as held by pages."""
+        with self._lock:
+            self._held += num_bytes
+
+    def let_go(self, num_bytes: int) -> None:
+        """Gives back what pages held."""
+        with self._lock:
+            self._held -= num_bytes
+            self._give(num_bytes)
+
+    def _ask(self, need: Need, *, is_patient: bool = False) -> Future[None]:
+        self.check(need)
+        turn: Future[None] = Future()
+        with self._lock:
+            fits = need.num_bytes <= self._left and not self._waiting
+            if fits or need.num_bytes < SMALL_BYTES:
+                self._left -= need.num_bytes
+                turn.set_result(None)
+                return turn
+            if len(self._waiting) >= MAX_WAITING and not is_patient:
+                raise self._busy()
+            self._waiting.append((need.num_bytes, turn))
+        return turn
+
+    def _leave(self, turn: Future[None]) -> bool:
+        """Waits no longer; False if it is its turn already."""
+        with self._lock:
+            if turn.done():
+                return False
+            turn.cancel()
+            self._waiting = deque(entry for entry in self._waiting if entry[1] is not turn)
+            # Others may have waited behind it for less.
+            self._give(0)
+        return True
+
+    def _give(self, num_bytes: int) -> None:
+        with self._lock:
+            self._left += num_bytes
+            while self._waiting and self._waiting[0][0] <= self._left:
+                wanted, turn = self._waiting.popleft()
+                self._left -= wanted
+                turn.set_result(None)
+
+    def _busy(self) -> MemoryBusyError:
+        return MemoryBusyError(len(self._waiting))
+
+
+def _unpacked(num_bytes: float) -> int:
+    return round(num_bytes) + UNPACKING_BYTES
