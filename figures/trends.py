@@ -74,6 +74,12 @@ class Trend:
     least_span: float
 
 
+DRAWN_SIGNALS = frozenset(
+    ("slip", "slip_path", "normal_force", "friction_margin", "tracking_error", "estimates")
+)
+"""The signals that the columns of all trends belong to."""
+
+
 def pair_of(comparison: Comparison, a: RunResult, b: RunResult) -> Pair:
     """Prepares two runs to be drawn over each other."""
     of_a, of_b = (_columns(run) for run in (a, b))

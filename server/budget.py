@@ -40,6 +40,9 @@ RECORDED_RUN_BYTES = 80_000_000
 UNPACKING_BYTES = 24_000_000
 """The chunk of a recording that is being unpacked, whatever is kept of it."""
 
+MOST_DRAWN_WHOLE = 20_000
+"""Of a run of more samples a figure reads those that it needs."""
+
 SPARE_SAMPLES = 5000
 """Those of a run besides the ones at its output rate: at events and in slips."""
 
@@ -48,6 +51,7 @@ COLUMN_BYTES = 10
 
 READ_COST = 2.3
 DIFF_COST = 2.0
+DRAW_COST = 5.0
 TABLE_COST = 3.0
 WORK_COST = 1.2
 KEEP_COST = 2.2
@@ -129,6 +133,14 @@ class Need:
             "this comparison",
             "draw it with GET /diff/figure, or compare the files with 'slipgrasp diff'",
         )
+
+    @classmethod
+    def to_draw(cls, *sizes: RecordingSize) -> Need:
+        """Drawing recordings over each other; of long ones the samples that a figure needs."""
+        drawn = sum(
+            size.num_bytes * min(1.0, MOST_DRAWN_WHOLE / max(size.samples, 1)) for size in sizes
+        )
+        return cls(_unpacked(DRAW_COST * drawn) + UNPACKING_BYTES, "this figure")
 
     @classmethod
     def to_export(cls, size: RecordingSize) -> Need:

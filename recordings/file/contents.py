@@ -83,19 +83,34 @@ class Contents:
             if ending.counts.get(name, 0) != len(columns["t"]):
                 raise self._damaged("it does not hold as many messages as were written")
         trace = self.trace()
+        return self._run(ending, trace, self.phase_changes(), self.ticks())
+
+    def result_of(self, trace: Trace, changes: tuple[PhaseChange, ...]) -> RunResult:
+        """The run of a part of the samples, with the scenario and the ending of the file.
+
+        Metrics that are newer than its format are those of this part.
+
+        Raises:
+            DamagedRecordingError: If it has no sample, or its documents are not those of a run.
+        """
+        return self._run(self._ending(trace), trace, changes, None)
+
+    def _run(
+        self, ending: Ending, trace: Trace, changes: tuple[PhaseChange, ...], ticks: Ticks | None
+    ) -> RunResult:
         if len(trace) == 0:
             raise self._damaged("it holds no sample")
         has_sample_metrics = self._has_sample_metrics(ending.outcome)
         return RunResult(
             scenario=self._scenario(),
             trace=trace,
-            phase_changes=self.phase_changes(),
+            phase_changes=changes,
             outcome=ending.outcome,
             reason=ending.reason,
             warnings=ending.warnings,
             metrics=_as_told_now(ending.metrics, trace) if has_sample_metrics else ending.metrics,
             provenance=self._provenance(),
-            ticks=self.ticks(),
+            ticks=ticks,
             has_sample_metrics=has_sample_metrics,
         )
 
@@ -203,12 +218,12 @@ class Contents:
         except (KeyError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
 
-    def _ending(self) -> Ending:
+    def _ending(self, part: Trace | None = None) -> Ending:
         stop = self.metadata.get(STOP)
         if stop is None:
             raise self._damaged("how the run ended is missing")
         try:
-            ending = read_stop(stop, self._later_metrics(Outcome(stop["outcome"])))
+            ending = read_stop(stop, self._later_metrics(Outcome(stop["outcome"]), part))
         except (KeyError, ValueError) as error:
             raise self._damaged("how the run ended is malformed") from error
         if not ending.metrics.are_of(self.shape.num_contacts):
@@ -218,13 +233,14 @@ class Contents:
             raise self._damaged("its reason concerns a contact that does not exist")
         return ending
 
-    def _later_metrics(self, outcome: Outcome) -> dict[str, Any]:
+    def _later_metrics(self, outcome: Outcome, part: Trace | None) -> dict[str, Any]:
         """The metrics that are newer than the format of the file, from its samples."""
         version = int(self.metadata[START]["format"])
         later = [m.name for m in METRICS if FIRST_FORMAT_WITH.get(m.name, 1) > version]
         if not later:
             return {}
-        rate, trace = self._scenario().simulation.output_rate, self.trace()
+        rate = self._scenario().simulation.output_rate
+        trace = self.trace() if part is None else part
         if len(trace) == 0:
             raise self._damaged("it holds no sample")
         computed = metrics_of_trace(trace, self.phase_changes(), outcome, rate)

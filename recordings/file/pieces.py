@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from os import PathLike
+from typing import BinaryIO
 
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import PhaseChange
-from slipgrasp.recordings.file.reader import Reading, open_recording
+from slipgrasp.recordings.file.contents import Contents
+from slipgrasp.recordings.file.packing import MessageLayout
+from slipgrasp.recordings.file.reader import Reading, TopicColumns, open_recording
+from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, TICKS, Topic
+
+_TIME_FIELD = "t"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,16 +26,27 @@ class Piece:
     Attributes:
         trace: Samples; there may be none.
         phase_changes: Phase changes.
-        ticks: What the law answered; None where the format does not record it.
+        ticks: What the law answered; None where it was not read.
+        run_of: Gives the run of some of the samples, and all phase changes, with scenario and
+            ending of the file; only the last piece has the ending.
     """
 
     trace: Trace
     phase_changes: tuple[PhaseChange, ...]
     ticks: Ticks | None
+    run_of: Callable[[Trace, tuple[PhaseChange, ...]], RunResult]
+
+    @classmethod
+    def of(cls, contents: Contents) -> Piece:
+        """The piece that was read of a file."""
+        changes, ticks = contents.phase_changes(), contents.ticks()
+        return cls(contents.trace(), changes, ticks, contents.result_of)
 
 
 def read_pieces(
-    path: str | PathLike[str], should_stop: Callable[[], bool] = lambda: False
+    path: str | PathLike[str],
+    signals: frozenset[str] | None = None,
+    should_stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[Piece]:
     """Reads a complete recording in pieces of about one chunk.
 
@@ -37,11 +55,30 @@ def read_pieces(
 
     Args:
         path: The MCAP file.
+        signals: Signals to read, by name, and no ticks; all if None.
         should_stop: Asked again and again whether nobody needs it any more.
 
     Raises:
         RecordingError: As `slipgrasp.recordings.file.reader.read_recording`, if it cannot be read.
     """
     with open_recording(path) as stream:
-        for contents in Reading(stream, str(path)).pieces(should_stop):
-            yield Piece(contents.trace(), contents.phase_changes(), contents.ticks())
+        for contents in _PieceReading(stream, str(path), signals).pieces(should_stop):
+            yield Piece.of(contents)
+
+
+class _PieceReading(Reading):
+    """One pass through a file that keeps some of its signals."""
+
+    def __init__(self, stream: BinaryIO, name: str, signals: frozenset[str] | None) -> None:
+        super().__init__(stream, name)
+        self._signals = signals
+
+    def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
+        if self._signals is None:
+            return TopicColumns(layout)
+        if topic.name == TICKS.name:
+            return TopicColumns(layout, ())
+        if topic.name not in {each.name for each in SAMPLE_TOPICS}:
+            return TopicColumns(layout)
+        kept = [field.name for field in topic.fields if field.name in self._signals]
+        return TopicColumns(layout, [_TIME_FIELD, *kept] if kept else ())

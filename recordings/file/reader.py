@@ -295,10 +295,10 @@ class Reading:
 
     def _take_columns(self) -> dict[str, Columns]:
         """What was read; samples as far as all topics have them, for others may order chunks."""
-        counts = {name: topic.count for name, topic in self._topics.items()}
+        counts = {name: topic.count for name, topic in self._topics.items() if topic.is_kept}
         common = min((counts[t.name] for t in SAMPLE_TOPICS if t.name in counts), default=0)
         counts |= {topic.name: common for topic in SAMPLE_TOPICS}
-        return {name: topic.take(counts[name]) for name, topic in self._topics.items()}
+        return {n: topic.take(counts[n]) for n, topic in self._topics.items() if topic.is_kept}
 
     def _contents(self, columns: dict[str, Columns]) -> Contents:
         if self._shape is None:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
 from slipgrasp.recordings.compare.comparison import compare
+from slipgrasp.recordings.compare.thinned import read_thinned
 from slipgrasp.recordings.file.reader import read_as_stated, read_recording
 from slipgrasp.recordings.file.size import read_size
-from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.server.budget import Need
+from slipgrasp.server.budget import MOST_DRAWN_WHOLE, Need
 from slipgrasp.server.dependencies import MemoryDep, RunServiceDep
 from slipgrasp.server.http.downloads import BINARY_SCHEMA, PNG, SVG
 from slipgrasp.server.http.errors import ProblemPublic
@@ -28,9 +27,9 @@ def diff_runs(
     query: Annotated[DiffQuery, Query()], service: RunServiceDep, memory: MemoryDep
 ) -> DiffPublic:
     """What tells two runs apart: parameters, phase changes, columns and metrics."""
-    stored = [service.get(run_id) for run_id in (query.a, query.b)]
-    with memory.room(_need(stored)):
-        a, b = (read_as_stated(run.path) for run in stored)
+    paths = [service.get(run_id).path for run_id in (query.a, query.b)]
+    with memory.room(Need.to_compare(*map(read_size, paths))):
+        a, b = map(read_as_stated, paths)
         return DiffPublic.from_comparison(compare(a, b, query.tolerance))
 
 
@@ -50,22 +49,28 @@ def diff_runs(
 def draw_diff(
     query: Annotated[DiffFigureQuery, Query()], service: RunServiceDep, memory: MemoryDep
 ) -> Response:
-    """Two runs over each other, their difference below."""
+    """Two runs over each other, their difference below.
+
+    Runs of more than 20 000 samples are drawn from the samples at which something happens or a
+    curve is least or greatest.
+    """
     # matplotlib takes a second to load, and most servers never draw.
     from slipgrasp.figures.comparison import draw_comparison
     from slipgrasp.figures.drawing_thread import in_drawing_thread
     from slipgrasp.figures.files import save_figure
+    from slipgrasp.figures.trends import DRAWN_SIGNALS
 
-    stored = [service.get(run_id) for run_id in (query.a, query.b)]
-    picture = io.BytesIO()
-    with memory.room(_need(stored)):
-        a, b = (read_recording(run.path) for run in stored)
-        found, names = compare(a, b, query.tolerance), (query.a, query.b)
+    paths = service.get(query.a).path, service.get(query.b).path
+    sizes = read_size(paths[0]), read_size(paths[1])
+    is_long = max(size.samples for size in sizes) > MOST_DRAWN_WHOLE
+    picture, names = io.BytesIO(), (query.a, query.b)
+    with memory.room(Need.to_draw(*sizes)):
+        if is_long:
+            a, b = read_thinned(paths, sizes, DRAWN_SIGNALS)
+        else:
+            a, b = read_recording(paths[0]), read_recording(paths[1])
+        found = compare(a, b, query.tolerance, check_claims=not is_long)
         in_drawing_thread(
             lambda: save_figure(draw_comparison(found, a, b, names), picture, query.format)
         )
     return Response(picture.getvalue(), media_type=MEDIA_TYPES[query.format])
-
-
-def _need(runs: Iterable[StoredRun]) -> Need:
-    return Need.to_compare(*(read_size(run.path) for run in runs))

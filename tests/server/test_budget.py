@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -20,7 +21,7 @@ from slipgrasp.server.budget import DEFAULT_BYTES, SMALL_BYTES, MemoryBudget, Ne
 from slipgrasp.server.exceptions import MemoryBusyError, MemoryLimitError, ServiceBusyError
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.server.settings import LEAST_MEMORY
-from tests.server.serving import patient_settings
+from tests.server.serving import patient_settings, serve
 from tests.waiting import PATIENCE, wait_until
 
 LARGE = 10 * SMALL_BYTES
@@ -199,3 +200,28 @@ def test_a_preview_that_can_never_fit_is_refused_before_it_begins(tmp_path: Path
     with pytest.raises(MemoryLimitError, match=r"this run needs \d+ MB .* POST /runs"):
         service.preview(scenario)
     service.close()
+
+
+def test_too_long_a_comparison_is_refused_in_words_and_its_figure_drawn(tmp_path: Path) -> None:
+    """What needs all samples at once is refused at once; what needs few of them is made."""
+    values = {"simulation.duration": 60.0, "simulation.output_rate": 2000.0}
+    with serve(patient_settings(tmp_path, memory_bytes=220_000_000)) as running:
+        with running.client() as client:
+            asked = {"scenario": "paper-case-1", "set": values}
+            ids = [client.post("/runs", json=asked).json()["id"] for _ in range(2)]
+            pair = {"a": ids[0], "b": ids[1]}
+            refused = [
+                client.get("/diff", params=pair),
+                client.get(f"/runs/{ids[0]}/signals.parquet"),
+            ]
+            figure = client.get("/diff/figure", params={**pair, "format": "png"})
+            short = client.get(f"/runs/{ids[0]}/signals", params={"names": "slip", "t_to": 1.0})
+        memory = running.app.state.run_service.memory
+        wait_until(lambda: memory.left == memory.limit, "something was not given back")
+    for answer in refused:
+        assert answer.status_code == 422
+        assert answer.headers["Content-Type"] == "application/problem+json"
+        told = answer.json()["detail"]
+        assert re.search(r"needs \d+ MB of memory, and there are 220 MB for it; .*--memory", told)
+    assert (figure.status_code, short.status_code) == (200, 200)
+    assert figure.content.startswith(b"\x89PNG")
