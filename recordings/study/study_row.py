@@ -68,13 +68,50 @@ class RowsHash:
         return self._hash.hexdigest()
 
 
-def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> StudyRow:
-    """The row of a run that was simulated, with its trace, to its end."""
+class RunHash:
+    """The hash of a run, taken while it goes on; what it has taken may be released.
+
+    Attributes:
+        num_rows: Samples that it has taken.
+        num_ticks: Ticks that it has taken.
+    """
+
+    def __init__(self) -> None:
+        self.num_rows = self.num_ticks = 0
+        self._num_changes = 0
+        self._state = StateHash()
+
+    def take(self, simulation: Simulation) -> None:
+        """Adds what is new and never changes."""
+        rows = simulation.trace_from(self.num_rows).to_rows()
+        if simulation.finished and simulation.num_rows == 0:
+            rows = simulation.all_rows()
+        ticks = simulation.ticks_from(self.num_ticks).to_rows()
+        changes = simulation.phase_changes_from(self._num_changes)
+        self._state.add_samples(rows)
+        self._state.add_ticks(ticks)
+        self._state.add_phase_changes(changes)
+        self.num_rows += len(rows)
+        self.num_ticks += len(ticks)
+        self._num_changes += len(changes)
+
+    def hexdigest(self) -> str:
+        """The hash so far, in hexadecimal digits."""
+        return self._state.digest().hex()
+
+
+def row_of(
+    index: int, values: Mapping[str, Value], simulation: Simulation, state_hash: str
+) -> StudyRow:
+    """The row of a run that was simulated to its end.
+
+    Args:
+        index: The number of the run.
+        values: What it sets in the base.
+        simulation: The run.
+        state_hash: Hash of all of it.
+    """
     summary = _judged(simulation.summary())
-    state = StateHash()
-    state.add_samples(simulation.all_rows())
-    state.add_phase_changes(simulation.phase_changes_from(0))
-    state.add_ticks(simulation.ticks_from(0).to_rows())
     return StudyRow(
         index=index,
         values=dict(values),
@@ -82,7 +119,7 @@ def row_of(index: int, values: Mapping[str, Value], simulation: Simulation) -> S
         reason=summary.reason,
         end_time=summary.end_time,
         metrics={name: _finite(value) for name, value in summary.metrics.flattened().items()},
-        state_hash=state.digest().hex(),
+        state_hash=state_hash,
         kernel=present_provenance(in_space=simulation.scenario.in_space).kernel,
     )
 

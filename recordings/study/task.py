@@ -19,7 +19,10 @@ from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.interruptions import describe_worker_death
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.description import Description
-from slipgrasp.recordings.study.study_row import StudyRow, row_of
+from slipgrasp.recordings.study.study_row import RunHash, StudyRow, row_of
+
+HASHED_AT_ONCE = 4096
+"""Samples, or ticks, of a run after which they are hashed and dropped."""
 
 WALL_LIMIT = 60.0
 """Computing time after which a run ends as ``limit`` [s]; others wait for its row."""
@@ -109,19 +112,29 @@ def lost_run(index: int, values: Mapping[str, Value], failure: str) -> StudyRun:
 
 def _simulate(task: StudyTask, place: int, cancelled: Callable[[], bool]) -> StudyRun:
     values = task.values[place]
-    simulation = Simulation(apply_values(task.base, values))
-    run_to_end(simulation, _look_on, should_stop=cancelled, wall_limit=WALL_LIMIT)
+    simulation, state = Simulation(apply_values(task.base, values)), RunHash()
+
+    def look_on(simulation: Simulation) -> None:
+        if task.recordings == "none":
+            release_hashed(simulation, state)
+
+    run_to_end(simulation, look_on, should_stop=cancelled, wall_limit=WALL_LIMIT)
     if simulation.outcome is Outcome.STOPPED:
         raise Cancelled
-    row = row_of(task.first + place, values, simulation)
+    state.take(simulation)
+    row = row_of(task.first + place, values, simulation, state.hexdigest())
     ended_early = row.outcome is not Outcome.COMPLETED
     if task.recordings == "all" or (task.recordings == "ended-early" and ended_early):
         return StudyRun(row=row, recording=encode_recording(simulation.result()))
     return StudyRun(row=row)
 
 
-def _look_on(simulation: Simulation) -> None:
-    """Nothing is shown of a run while it goes on."""
+def release_hashed(simulation: Simulation, state: RunHash) -> None:
+    """Hashes what is new of a run where that is much, and drops it: nothing else needs it."""
+    news = simulation.num_settled_rows - state.num_rows, simulation.num_ticks - state.num_ticks
+    if max(news) >= HASHED_AT_ONCE:
+        state.take(simulation)
+        simulation.release(state.num_rows, state.num_ticks)
 
 
 def encode_recording(result: RunResult) -> RunRecording:

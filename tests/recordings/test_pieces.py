@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.run.simulator import run_to_end, simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.exceptions import DamagedRecordingError
@@ -18,7 +18,10 @@ from slipgrasp.recordings.file import recorder
 from slipgrasp.recordings.file.pieces import read_pieces
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record
+from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.study.study_row import RunHash
+from slipgrasp.recordings.study.task import release_hashed
 
 NAMES = ["paper-case-1", "spatial-box"]
 
@@ -107,3 +110,14 @@ def test_a_damaged_byte_is_found_by_who_reads_piece_by_piece(tmp_path: Path) -> 
     path.write_bytes(data)
     with pytest.raises(DamagedRecordingError):
         list(read_pieces(path))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_of_a_study_is_hashed_while_it_leaves_memory(name: str) -> None:
+    scenario = long_run(name, 5.0)
+    simulation, state = Simulation(scenario), RunHash()
+    run_to_end(simulation, lambda running: release_hashed(running, state))
+    state.take(simulation)
+
+    assert state.hexdigest() == state_hash(simulate(scenario))
+    assert simulation.num_released_rows > simulation.num_rows // 4

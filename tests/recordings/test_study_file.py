@@ -294,7 +294,7 @@ def test_a_row_is_not_complete_before_its_duration() -> None:
     simulation.advance()
     simulation.end(Outcome.COMPLETED, describe_stop(simulation.time))
 
-    row = row_of(0, {}, simulation)
+    row = row_of(0, {}, simulation, "")
 
     assert row.outcome is Outcome.FAILED and row.reason is not None
     assert row.reason.code == "contradictory_end"
