@@ -20,7 +20,11 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import SIGNALS, Trace, TraceShape
 from slipgrasp.core.trace.types import PhaseChange
-from slipgrasp.recordings.exceptions import RecordingWriteError
+from slipgrasp.recordings.exceptions import (
+    RecordingError,
+    RecordingExistsError,
+    RecordingWriteError,
+)
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, atomic_file
 from slipgrasp.recordings.file.chunks import ChunkWriter
 from slipgrasp.recordings.file.container import McapContainer
@@ -226,8 +230,10 @@ class RecordingWriter:
             return
         try:
             self._lay_out(part, path, self._result)
-        except RecordingWriteError:
-            # Where there is no room for it, the file that is there already is as good to read.
+        except RecordingExistsError:
+            raise  # Another writer was first.
+        except RecordingError:
+            # Where the disk is full or fails, the file that is there already is as good to read.
             part.replace(path)
         else:
             part.unlink()

@@ -196,8 +196,10 @@ class RunService:
 
         Raises:
             RecordingError: If it cannot be written.
+            ServiceBusyError: If there is no memory to write it for some time.
         """
-        return self.store.save(result)
+        with self.memory.room(Need.to_work_on(result)):
+            return self.store.save(result)
 
     def run(self, scenario: Scenario) -> Ended:
         """Simulates and saves when it is this run's turn; see `submit`."""

@@ -137,5 +137,5 @@ class PreviewWorker(Worker):
     def _keep(self, job: _Save) -> None:
         try:
             self._send(RunSaved(job.ticket, self._saved.save(job.result)))
-        except RecordingError as error:
+        except (RecordingError, ServiceBusyError) as error:
             self._send(SaveFailed(job.ticket, str(error)))

@@ -32,6 +32,7 @@ class SavedRuns:
 
         Raises:
             RecordingError: If it cannot be written.
+            ServiceBusyError: If there is no memory to write it for some time.
         """
         repeatable = result.outcome is Outcome.COMPLETED or result.outcome.ended_by_physics
         if repeatable and (stored := self._find(result.scenario)):
