@@ -40,12 +40,13 @@ PARTS = {
     "sampled": "accuracy against cost of sampled control",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "soak": "a service under mixed load for an hour; only if named",
+    "long-runs": "memory of a service under the longest runs, a figure of two and readers",
     "recording": "writing and reading a recording, a slider's change",
     "catalogue": "searching a folder of 10 000 recordings",
     "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = ("outcomes", "hands-in-space", "hints", "soak")
+SEEDED = ("outcomes", "hands-in-space", "hints", "long-runs", "soak")
 ONLY_IF_NAMED = ("soak",)
 
 
