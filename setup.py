@@ -2,7 +2,7 @@
 
 from setuptools import find_packages, setup
 
-ROOMS = ("core", "recordings", "figures", "server", "web")
+ROOMS = ("core", "scene", "recordings", "figures", "server", "web")
 
 setup(
     package_dir={f"slipgrasp.{room}": room for room in ROOMS},

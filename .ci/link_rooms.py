@@ -12,5 +12,5 @@ LINKS = ROOT / "build" / "links" / "slipgrasp"
 
 shutil.rmtree(LINKS, ignore_errors=True)
 shutil.copytree(ROOT / "slipgrasp", LINKS, copy_function=os.symlink)
-for room in ("core", "recordings", "figures", "server", "web"):
+for room in ("core", "scene", "recordings", "figures", "server", "web"):
     shutil.copytree(ROOT / room, LINKS / room, copy_function=os.symlink)

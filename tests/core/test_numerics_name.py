@@ -21,7 +21,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.writer import write_recording
 
 REPOSITORY = Path(__file__).parents[2]
-PACKAGES = ("core", "recordings", "figures", "server", "web")
+PACKAGES = ("core", "scene", "recordings", "figures", "server", "web")
 
 # A kernel in small: two modules, a record, closures, a table, a class.
 MODULES = {

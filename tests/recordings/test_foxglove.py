@@ -210,8 +210,6 @@ def corners_of(body):
 
 def solid_of(entity):
     """Area and colour of the one solid that is the object; its mesh must be closed, outside out."""
-    for block in entity.cubes:
-        return block.size.x * block.size.y, block.color
     (mesh,) = entity.triangles
     points = np.array([[point.x, point.y, point.z] for point in mesh.points])
     triangles = points[np.array(mesh.indices).reshape(-1, 3)]
@@ -228,11 +226,14 @@ def test_object_and_desired_outline_have_the_shape_of_the_object(display):
     area, colour = solid_of(entities["object"])
     assert area == pytest.approx(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
     for entity in (entities["object"], entities["desired"]):
-        (outline,) = entity.lines
-        corners = np.array([[point.x, point.y] for point in outline.points])
-        assert outline.type == 1  # a closed loop
+        (edges,) = entity.lines
+        points = np.array([[point.x, point.y, point.z] for point in edges.points])
+        segments = points[np.array(edges.indices).reshape(-1, 2)]
+        in_front = segments[(segments[..., 2] == points[:, 2].max()).all(axis=1)]
+        assert edges.type == 2  # a list of segments
         assert entity.frame_id == entity.id
-        np.testing.assert_array_equal(corners, expected)
+        np.testing.assert_array_equal(in_front[:, 0, :2], expected)
+        np.testing.assert_array_equal(in_front[:, 1, :2], np.roll(expected, -1, axis=0))
     assert rgb(colour) == palette.OBJECT
     assert rgb(entities["desired"].lines[0].color) == palette.GHOST
 
@@ -242,7 +243,7 @@ def test_links_reach_from_joint_to_joint_and_the_last_to_the_ball_of_its_tip(dis
         for i in range(len(display.run.scenario.fingers)):
             for k, end in enumerate((f"finger_{i}/link_1", f"finger_{i}/tip")):
                 entity = shown.entities[f"finger_{i}/link_{k}"]
-                (bar,) = entity.cylinders
+                bar, axle = entity.cylinders
                 pose = matrix(bar.pose.position, bar.pose.orientation)
                 ends = placed(pose, [[0, 0, -0.5 * bar.size.z], [0, 0, 0.5 * bar.size.z]])
                 start, stop = shown.place(entity, ends)
@@ -252,6 +253,7 @@ def test_links_reach_from_joint_to_joint_and_the_last_to_the_ball_of_its_tip(dis
                 np.testing.assert_allclose(start, joint, atol=1e-14)
                 np.testing.assert_allclose(stop + gap * along, following, atol=1e-14)
                 assert 0.0 < bar.top_scale < bar.bottom_scale == 1.0
+                assert axle.size.z > bar.size.x and axle.pose.position.x == 0.0
 
 
 def test_fingertip_and_arrow_have_the_colour_of_the_phase_and_the_trail_that_of_its_direction(
@@ -297,7 +299,7 @@ def test_arrows_are_the_forces_on_the_object_at_one_scale(display):
 def test_cones_open_at_the_friction_angle_and_trails_start_where_the_tip_first_touched(display):
     for row, i, shown, entity in display.contacts():
         cone, trail = entity.lines
-        left, apex, right = np.array([[p.x, p.y] for p in cone.points])
+        apex, left, right = np.array([[p.x, p.y] for p in cone.points])
         friction = display.samples.friction_coefficient[row, i]
         for edge, side in ((left - apex, 1.0), (right - apex, -1.0)):
             assert edge[0] / edge[1] == pytest.approx(side * friction, rel=1e-12)
@@ -323,7 +325,7 @@ def test_a_cone_follows_a_timed_change_of_friction():
     frictions = []
     for payload in records["payload"]:
         entities = {e.id: e for e in SceneUpdate.FromString(payload.tobytes()).entities}
-        edge = entities["contact_1"].lines[0].points[0]
+        edge = entities["contact_1"].lines[0].points[1]
         frictions.append(edge.x / edge.y)
     np.testing.assert_allclose(frictions, np.where(shown.times <= 0.1, 0.25, 0.4), rtol=1e-12)
 

@@ -133,7 +133,7 @@ def test_cone_and_pyramid_open_by_the_friction_and_trails_start_at_the_first_tou
             entity = shown.entities[f"contact_{i}"]
             friction = display.samples.friction_coefficient[row, i]
             if display.run.scenario.has_pyramid:
-                ends = [(p.x / p.z, p.y / p.z) for p in entity.lines[1].points[1:]]
+                ends = [(p.x / p.z, p.y / p.z) for p in entity.lines[0].points[1:]]
                 signs = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
                 assert_allclose(ends, friction * np.array(signs), rtol=1e-12)
             else:
@@ -141,7 +141,7 @@ def test_cone_and_pyramid_open_by_the_friction_and_trails_start_at_the_first_tou
                 assert (cone.bottom_scale, cone.top_scale) == (0.0, 1.0)
                 assert cone.pose.position.z == pytest.approx(0.5 * cone.size.z)
                 assert cone.size.x == cone.size.y == pytest.approx(2 * friction * cone.size.z)
-            touched = entity.lines[0].points[0]
+            touched = entity.lines[-1].points[0]
             pose = shown.pose("object", "world")
             first = placed(shown.pose(entity.frame_id, "world"), [touched.x, touched.y, 0.0])
             anchor = np.linalg.inv(pose) @ np.append(first, 1.0)

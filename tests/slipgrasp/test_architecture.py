@@ -17,8 +17,8 @@ PAGES = (
     *sorted((ROOT / "docs" / "decisions").glob("*.md")),
 )
 KINDS = (
-    *("parameter", "signal", "chart", "metric", "control law", "export format"),
-    *("job that grows with a run", "REST filter"),
+    *("parameter", "thing that is drawn", "signal", "chart", "metric", "control law"),
+    *("export format", "job that grows with a run", "REST filter"),
     *("integration method", "executor", "outcome", "figure", "panel", "CLI command", "preset"),
 )
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import MESSAGE_HEAD, fill_heads
+from slipgrasp.scene.states import states_of
 
 if TYPE_CHECKING:
     from google.protobuf.descriptor import Descriptor, FileDescriptor
@@ -96,7 +96,7 @@ class DisplayLayout:
             first_sequence: Sequence number of the first message.
         """
         fill_heads(records, self.channel, samples.times, first_sequence)
-        self._template.fill(records["payload"], samples)
+        self._template.fill(records["payload"], states_of(samples))
 
 
 def display_layouts(scenario: Scenario, first_channel: int) -> tuple[DisplayLayout, ...]:
@@ -110,30 +110,17 @@ def display_layouts(scenario: Scenario, first_channel: int) -> tuple[DisplayLayo
     from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-    transforms, scene = _templates(scenario)
+    from slipgrasp.recordings.file.foxglove.scene import scene_template
+    from slipgrasp.recordings.file.foxglove.transforms import transforms_template
+
     topics = (
-        (TRANSFORMS_TOPIC, FrameTransforms.DESCRIPTOR, transforms),
-        (SCENE_TOPIC, SceneUpdate.DESCRIPTOR, scene),
+        (TRANSFORMS_TOPIC, FrameTransforms.DESCRIPTOR, transforms_template(scenario)),
+        (SCENE_TOPIC, SceneUpdate.DESCRIPTOR, scene_template(scenario)),
     )
     return tuple(
         DisplayLayout(topic, descriptor, template, channel)
         for channel, (topic, descriptor, template) in enumerate(topics, start=first_channel)
     )
-
-
-def _templates(scenario: Scenario) -> tuple[Template, Template]:
-    """The frames, and what is drawn in them."""
-    if isinstance(scenario, SpatialScenario):
-        from slipgrasp.recordings.file.foxglove.spatial_scene import spatial_scene_template
-        from slipgrasp.recordings.file.foxglove.spatial_transforms import (
-            spatial_transforms_template,
-        )
-
-        return spatial_transforms_template(scenario), spatial_scene_template(scenario)
-    from slipgrasp.recordings.file.foxglove.scene import scene_template
-    from slipgrasp.recordings.file.foxglove.transforms import transforms_template
-
-    return transforms_template(scenario), scene_template(scenario)
 
 
 @cache

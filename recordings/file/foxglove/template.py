@@ -13,15 +13,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from numpy.typing import NDArray
 
-from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import to_log_times
+from slipgrasp.scene.states import States
 
-Column = Callable[[Trace], NDArray[np.float64]]
-"""Takes samples, gives one number for each of them."""
+Column = Callable[[States], NDArray[np.float64]]
+"""Takes states, gives numbers for each of them."""
 
 _NUMBER = struct.Struct("<d")
 _PLACEHOLDER = struct.Struct("<II")
@@ -34,14 +36,14 @@ _ALWAYS = Timestamp(seconds=(1 << 14) - 1, nanos=(1 << 31) - 1)
 
 
 def once(column: Column) -> Column:
-    """A column of which several numbers are parts, evaluated once for the same samples."""
-    seen: Trace | None = None
+    """A column of which several numbers are parts, evaluated once for the same states."""
+    seen: States | None = None
     found = np.empty(0)
 
-    def evaluate(samples: Trace) -> NDArray[np.float64]:
+    def evaluate(states: States) -> NDArray[np.float64]:
         nonlocal seen, found
-        if samples is not seen:
-            seen, found = samples, column(samples)
+        if states is not seen:
+            seen, found = states, column(states)
         return found
 
     return evaluate
@@ -58,6 +60,21 @@ class Blanks:
         self.columns.append(column)
         (number,) = _NUMBER.unpack(_PLACEHOLDER.pack(len(self.columns) - 1, _PLACEHOLDER_END))
         return number
+
+    def numbers(self, columns: Column, count: int) -> list[float]:
+        """Placeholders for all columns of an array ``(n, count)``."""
+        found = once(columns)
+        return [self.number(lambda states, k=k: found(states)[:, k]) for k in range(count)]
+
+    def vector(self, value: tuple[float, ...] | Column) -> Vector3:
+        """A vector, of placeholders where it moves."""
+        x, y, z = self.numbers(value, 3) if callable(value) else value
+        return Vector3(x=x, y=y, z=z)
+
+    def quaternion(self, value: tuple[float, ...] | Column) -> Quaternion:
+        """A quaternion (w, x, y, z), of placeholders where it moves."""
+        w, x, y, z = self.numbers(value, 4) if callable(value) else value
+        return Quaternion(w=w, x=x, y=y, z=z)
 
     def time(self) -> Timestamp:
         """A placeholder, to be used anywhere, for the time of a sample."""
@@ -91,18 +108,18 @@ class Template:
         """Bytes of a message."""
         return len(self._example)
 
-    def fill(self, payloads: NDArray[np.uint8], samples: Trace) -> None:
-        """Writes one message per sample.
+    def fill(self, payloads: NDArray[np.uint8], states: States) -> None:
+        """Writes one message per state.
 
         Args:
-            payloads: Where they go, shape ``(samples, size)``, changed in place.
-            samples: What they show.
+            payloads: Where they go, shape ``(states, size)``, changed in place.
+            states: What they show.
         """
         payloads[...] = self._example
         numbers: NDArray[Any] = payloads.view(self._numbers)[:, 0]
         for i, column in enumerate(self._columns):
-            numbers[str(i)] = column(samples)
-        times = _to_timestamps(samples.times)
+            numbers[str(i)] = column(states)
+        times = _to_timestamps(states.times)
         for place in self._times:
             payloads[:, place : place + times.shape[1]] = times
 

@@ -1,0 +1,25 @@
+"""What a hand, its object and its contacts look like: drawing primitives, as arrays.
+
+A scenario becomes frames and entities, the samples of a trace become states; an adapter draws the
+entities with the library of its medium. This package imports the model and numpy, nothing else.
+
+    scenario --> frames_of, entities_of --+
+                                          +--> adapter: Foxglove, matplotlib
+    trace ------> states_of --------------+
+
+- **One geometry.** Everything has three dimensions. The model of a planar hand is the plane z = 0
+  of the frame `plane`, which stands upright in the world; its object has a depth, and its marks
+  lie in front of it. A planar hand has d = 2 coordinates and d - 1 tangents, a spatial one d = 3:
+  `skeleton` knows which joints a finger has and how a contact frame is oriented, `states` how a
+  pose is stored, `parts` how deep an object is and what its friction cone is.
+- **Frames** form a tree below `world`. A frame has a position and a rotation in its parent; each is
+  constant, or a function of the states. Adapters for a viewer that knows frames pass them on;
+  `world_poses` composes them for the others.
+- **Entities** belong to a frame and hold primitives in its axes: triangles, lines, rods (tapered,
+  so that a link is one), balls, arrows and cones. Coordinates are constant or functions of the
+  states.
+- **Roles** instead of colours: the palette belongs to the adapter. What shows a contact has the
+  role of the phase in which the contact is.
+- States hold many instants, one for each row of their arrays, so that a function is called once
+  for a whole block of a recording, or with one row for a frame of the dashboard.
+"""

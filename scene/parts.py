@@ -1,0 +1,337 @@
+"""What is drawn in the frames of `skeleton`: primitives, their sizes and their roles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from enum import StrEnum
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import outline
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import base_corners, friction_outline
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.scene import skeleton
+from slipgrasp.scene.skeleton import Contact, Moving
+from slipgrasp.scene.states import States
+
+Values = NDArray[np.float64]
+
+LONGEST_ARROW = 100.0
+"""Longest arrow, as a multiple of the object's size: a run that diverges can still be drawn."""
+
+_TAPER = 0.7
+_LEAST_GRAVITY = 1.0
+
+
+class Role(StrEnum):
+    """What a primitive shows, where its colour is always the same."""
+
+    OBJECT = "object"
+    OBJECT_EDGE = "object edge"
+    DESIRED = "desired"
+    LINK = "link"
+    JOINT = "joint"
+    MOUNT = "mount"
+    CONE = "cone"
+
+
+Paint = Role | Callable[[States], NDArray[np.int8]]
+"""A role, or the phases whose colours a primitive has, shape ``(n,)``."""
+
+
+class Triangles(NamedTuple):
+    """Triangles between points ``(k, 3)`` [m], indices ``(m, 3)`` counterclockwise from outside."""
+
+    paint: Paint
+    points: Values
+    indices: NDArray[np.int64]
+
+
+class Lines(NamedTuple):
+    """Segments between points ``(k, 3)`` or moving ``(n, k, 3)`` [m], by indices ``(m, 2)``."""
+
+    paint: Paint
+    points: Values | Moving
+    indices: NDArray[np.int64]
+    thickness: float
+
+
+class Rod(NamedTuple):
+    """A round bar from one point to another, with a radius at each end [m]."""
+
+    paint: Paint
+    start: Values
+    end: Values
+    radii: tuple[float, float]
+
+
+class Box(NamedTuple):
+    """A box along the axes, by its centre and its size [m]."""
+
+    paint: Paint
+    centre: Values
+    size: Values
+
+
+class Ball(NamedTuple):
+    """A ball."""
+
+    paint: Paint
+    centre: Values
+    radius: float
+
+
+class Arrow(NamedTuple):
+    """An arrow along a moving vector ``(n, 3)`` from a point, with a shaft and a head [m]."""
+
+    paint: Paint
+    tail: Values
+    vector: Moving
+    shaft_diameter: float
+    head_length: float
+    head_diameter: float
+
+
+class Cone(NamedTuple):
+    """A circular cone from the origin along z: moving half angle ``(n,)``, slant height [m]."""
+
+    paint: Paint
+    half_angle: Moving
+    slant: float
+
+
+Shape = Triangles | Lines | Rod | Box | Ball | Arrow | Cone
+
+
+class Entity(NamedTuple):
+    """Primitives in the axes of a frame, which they follow."""
+
+    name: str
+    frame: str
+    shapes: tuple[Shape, ...]
+
+
+class Sizes(NamedTuple):
+    """Sizes that follow from the scenario [m].
+
+    Attributes:
+        half_depth: Half the height of the prism that the object is; of a planar one, its depth.
+        front: How far marks lie in front of a planar hand; 0 for a spatial one, of which one sees
+            into the object.
+        link_radius: Of the links at the start of the first.
+        tip_radius: Of the fingertips.
+        mark: Slant height of a friction cone.
+        thickness: Of lines.
+        per_newton: Length of an arrow for each newton [m/N].
+    """
+
+    half_depth: float
+    front: float
+    link_radius: float
+    tip_radius: float
+    mark: float
+    thickness: float
+    per_newton: float
+
+
+def sizes_of(scenario: Scenario) -> Sizes:
+    """Sizes that suit a hand and object of any scale.
+
+    An arrow as long as the nearest face is far from the centre stands for twice the weight.
+
+    Args:
+        scenario: Hand and object.
+    """
+    unit = _inner_radius(scenario)
+    lengths = [each.link_lengths for each in scenario.fingers]
+    weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
+    spatial = isinstance(scenario, SpatialScenario)
+    return Sizes(
+        half_depth=0.5 * scenario.object.height if spatial else 0.5 * unit,
+        front=0.0 if spatial else 0.6 * unit,
+        link_radius=min(0.05 * float(np.mean(lengths)), 0.5 * unit),
+        tip_radius=0.2 * unit,
+        mark=0.9 * unit,
+        thickness=0.05 * unit,
+        per_newton=0.5 * unit / weight,
+    )
+
+
+def outline_of(scenario: Scenario) -> Values:
+    """Corners of the base of the prism that the object is, counterclockwise, ``(k, 2)`` [m]."""
+    if isinstance(scenario, SpatialScenario):
+        return np.array(base_corners(scenario.object))
+    return outline(scenario.object)
+
+
+def entities_of(scenario: Scenario) -> list[Entity]:
+    """Everything that is drawn of a hand, its object and its contacts."""
+    sizes = sizes_of(scenario)
+    corners = outline_of(scenario)
+    body, edges = prism(corners, sizes.half_depth), prism_edges(len(corners))
+    # Slightly deeper than the object, so that its front edges are in front of the object's.
+    wanted = prism(corners, max(sizes.half_depth, sizes.front))
+    lines = Lines(Role.OBJECT_EDGE, body.points, edges, sizes.thickness)
+    desired = Lines(Role.DESIRED, wanted.points, edges, sizes.thickness)
+    entities = [
+        Entity(skeleton.OBJECT, skeleton.OBJECT, (body, lines)),
+        Entity(skeleton.DESIRED, skeleton.DESIRED, (desired,)),
+    ]
+    for i, contact in enumerate(skeleton.contacts_of(scenario)):
+        entities += _finger(i, scenario, sizes, contact.inward)
+        name = skeleton.contact_name(i)
+        entities.append(Entity(name, name, tuple(_contact(scenario, contact, i, sizes))))
+    return entities
+
+
+def prism(corners: Values, half_height: float) -> Triangles:
+    """A convex outline ``(k, 2)`` drawn out along z: corners below, then those above."""
+    count = len(corners)
+    points = np.concatenate(
+        [np.column_stack([corners, np.full(count, z)]) for z in (-half_height, half_height)]
+    )
+    index = np.arange(count)
+    after = (index + 1) % count
+    fan = np.stack([np.zeros(count - 2, int), index[1:-1], index[2:]], axis=1)
+    sides = [(index, after, after + count), (index, after + count, index + count)]
+    faces = [fan[:, ::-1], fan + count, *(np.stack(side, axis=1) for side in sides)]
+    return Triangles(Role.OBJECT, points, np.concatenate(faces))
+
+
+def prism_edges(count: int) -> NDArray[np.int64]:
+    """Edges between the points of a prism over ``count`` corners: below, above, and upright."""
+    index = np.arange(count)
+    after = (index + 1) % count
+    pairs = [(index, after), (index + count, after + count), (index, index + count)]
+    return np.concatenate([np.stack(pair, axis=1) for pair in pairs])
+
+
+def force_in(contact: Contact, i: int, states: States) -> Values:
+    """The force of a fingertip on the object, in the contact frame, shape ``(n, 3)`` [N]."""
+    normal = states.normal_force[:, i, None] * contact.inward
+    return contact.across(states.tangential_force[:, i]) + normal
+
+
+def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
+    """Directions on the edge of a friction cone, ``(n, k, 3)``: inward parts of 1, aside mu.
+
+    Args:
+        contact: The contact.
+        rim: Tangential directions in shares of mu F_n, shape ``(k, d - 1)``.
+        i: Its index.
+        states: The instants.
+    """
+    return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
+
+
+def friction_rim(scenario: Scenario, corners: int) -> Values:
+    """The edge of what friction can be, in shares of mu F_n, shape ``(k, d - 1)``.
+
+    Args:
+        scenario: A planar hand has two directions; a spatial one a circle, or a square.
+        corners: Of the outline in space, a multiple of 8.
+    """
+    if not scenario.in_space:
+        return np.array([[1.0], [-1.0]])
+    return friction_outline(scenario, corners)
+
+
+def _inner_radius(scenario: Scenario) -> float:
+    """Distance from the centre of mass to the nearest face of the object [m]."""
+    corners = outline_of(scenario)
+    sides = np.roll(corners, -1, axis=0) - corners
+    areas = corners[:, 0] * sides[:, 1] - corners[:, 1] * sides[:, 0]
+    nearest = float((areas / np.hypot(*sides.T)).min())
+    if isinstance(scenario, SpatialScenario):
+        return min(0.5 * scenario.object.height, nearest)
+    return nearest
+
+
+def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
+    """The mount, and every link with the axle that it turns about; the last ends at the tip."""
+    radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
+    box = Box(Role.MOUNT, -2.0 * radius * up, radius * np.array([4.0, 2.0, 2.0]))
+    yield Entity(f"finger_{i}/mount", skeleton.base_frame(i), (box,))
+    axle = np.array([0.0, -1.0, 0.0]) if scenario.in_space else np.array([0.0, 0.0, 1.0])
+    for k, length in enumerate(lengths):
+        end, reach = _TAPER * radius, length
+        if k == len(lengths) - 1:
+            end = min(end, sizes.tip_radius)
+            reach = max(length - sizes.tip_radius, 0.5 * length)
+        along = np.array([reach, 0.0, 0.0])
+        link = Rod(Role.LINK, 0.0 * along, along, (radius, end))
+        pin = Rod(
+            Role.JOINT, -1.2 * radius * axle, 1.2 * radius * axle, (0.7 * radius, 0.7 * radius)
+        )
+        yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), (link, pin))
+        radius = end
+
+
+def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iterator[Shape]:
+    """Fingertip, force on the object, friction cone, and the line from where it first touched."""
+
+    def phase(states: States) -> NDArray[np.int8]:
+        return states.phases[:, i]
+
+    front = np.array([0.0, 0.0, sizes.front])
+    yield Ball(phase, -sizes.tip_radius * contact.inward, sizes.tip_radius)
+    yield Arrow(
+        phase,
+        front,
+        lambda states: _arrow(force_in(contact, i, states), sizes),
+        shaft_diameter=0.1 * sizes.mark,
+        head_length=0.3 * sizes.mark,
+        head_diameter=0.25 * sizes.mark,
+    )
+    if scenario.in_space and not scenario.has_pyramid:
+        yield Cone(Role.CONE, lambda states: np.arctan(states.friction[:, i]), sizes.mark)
+    else:
+        yield _cone_lines(scenario, contact, i, sizes, front)
+    first = partial(_first_touch, contact, i, front)
+    yield Lines(partial(_trail_phase, i), first, np.array([[0, 1]]), 2.0 * sizes.thickness)
+
+
+def _arrow(forces: Values, sizes: Sizes) -> Values:
+    """Arrows of forces ``(n, 3)``: of one scale, and never longer than can be drawn."""
+    longest = LONGEST_ARROW * sizes.mark
+    with np.errstate(over="ignore"):
+        length = sizes.per_newton * np.linalg.norm(forces, axis=1, keepdims=True)
+    largest = np.maximum(np.abs(forces).max(axis=1, keepdims=True), 1e-300)
+    unit = forces / largest
+    unit = unit / np.maximum(np.linalg.norm(unit, axis=1, keepdims=True), 1e-300)
+    return np.minimum(length, longest) * unit
+
+
+def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, front: Values) -> Lines:
+    """Edges of a planar cone or of a pyramid, whose ends are joined around it."""
+    # Of the outline of a square every other point is a corner.
+    rim = friction_rim(scenario, 8)[1::2] if scenario.in_space else friction_rim(scenario, 2)
+
+    def points(states: States) -> Values:
+        ends = cone_rim(contact, rim, i, states)
+        ends = sizes.mark * ends / np.linalg.norm(ends, axis=2, keepdims=True)
+        return front + np.concatenate([np.zeros((len(ends), 1, 3)), ends], axis=1)
+
+    index = np.arange(1, len(rim) + 1)
+    edges = np.column_stack([np.zeros(len(rim), int), index])
+    around = np.column_stack([index, np.roll(index, -1)]) if scenario.in_space else edges[:0]
+    return Lines(Role.CONE, points, np.concatenate([edges, around]), sizes.thickness)
+
+
+def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Values:
+    """From where the fingertip first touched the face to where it is, ``(n, 2, 3)``."""
+    first = contact.across(states.slip[:, i])
+    return front + np.stack([first, np.zeros_like(first)], axis=1)
+
+
+def _trail_phase(i: int, states: States) -> NDArray[np.int8]:
+    """The phase in which the fingertip would get from the first touch to where it is."""
+    slip = states.slip[:, i]
+    if slip.shape[1] == 1:
+        return np.sign(slip[:, 0]).astype(np.int8)
+    return np.full(len(slip), ContactPhase.SLIP, np.int8)

@@ -1,0 +1,72 @@
+"""Rotations as unit quaternions (w, x, y, z), many at a time: arrays of shape ``(..., 4)``."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[np.float64]
+
+UNTURNED = (1.0, 0.0, 0.0, 0.0)
+_LEAST_COSINE = 1e-12
+
+
+def about(axis: tuple[float, float, float], angles: Values) -> Values:
+    """Rotations about a unit axis by angles ``(...)`` [rad]."""
+    half = 0.5 * np.asarray(angles)
+    return np.concatenate([np.cos(half)[..., None], np.sin(half)[..., None] * axis], axis=-1)
+
+
+def from_vectors(vectors: Values) -> Values:
+    """Rotations of rotation vectors ``(..., 3)`` [rad]."""
+    half = 0.5 * np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / math.pi) * vectors], axis=-1)
+
+
+def product(first: Values, second: Values) -> Values:
+    """The rotation ``second`` followed by ``first``."""
+    a, b = np.broadcast_arrays(first, second)
+    scalar = a[..., :1] * b[..., :1] - (a[..., 1:] * b[..., 1:]).sum(axis=-1, keepdims=True)
+    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
+    return np.concatenate([scalar, vector], axis=-1)
+
+
+def matrices(quaternions: Values) -> Values:
+    """Rotation matrices ``(..., 3, 3)`` of quaternions of any length but 0."""
+    w, x, y, z = np.moveaxis(
+        quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True), -1, 0
+    )
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def of_matrix(matrix: Values) -> tuple[float, float, float, float]:
+    """The rotation of a matrix ``(3, 3)``."""
+    m = matrix
+    # The eigenvector of the largest eigenvalue: no case distinction by signs (Bar-Itzhack).
+    K = np.array(
+        [
+            [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
+            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1]],
+        ]
+    )
+    w, x, y, z = np.linalg.eigh(K)[1][:, -1].tolist()
+    return (w, x, y, z)
+
+
+def from_x_to(vectors: Values) -> Values:
+    """The shortest rotations of the x axis to directions ``(n, 3)``; none where one is zero."""
+    # Scaled first, so that the largest numbers that a recording holds do not overflow.
+    unit = vectors / np.maximum(np.abs(vectors).max(axis=1, keepdims=True), 1e-300)
+    unit = unit / np.maximum(np.linalg.norm(unit, axis=1, keepdims=True), 1e-300)
+    turned = np.stack([1.0 + unit[:, 0], 0.0 * unit[:, 0], -unit[:, 2], unit[:, 1]], axis=1)
+    turned[turned[:, 0] < _LEAST_COSINE] = (0.0, 0.0, 0.0, 1.0)  # back: half a turn about z
+    return turned / np.linalg.norm(turned, axis=1, keepdims=True)

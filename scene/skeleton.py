@@ -1,0 +1,169 @@
+"""The frames of a hand, its object and its contacts: a tree below `world`.
+
+    planar:   world → plane → object → contact_i
+                            → desired
+                            → finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
+    spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
+
+`world` has z up. `plane` is the model's plane (docs/model.md), upright in the world: its x and y
+are x and z of the world, its z points to the viewer. A link lies along x of its frame; planar
+joints turn about z, spatial ones about z (yaw) and -y. `contact_i` is at fingertip i. Its first
+axes are those in which the tangential force counts, so that positive slip is along their negatives;
+the normal into the object is the d-th axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario.geometry import contact_frame
+from slipgrasp.core.scenario.spatial import SpatialScenario
+from slipgrasp.core.scenario.spatial_geometry import spatial_contact
+from slipgrasp.scene import rotations
+from slipgrasp.scene.states import States
+
+Values = NDArray[np.float64]
+Moving = Callable[[States], Values]
+"""A quantity of every state, shape ``(n, ...)``."""
+
+WORLD, PLANE, OBJECT, DESIRED = "world", "plane", "object", "desired"
+
+_ORIGIN = (0.0, 0.0, 0.0)
+_UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+_Z, _MINUS_Y = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
+
+
+class Frame(NamedTuple):
+    """A frame in its parent: position [m] and unit quaternion (w, x, y, z), fixed or moving."""
+
+    name: str
+    parent: str
+    position: tuple[float, ...] | Moving = _ORIGIN
+    rotation: tuple[float, ...] | Moving = rotations.UNTURNED
+
+
+class Contact(NamedTuple):
+    """Where a fingertip touches the object.
+
+    Attributes:
+        anchor: Contact point at zero slip, in the object's frame, shape ``(3,)`` [m].
+        axes: The axes of the contact frame in the object's frame, as columns, ``(3, 3)``.
+        dimensions: d: the frame's axis d - 1 (from 0) points into the object.
+    """
+
+    anchor: Values
+    axes: Values
+    dimensions: int
+
+    @property
+    def inward(self) -> Values:
+        """Unit vector into the object, in the contact frame."""
+        return np.eye(3)[self.dimensions - 1]
+
+    def across(self, tangential: Values) -> Values:
+        """Components of a tangential force ``(..., d - 1)`` as vectors of the contact frame."""
+        return tangential @ np.eye(3)[: self.dimensions - 1]
+
+
+def base_frame(finger: int) -> str:
+    """The frame at the first joint of a finger."""
+    return f"finger_{finger}/base"
+
+
+def link_frame(finger: int, link: int) -> str:
+    """The frame at the start of a link, x along it."""
+    return f"finger_{finger}/link_{link}"
+
+
+def tip_frame(finger: int) -> str:
+    """The frame at the end of a finger, x along its last link."""
+    return f"finger_{finger}/tip"
+
+
+def contact_name(contact: int) -> str:
+    """The frame on the face that a fingertip touches."""
+    return f"contact_{contact}"
+
+
+def contacts_of(scenario: Scenario) -> tuple[Contact, ...]:
+    """The contacts of a hand, one for each finger."""
+    return tuple(_contact(scenario, i) for i in range(len(scenario.fingers)))
+
+
+def frames_of(scenario: Scenario) -> list[Frame]:
+    """All frames of a hand and its object, parents first."""
+    root = WORLD if scenario.in_space else PLANE
+    frames = [] if scenario.in_space else [Frame(PLANE, WORLD, _ORIGIN, _UPRIGHT)]
+    frames += [
+        Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
+        Frame(DESIRED, root, lambda s: s.desired_pose[:, :3], lambda s: s.desired_pose[:, 3:]),
+    ]
+    for i, contact in enumerate(contacts_of(scenario)):
+        frames += _finger(scenario, root, i)
+        place = partial(_touched, contact, i)
+        frames.append(Frame(contact_name(i), OBJECT, place, rotations.of_matrix(contact.axes)))
+    return frames
+
+
+def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, Values]]:
+    """Positions ``(n, 3)`` and rotation matrices ``(n, 3, 3)`` of all frames in the first's parent.
+
+    Args:
+        frames: A tree, parents first.
+        states: The instants.
+    """
+    n = len(states.times)
+    poses = {frames[0].parent: (np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1)))}
+    for frame in frames:
+        position, turn = (
+            each(states) if callable(each) else np.tile(each, (n, 1))
+            for each in (frame.position, frame.rotation)
+        )
+        origin, axes = poses[frame.parent]
+        moved = origin + np.einsum("nij,nj->ni", axes, position)
+        poses[frame.name] = moved, axes @ rotations.matrices(turn)
+    return poses
+
+
+def _contact(scenario: Scenario, i: int) -> Contact:
+    if isinstance(scenario, SpatialScenario):
+        told = spatial_contact(scenario.object, scenario.fingers[i])
+        axes = (np.negative(told.tangent_x), np.negative(told.tangent_y), told.normal)
+        return Contact(np.array(told.anchor), np.column_stack(axes), 3)
+    flat = contact_frame(scenario.object, scenario.fingers[i])
+    (tx, ty), (nx, ny) = flat.tangent, flat.normal
+    axes = np.column_stack([(-tx, -ty, 0.0), (nx, ny, 0.0), _Z])
+    return Contact(np.array([*flat.anchor, 0.0]), axes, 2)
+
+
+def _touched(contact: Contact, i: int, states: States) -> Values:
+    """Where the fingertip is, in the object's frame."""
+    return contact.anchor - contact.across(states.slip[:, i]) @ contact.axes.T
+
+
+def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
+    """Base, joints and tip: every link turns about the end of the one before."""
+    finger = scenario.fingers[i]
+    base = (*finger.base, 0.0)[:3]
+    yield Frame(base_frame(i), root, base)
+    reach = [0.0, *finger.link_lengths[:-1]]
+    names = [link_frame(i, k) for k in range(len(reach))]
+    axes = [_MINUS_Y if scenario.in_space else _Z] * len(reach)
+    if scenario.in_space:
+        reach, names, axes = [0.0, *reach], [f"finger_{i}/yaw", *names], [_Z, *axes]
+    parent = base_frame(i)
+    for joint, (name, x, axis) in enumerate(zip(names, reach, axes, strict=True)):
+        yield Frame(name, parent, (x, 0.0, 0.0), partial(_turned, i, joint, axis))
+        parent = name
+    yield Frame(tip_frame(i), parent, (finger.link_lengths[-1], 0.0, 0.0))
+
+
+def _turned(finger: int, joint: int, axis: tuple[float, float, float], states: States) -> Values:
+    return rotations.about(axis, states.joint_angles[:, finger, joint])

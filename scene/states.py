@@ -1,0 +1,101 @@
+"""Samples of a trace in three dimensions, for planar and spatial hands alike."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipgrasp.core.trace.trace import Trace
+from slipgrasp.scene import rotations
+
+Values = NDArray[np.float64]
+
+_Z = (0.0, 0.0, 1.0)
+_LARGEST = 1e100
+
+
+class States(NamedTuple):
+    """Hand, object and contacts at some instants, SI units.
+
+    Attributes:
+        times: The instants, shape ``(n,)`` [s].
+        object_pose: Position and unit quaternion (w, x, y, z), shape ``(n, 7)``.
+        desired_pose: The same of the desired pose.
+        joint_angles: Shape ``(n, fingers, joints)`` [rad].
+        slip: Along the d - 1 tangents, shape ``(n, contacts, d - 1)`` [m].
+        tangential_force: Of each fingertip on the object, likewise [N].
+        normal_force: Shape ``(n, contacts)`` [N].
+        friction: Friction coefficients, shape ``(n, contacts)``.
+        phases: Numbers of the phases, shape ``(n, contacts)``.
+    """
+
+    times: Values
+    object_pose: Values
+    desired_pose: Values
+    joint_angles: Values
+    slip: Values
+    tangential_force: Values
+    normal_force: Values
+    friction: Values
+    phases: NDArray[np.int8]
+
+
+def states_of(samples: Trace) -> States:
+    """One state for each row of a trace.
+
+    Args:
+        samples: The rows, of a planar or a spatial hand.
+    """
+    shape, n = samples.shape, len(samples)
+    contacts, tangents = shape.num_contacts, 2 if shape.in_space else 1
+    poses = _poses_in_space if shape.in_space else _poses_in_the_plane
+    actual, desired = poses(samples.object_pose, samples.tracking_error)
+    return States(
+        times=samples.times,
+        object_pose=actual,
+        desired_pose=desired,
+        joint_angles=samples.joint_position.reshape(n, contacts, shape.joints_per_finger),
+        slip=samples.slip.reshape(n, contacts, tangents),
+        tangential_force=samples.tangential_force.reshape(n, contacts, tangents),
+        normal_force=samples.normal_force,
+        friction=samples.friction_coefficient,
+        phases=samples.phase,
+    )
+
+
+def states_at(trace: Trace, times: Values) -> States:
+    """States at given times, on straight lines between the rows of a trace.
+
+    Args:
+        trace: A run.
+        times: Ascending times within it, shape ``(n,)`` [s].
+    """
+    rows = drawable(trace.to_rows())
+    last = np.searchsorted(trace.times, times, side="right") - 1
+    between = [np.interp(times, trace.times, column) for column in rows.T]
+    states = states_of(Trace.from_rows(trace.shape, np.stack(between, axis=1)))
+    held = states_of(Trace.from_rows(trace.shape, rows[last]))
+    return states._replace(friction=held.friction, phases=held.phases)
+
+
+def drawable(values: NDArray[Any]) -> NDArray[Any]:
+    """Within what can be drawn: numbers from a file may be as large as numbers get."""
+    return values.clip(-_LARGEST, _LARGEST)
+
+
+def _poses_in_the_plane(pose: Values, error: Values) -> tuple[Values, Values]:
+    """Poses (x, y, theta) in the plane z = 0: actual and desired."""
+    actual, desired = (
+        np.hstack([each[:, :2], np.zeros((len(each), 1)), rotations.about(_Z, each[:, 2])])
+        for each in (pose, pose + error)
+    )
+    return actual, desired
+
+
+def _poses_in_space(pose: Values, error: Values) -> tuple[Values, Values]:
+    """Errors of the attitude are rotation vectors in world axes."""
+    unit = pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
+    desired = rotations.product(rotations.from_vectors(error[:, 3:]), unit)
+    return np.hstack([pose[:, :3], unit]), np.hstack([pose[:, :3] + error[:, :3], desired])
