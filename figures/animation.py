@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.figures.motion import motion_of
+from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.figures.moving_hand import SIZE, MovingHand
 from slipgrasp.figures.slip_times import Window
 from slipgrasp.figures.style import paper_style

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.frames import import_optional
-from slipgrasp.figures.motion import motion_of
+from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.figures.moving_hand import MovingHand
 from slipgrasp.figures.slip_times import Window
 from slipgrasp.figures.style import paper_style

@@ -1,44 +1,52 @@
-"""Where everything of a hand stands at given times, for pictures that move.
+"""A hand over time as moving pictures show it: the scene, laid flat by a parallel projection.
 
-A hand in space is laid flat for them (`slipgrasp.figures.hand_motion_in_space`).
+The object is the outline of its prism with the edges in it, a friction cone the outline of its
+edge and its tip. A planar hand is seen from the front. For a spatial one the viewpoint is where
+fingertips hide each other least, and fingers the object.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.geometry import contact_frame, joint_points, outline
-from slipgrasp.core.trace.trace import JOINTS_PER_FINGER
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.states import States, drawable, states_at
 
 Values = NDArray[np.float64]
 
-_LARGEST = 1e100
+_ELEVATION = math.radians(24.0)
+_ASIDE = math.radians(8.0)
+_IN_FRONT = 0.5  # what a finger in front of the object costs
+_AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
+_FRONT = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]).T
+_CONE_CORNERS = 24
+_LEAST_DEPTH = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandMotion:
-    """Points in the plane of the hand, or of the picture, over time [m].
+    """Points in the plane of the picture over time [m].
 
     Attributes:
-        times: The times, shape ``(times,)`` [s].
-        corners: Corners of the object, shape ``(times, corners, 2)``.
-        desired: Corners of the object in its desired pose, likewise.
-        edges: Other edges of the object, shape ``(times, edges, 2, 2)``; none in the plane.
+        states: Hand, object and contacts at the times.
+        corners: Outline of the object, shape ``(times, corners, 2)``.
+        desired: Outline of the object in its desired pose, likewise.
+        edges: Edges of the object, shape ``(times, edges, 2, 2)``.
         joints: Base, elbow and tip of each finger, shape ``(times, fingers, 3, 2)``.
         normals: Unit vectors into the object, shape ``(times, contacts, 2)``.
         cones: Outlines of friction cones of height 1, from their tips, ``(times, contacts, k, 2)``.
         forces: Forces on the object, shape ``(times, contacts, 2)`` [N].
-        behind: Which fingers touch the object from behind, shape ``(contacts,)``.
-        slip: Slips, in space ways slid, shape ``(times, contacts)`` [m].
-        phases: Numbers of the phases, shape ``(times, contacts)``.
+        behind: Fingers that touch the object from behind, shape ``(contacts,)``.
+        slip: Slips, of spatial hands travelled distances, shape ``(times, contacts)`` [m].
     """
 
-    times: Values
+    states: States
     corners: Values
     desired: Values
     edges: Values
@@ -48,32 +56,9 @@ class HandMotion:
     forces: Values
     behind: NDArray[np.bool_]
     slip: Values
-    phases: NDArray[np.int8]
 
 
-class Reader:
-    """Reads signals of a trace at given times.
-
-    Args:
-        rows: Times of the rows, shape ``(rows,)`` [s].
-        times: Ascending times within them, shape ``(times,)`` [s].
-    """
-
-    def __init__(self, rows: Values, times: Values) -> None:
-        self._rows, self._times = rows, times
-        self._last = np.searchsorted(rows, times, side="right") - 1
-
-    def between(self, values: Values) -> Values:
-        """On the straight lines between rows, ``(times, columns)``."""
-        columns = [np.interp(self._times, self._rows, column) for column in drawable(values).T]
-        return np.stack(columns, axis=1)
-
-    def last(self, values: NDArray[Any]) -> NDArray[Any]:
-        """As in the last row before, ``(times, columns)``."""
-        return drawable(values[self._last])
-
-
-def motion_at(result: RunResult, times: Values) -> HandMotion:
+def motion_of(result: RunResult, times: Values) -> HandMotion:
     """Reads a run at given times, on straight lines between its samples.
 
     Args:
@@ -81,42 +66,98 @@ def motion_at(result: RunResult, times: Values) -> HandMotion:
         times: Ascending times within the run, shape ``(times,)`` [s].
     """
     trace, scenario = result.trace, result.scenario
-    reader = Reader(trace.times, times)
-    read = reader.between
-    pose = read(trace.object_pose)
-    joints = read(trace.joint_position).reshape(len(times), -1, JOINTS_PER_FINGER)
-    frames = [contact_frame(scenario.object, finger) for finger in scenario.fingers]
-    tangents = _turned(np.array([frame.tangent for frame in frames]), pose)
-    normals = _turned(np.array([frame.normal for frame in frames]), pose)
-    normal_force, tangential_force = read(trace.normal_force), read(trace.tangential_force)
-    corners = outline(scenario.object)
-    desired = pose + read(trace.tracking_error)
-    aside = reader.last(trace.friction_coefficient)[..., None] * tangents
+    states, contacts = states_at(trace, times), skeleton.contacts_of(scenario)
+    poses = skeleton.world_poses(skeleton.frames_of(scenario), states)
+    start = rotations.matrices(trace.object_pose[0, 3:]) if scenario.in_space else np.eye(3)
+    flat = _view(contacts, start) if scenario.in_space else _FRONT
+    axes = np.stack([poses[skeleton.contact_name(i)][1] for i in range(len(contacts))], axis=1)
+    pairs = list(enumerate(contacts))
+    rim = parts.friction_rim(scenario, _CONE_CORNERS)
+    rims = np.stack([parts.cone_rim(each, rim, i, states) for i, each in pairs], axis=1)
+    cones = np.concatenate([np.zeros_like(rims[:, :, :1]), rims], axis=2)
+    forces = np.stack([parts.force_in(each, i, states) for i, each in pairs], axis=1)
+    normals = np.stack([axes[:, i] @ each.inward for i, each in pairs], axis=1)
+    corners, desired = (
+        _corners(scenario, *poses[name]) @ flat for name in (skeleton.OBJECT, skeleton.DESIRED)
+    )
+    slips = drawable(trace.slip_path if scenario.in_space else trace.slip)
     return HandMotion(
-        times=times,
-        corners=pose[:, None, :2] + _turned(corners, pose),
-        desired=desired[:, None, :2] + _turned(corners, desired),
-        edges=np.zeros((len(times), 0, 2, 2)),
-        joints=np.stack(
-            [joint_points(f, joints[:, i]) for i, f in enumerate(scenario.fingers)], axis=1
-        ),
-        normals=normals,
-        cones=np.stack([np.zeros_like(normals), normals + aside, normals - aside], axis=2),
-        # F_x counts along the axis x_c of the contact, against positive slip.
-        forces=normal_force[..., None] * normals - tangential_force[..., None] * tangents,
-        behind=np.zeros(len(frames), dtype=np.bool_),
-        slip=read(trace.slip),
-        phases=reader.last(trace.phase),
+        states=states,
+        corners=_outlines(corners),
+        desired=_outlines(desired),
+        edges=corners[:, parts.prism_edges(corners.shape[1] // 2)],
+        joints=_joints(scenario, poses) @ flat,
+        normals=normals @ flat,
+        cones=_outlines(np.einsum("tcij,tckj->tcki", axes, cones) @ flat),
+        forces=np.einsum("tcij,tcj->tci", axes, forces) @ flat,
+        behind=normals[0] @ np.cross(flat[:, 0], flat[:, 1]) > _LEAST_DEPTH,
+        slip=np.stack([np.interp(times, trace.times, each) for each in slips.T], axis=1),
     )
 
 
-def drawable(values: NDArray[Any]) -> NDArray[Any]:
-    """Within what can be drawn: numbers from a file may be as large as numbers get."""
-    return values.clip(-_LARGEST, _LARGEST)
+def _corners(scenario: Scenario, position: Values, turn: Values) -> Values:
+    """Corners of the object, ``(times, 2 corners, 3)``: those below, then those above."""
+    solid = parts.prism(parts.outline_of(scenario), parts.sizes_of(scenario).half_depth)
+    return position[:, None] + np.einsum("tij,cj->tci", turn, solid.points)
 
 
-def _turned(vectors: Values, pose: Values) -> Values:
-    """Vectors of the object frame, shape ``(n, 2)``, at each pose: ``(times, n, 2)``."""
-    cos, sin = np.cos(pose[:, 2, None]), np.sin(pose[:, 2, None])
-    x, y = vectors.T
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+def _joints(scenario: Scenario, poses: dict[str, tuple[Values, Values]]) -> Values:
+    """Starts of the links and the tip of each finger, ``(times, fingers, 3, 3)``."""
+    chains = [
+        [
+            *(skeleton.link_frame(i, k) for k in range(len(finger.link_lengths))),
+            skeleton.tip_frame(i),
+        ]
+        for i, finger in enumerate(scenario.fingers)
+    ]
+    return np.stack(
+        [np.stack([poses[name][0] for name in chain], axis=1) for chain in chains], axis=1
+    )
+
+
+def _view(contacts: tuple[skeleton.Contact, ...], attitude: Values) -> Values:
+    """Right and up of the picture as columns, ``(3, 2)``.
+
+    Args:
+        contacts: Contacts of a spatial hand.
+        attitude: Rotation matrix of the object at the start.
+    """
+    anchors = np.array([each.anchor for each in contacts]) @ attitude.T
+    normals = np.array([each.axes @ each.inward for each in contacts]) @ attitude.T
+    size = float(np.abs(anchors).max())
+
+    def merit(azimuth: float) -> float:
+        c, s = math.cos(azimuth), math.sin(azimuth)
+        apart = float(np.diff(np.sort(anchors[:, :2] @ [c, s])).min()) / size
+        in_front = float((normals[:, :2] @ [-s, c]).max())
+        return round(apart - _IN_FRONT * in_front, 6)
+
+    azimuth = float(max(_AZIMUTHS, key=merit)) + _ASIDE
+    c, s = math.cos(azimuth), math.sin(azimuth)
+    up = (-s * math.sin(_ELEVATION), c * math.sin(_ELEVATION), math.cos(_ELEVATION))
+    return np.array([(c, s, 0.0), up]).T
+
+
+def _outlines(points: Values) -> Values:
+    """Convex outlines of sets of points ``(..., points, 2)``, the last corner repeated."""
+    flat = points.reshape(-1, *points.shape[-2:])
+    return np.stack([_outline(each) for each in flat]).reshape(points.shape)
+
+
+def _outline(points: Values) -> Values:
+    """The convex hull, counterclockwise (Andrew's monotone chain), as many points as there were."""
+    ordered = sorted(map(tuple, points.tolist()))
+    hull: list[tuple[float, ...]] = []
+    for run in (ordered, ordered[::-1]):
+        start = len(hull)
+        for point in run:
+            while len(hull) - start >= 2 and _turn(hull[-2], hull[-1], point) <= 0.0:
+                hull.pop()
+            hull.append(point)
+        hull.pop()
+    hull = hull or ordered[:1]
+    return np.array(hull + hull[-1:] * (len(points) - len(hull)))
+
+
+def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

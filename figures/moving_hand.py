@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.figures.hand_motion import HandMotion, drawable
+from slipgrasp.figures.hand_motion import HandMotion
 from slipgrasp.figures.moving_lens import MovingLens
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches
@@ -37,6 +37,7 @@ from slipgrasp.recordings.palette import (
     OBJECT_EDGE,
     PHASES,
 )
+from slipgrasp.scene.states import drawable
 
 Pixels = NDArray[np.uint8]
 
@@ -134,7 +135,7 @@ class MovingHand:
             self._body.set_alpha(_GLASS)
             for part in (p for i in np.flatnonzero(motion.behind) for p in self._fingers[i][:3]):
                 part.set_zorder(part.get_zorder() - _BEHIND)
-            self._lenses = [MovingLens(self._figure, result, i, motion.times) for i in range(count)]
+            self._lenses = [MovingLens(self._figure, result, i, motion) for i in range(count)]
         self._clock = self._figure.text(0.98, 0.955, "", ha="right", va="center", fontsize=11)
         self._ending = self._figure.text(0.5, 0.895, "", ha="center", va="center", fontsize=10)
         self._last_words = ending_words(result)
@@ -180,13 +181,15 @@ class MovingHand:
         return self._figure
 
     def _place_all(self, frame: int) -> None:
-        motion, time = self._motion, float(self._motion.times[frame])
+        motion = self._motion
+        times = motion.states.times
+        time = float(times[frame])
         self._ghost.set_xy(motion.desired[frame])
         self._body.set_xy(motion.corners[frame])
         self._edges.set_segments(list(motion.edges[frame]))
         self._cursor.set_xdata([time, time])
         self._clock.set_text(self._tell(time).replace("t", "$t$", 1))
-        is_last = frame == len(motion.times) - 1
+        is_last = frame == len(times) - 1
         self._ending.set_text(self._last_words if is_last else "")
         for i, finger in enumerate(self._fingers):
             self._place(finger, i, frame)
@@ -203,7 +206,7 @@ class MovingHand:
             part.set_data(*points.T)
         finger.joints.set_data(*points[:-1].T)
         finger.tip.set_data(*ball[:, None])
-        phase = ContactPhase(int(motion.phases[frame, index]))
+        phase = ContactPhase(int(motion.states.phases[frame, index]))
         colour = paint(PHASES[phase])
         finger.tip.set_markerfacecolor(colour)
         finger.cone.set_xy(tip + _CONE_LENGTH * self._span * motion.cones[frame, index])
@@ -212,7 +215,7 @@ class MovingHand:
         finger.force.set_color(colour)
         finger.head.set_xy(_arrow_head(tip + force, force, 0.018 * self._span))
         finger.head.set_color(colour)
-        finger.slip.set_data([motion.times[frame]], [1e3 * motion.slip[frame, index]])
+        finger.slip.set_data([motion.states.times[frame]], [1e3 * motion.slip[frame, index]])
         finger.slip.set_markerfacecolor(colour)
 
 

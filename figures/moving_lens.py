@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
-from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.figures.hand_motion import Reader, drawable
+from slipgrasp.figures.hand_motion import HandMotion
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.slip_planes import in_plane
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import CONE, MARK, MUTED, OBJECT, PHASES
+from slipgrasp.scene.states import States, drawable
 
 Values = NDArray[np.float64]
 
@@ -56,20 +56,18 @@ class MovingLens:
         figure: The picture.
         result: A run of a hand in space.
         contact: Which contact.
-        times: Times to be drawn, shape ``(times,)`` [s].
+        motion: The times to be drawn.
     """
 
-    def __init__(self, figure: Figure, result: RunResult, contact: int, times: Values) -> None:
-        trace = result.trace
-        read = Reader(trace.times, times)
-        slip = in_plane(trace.slip, contact)
+    def __init__(self, figure: Figure, result: RunResult, contact: int, motion: HandMotion) -> None:
+        trace, states = result.trace, motion.states
         self._scale = _REACH / max(float(np.abs(trace.slip).max()), _LEAST_SLIP)
-        self._way = self._scale * drawable(slip)
-        self._spots, self._slid = self._scale * read.between(slip), read.between(trace.slip_path)
-        self._slid = self._slid[:, contact]
-        self._share = read.between(_share_of_limit(trace, contact))
-        self._rows = np.searchsorted(trace.times, times, side="right")
-        self._phases = read.last(trace.phase)[:, contact]
+        self._way = self._scale * drawable(in_plane(trace.slip, contact))
+        self._spots = self._scale * states.slip[:, contact, ::-1]
+        self._slid = motion.slip[:, contact]
+        self._share = _share_of_limit(states, contact)
+        self._rows = np.searchsorted(trace.times, states.times, side="right")
+        self._phases = states.phases[:, contact]
         height = min((_HIGH - _LOW) / len(result.scenario.fingers), _WIDTH)
         bottom = _HIGH - height * (contact + 1)
         self._axes = figure.add_axes((1.0 - _WIDTH, bottom, _WIDTH, height))
@@ -127,8 +125,8 @@ def _length(metres: float) -> str:
     return f"{1e6 * metres:.3g} µm" if small else f"{1e3 * metres:.3g} mm"
 
 
-def _share_of_limit(trace: Trace, contact: int) -> Values:
-    """Friction on the object over the largest there is, ``(rows, 2)``; 0 where there is none."""
-    limit = (trace.friction_coefficient * trace.normal_force)[:, contact, None]
-    force = -in_plane(trace.tangential_force, contact)
+def _share_of_limit(states: States, contact: int) -> Values:
+    """Friction on the object over the largest there is, ``(times, 2)``; 0 where there is none."""
+    limit = (states.friction * states.normal_force)[:, contact, None]
+    force = -states.tangential_force[:, contact, ::-1]
     return np.divide(force, limit, out=np.zeros_like(force), where=limit > 0.0)

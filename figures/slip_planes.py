@@ -18,12 +18,12 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.figures.hand_motion import drawable
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.phases import phase_patches
 from slipgrasp.figures.sheet import ending_words
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
 from slipgrasp.recordings.palette import CONE, MARK, MUTED, PHASES
+from slipgrasp.scene.states import drawable
 
 Values = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.unknowns import Unknown, parse_unknown
 from slipgrasp.core.trace.columns import columns_of
-from slipgrasp.figures.hand_motion import drawable
 from slipgrasp.figures.panels import estimate_label, finger_colour, unknown_colour, unknown_symbol
 from slipgrasp.recordings.compare.alignment import MatchedRows, match_rows
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.palette import FINGERS, MARK, MUTED, Rgb
+from slipgrasp.scene.states import drawable
 
 _MOST_NAMED = 3
 _FIRST, _SECOND = FINGERS[-1], MARK

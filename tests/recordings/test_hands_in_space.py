@@ -9,11 +9,12 @@ from mcap.reader import make_reader
 from PIL import Image
 
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.geometry import contact_frame, joint_points, outline
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.animation import write_gif
 from slipgrasp.figures.drawings import draw_figures
-from slipgrasp.figures.hand_motion_in_space import spatial_motion_at
+from slipgrasp.figures.hand_motion import motion_of
 from slipgrasp.figures.still import write_png
 from slipgrasp.figures.trends import trends_of
 from slipgrasp.recordings.clip import Clip
@@ -89,7 +90,7 @@ def test_its_trends_beside_another_run_are_ways_and_six_errors(run):
 
 def test_moving_pictures_lay_it_flat_in_one_scale(run):
     """By a parallel projection: midpoints stay midpoints, and what is upright stays upright."""
-    motion = spatial_motion_at(run, np.array([0.0, 0.06]))
+    motion = motion_of(run, np.array([0.0, 0.06]))
     below, above = motion.edges[:, :3, 0], motion.edges[:, 3:6, 0]
     rise = above - below
     np.testing.assert_allclose(rise, np.broadcast_to(rise[:, :1], rise.shape), atol=1e-12)
@@ -117,3 +118,22 @@ def test_its_scene_plays_as_a_page(run):
     page = io.BytesIO()
     write_html(run, page, fps=1.0, clip=Clip(end=0.1))
     assert b"<title>spatial-prism" in page.getvalue()
+
+
+def test_a_planar_hand_is_laid_flat_by_the_same_code_and_seen_from_the_front():
+    run = simulate(with_values(load_scenario("tilted-object"), {"simulation.duration": 0.1}))
+    motion = motion_of(run, run.trace.times[-1:])
+    x, y, angle = run.trace.object_pose[-1]
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    seen = {tuple(corner) for corner in motion.corners[0].round(9).tolist()}
+    expected = (np.array([x, y]) + outline(run.scenario.object) @ turn.T).round(9)
+    assert seen == {tuple(corner) for corner in expected.tolist()}
+    assert not motion.behind.any()
+    for i, finger in enumerate(run.scenario.fingers):
+        points = joint_points(finger, run.trace.joint_position[-1].reshape(-1, 2)[i])
+        np.testing.assert_allclose(motion.joints[0, i], points, atol=1e-12)
+        frame = contact_frame(run.scenario.object, finger)
+        np.testing.assert_allclose(motion.normals[0, i], turn @ frame.normal, atol=1e-12)
+        normal, across = run.trace.normal_force[-1, i], run.trace.tangential_force[-1, i]
+        force = turn @ (normal * np.array(frame.normal) - across * np.array(frame.tangent))
+        np.testing.assert_allclose(motion.forces[0, i], force, atol=1e-9)
