@@ -4,7 +4,7 @@ A scenario becomes frames and entities, the samples of a trace become states; an
 entities with the library of its medium. This package imports the model and numpy, nothing else.
 
     scenario --> frames_of, entities_of --+
-                                          +--> adapter: Foxglove, matplotlib
+                                          +--> adapter: Foxglove, viser, matplotlib
     trace ------> states_of --------------+
 
 - **One geometry.** Everything has three dimensions. The model of a planar hand is the plane z = 0

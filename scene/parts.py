@@ -59,23 +59,20 @@ class Lines(NamedTuple):
     points: Values | Moving
     indices: NDArray[np.int64]
     thickness: float
+    dashed: bool = False
 
 
 class Rod(NamedTuple):
-    """A round bar from one point to another, with a radius at each end [m]."""
+    """A round bar from one point to another, with a radius at each end [m].
+
+    Where it is rounded, its ends are halves of balls beyond those points.
+    """
 
     paint: Paint
     start: Values
     end: Values
     radii: tuple[float, float]
-
-
-class Box(NamedTuple):
-    """A box along the axes, by its centre and its size [m]."""
-
-    paint: Paint
-    centre: Values
-    size: Values
+    rounded: bool = False
 
 
 class Ball(NamedTuple):
@@ -105,7 +102,7 @@ class Cone(NamedTuple):
     slant: float
 
 
-Shape = Triangles | Lines | Rod | Box | Ball | Arrow | Cone
+Shape = Triangles | Lines | Rod | Ball | Arrow | Cone
 
 
 class Entity(NamedTuple):
@@ -120,6 +117,7 @@ class Sizes(NamedTuple):
     """Sizes that follow from the scenario [m].
 
     Attributes:
+        inner_radius: Distance from the centre of mass to the nearest face.
         half_depth: Half the height of the prism that the object is; of a planar one, its depth.
         front: How far marks lie in front of a planar hand; 0 for a spatial one, of which one sees
             into the object.
@@ -130,6 +128,7 @@ class Sizes(NamedTuple):
         per_newton: Length of an arrow for each newton [m/N].
     """
 
+    inner_radius: float
     half_depth: float
     front: float
     link_radius: float
@@ -152,9 +151,10 @@ def sizes_of(scenario: Scenario) -> Sizes:
     weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
     spatial = isinstance(scenario, SpatialScenario)
     return Sizes(
+        inner_radius=unit,
         half_depth=0.5 * scenario.object.height if spatial else 0.5 * unit,
         front=0.0 if spatial else 0.6 * unit,
-        link_radius=min(0.05 * float(np.mean(lengths)), 0.5 * unit),
+        link_radius=min(0.05 * float(np.mean(lengths)), unit),
         tip_radius=0.2 * unit,
         mark=0.9 * unit,
         thickness=0.05 * unit,
@@ -177,7 +177,7 @@ def entities_of(scenario: Scenario) -> list[Entity]:
     # Slightly deeper than the object, so that its front edges are in front of the object's.
     wanted = prism(corners, max(sizes.half_depth, sizes.front))
     lines = Lines(Role.OBJECT_EDGE, body.points, edges, sizes.thickness)
-    desired = Lines(Role.DESIRED, wanted.points, edges, sizes.thickness)
+    desired = Lines(Role.DESIRED, wanted.points, edges, sizes.thickness, dashed=True)
     entities = [
         Entity(skeleton.OBJECT, skeleton.OBJECT, (body, lines)),
         Entity(skeleton.DESIRED, skeleton.DESIRED, (desired,)),
@@ -255,16 +255,18 @@ def _inner_radius(scenario: Scenario) -> float:
 def _finger(i: int, scenario: Scenario, sizes: Sizes, up: Values) -> Iterator[Entity]:
     """The mount, and every link with the axle that it turns about; the last ends at the tip."""
     radius, lengths = sizes.link_radius, scenario.fingers[i].link_lengths
-    box = Box(Role.MOUNT, -2.0 * radius * up, radius * np.array([4.0, 2.0, 2.0]))
-    yield Entity(f"finger_{i}/mount", skeleton.base_frame(i), (box,))
+    wide, narrow = 2.7 * radius, 1.3 * radius
+    foot = Rod(Role.MOUNT, -2.9 * radius * up, -2.4 * radius * up, (wide, wide))
+    neck = Rod(Role.MOUNT, foot.end, -0.7 * radius * up, (wide, narrow))
+    yield Entity(f"finger_{i}/mount", skeleton.base_frame(i), (foot, neck))
     axle = np.array([0.0, -1.0, 0.0]) if scenario.in_space else np.array([0.0, 0.0, 1.0])
     for k, length in enumerate(lengths):
         end, reach = _TAPER * radius, length
         if k == len(lengths) - 1:
-            end = min(end, sizes.tip_radius)
+            end = min(end, 0.95 * sizes.tip_radius)
             reach = max(length - sizes.tip_radius, 0.5 * length)
         along = np.array([reach, 0.0, 0.0])
-        link = Rod(Role.LINK, 0.0 * along, along, (radius, end))
+        link = Rod(Role.LINK, 0.0 * along, along, (radius, end), rounded=True)
         pin = Rod(
             Role.JOINT, -1.2 * radius * axle, 1.2 * radius * axle, (0.7 * radius, 0.7 * radius)
         )

@@ -16,7 +16,10 @@ _LEAST_COSINE = 1e-12
 def about(axis: tuple[float, float, float], angles: Values) -> Values:
     """Rotations about a unit axis by angles ``(...)`` [rad]."""
     half = 0.5 * np.asarray(angles)
-    return np.concatenate([np.cos(half)[..., None], np.sin(half)[..., None] * axis], axis=-1)
+    turned = np.empty((*half.shape, 4))
+    turned[..., 0] = np.cos(half)
+    turned[..., 1:] = np.sin(half)[..., None] * axis
+    return turned
 
 
 def from_vectors(vectors: Values) -> Values:

@@ -36,7 +36,11 @@ Moving = Callable[[States], Values]
 WORLD, PLANE, OBJECT, DESIRED = "world", "plane", "object", "desired"
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+_AXES = np.eye(3)
+UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+"""Turns the plane of a planar hand upright in the world."""
+LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
+"""Its inverse."""
 _Z, _MINUS_Y = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
 
 
@@ -65,11 +69,11 @@ class Contact(NamedTuple):
     @property
     def inward(self) -> Values:
         """Unit vector into the object, in the contact frame."""
-        return np.eye(3)[self.dimensions - 1]
+        return _AXES[self.dimensions - 1]
 
     def across(self, tangential: Values) -> Values:
         """Components of a tangential force ``(..., d - 1)`` as vectors of the contact frame."""
-        return tangential @ np.eye(3)[: self.dimensions - 1]
+        return tangential @ _AXES[: self.dimensions - 1]
 
 
 def base_frame(finger: int) -> str:
@@ -100,7 +104,7 @@ def contacts_of(scenario: Scenario) -> tuple[Contact, ...]:
 def frames_of(scenario: Scenario) -> list[Frame]:
     """All frames of a hand and its object, parents first."""
     root = WORLD if scenario.in_space else PLANE
-    frames = [] if scenario.in_space else [Frame(PLANE, WORLD, _ORIGIN, _UPRIGHT)]
+    frames = [] if scenario.in_space else [Frame(PLANE, WORLD, _ORIGIN, UPRIGHT)]
     frames += [
         Frame(OBJECT, root, lambda s: s.object_pose[:, :3], lambda s: s.object_pose[:, 3:]),
         Frame(DESIRED, root, lambda s: s.desired_pose[:, :3], lambda s: s.desired_pose[:, 3:]),

@@ -25,6 +25,7 @@ class States(NamedTuple):
         desired_pose: The same of the desired pose.
         joint_angles: Shape ``(n, fingers, joints)`` [rad].
         slip: Along the d - 1 tangents, shape ``(n, contacts, d - 1)`` [m].
+        slip_velocity: Its derivative, likewise [m/s].
         tangential_force: Of each fingertip on the object, likewise [N].
         normal_force: Shape ``(n, contacts)`` [N].
         friction: Friction coefficients, shape ``(n, contacts)``.
@@ -36,6 +37,7 @@ class States(NamedTuple):
     desired_pose: Values
     joint_angles: Values
     slip: Values
+    slip_velocity: Values
     tangential_force: Values
     normal_force: Values
     friction: Values
@@ -50,14 +52,16 @@ def states_of(samples: Trace) -> States:
     """
     shape, n = samples.shape, len(samples)
     contacts, tangents = shape.num_contacts, 2 if shape.in_space else 1
-    poses = _poses_in_space if shape.in_space else _poses_in_the_plane
-    actual, desired = poses(samples.object_pose, samples.tracking_error)
+    pose, error = samples.object_pose, samples.tracking_error
+    actual = in_three_dimensions(pose)
+    desired = _wanted(actual, error) if shape.in_space else in_three_dimensions(pose + error)
     return States(
         times=samples.times,
         object_pose=actual,
         desired_pose=desired,
         joint_angles=samples.joint_position.reshape(n, contacts, shape.joints_per_finger),
         slip=samples.slip.reshape(n, contacts, tangents),
+        slip_velocity=samples.slip_velocity.reshape(n, contacts, tangents),
         tangential_force=samples.tangential_force.reshape(n, contacts, tangents),
         normal_force=samples.normal_force,
         friction=samples.friction_coefficient,
@@ -85,17 +89,19 @@ def drawable(values: NDArray[Any]) -> NDArray[Any]:
     return values.clip(-_LARGEST, _LARGEST)
 
 
-def _poses_in_the_plane(pose: Values, error: Values) -> tuple[Values, Values]:
-    """Poses (x, y, theta) in the plane z = 0: actual and desired."""
-    actual, desired = (
-        np.hstack([each[:, :2], np.zeros((len(each), 1)), rotations.about(_Z, each[:, 2])])
-        for each in (pose, pose + error)
-    )
-    return actual, desired
+def in_three_dimensions(poses: Values) -> Values:
+    """Poses (x, y, theta) in the plane z = 0, or of any quaternion, with a unit one: ``(n, 7)``."""
+    found = np.zeros((len(poses), 7))
+    if poses.shape[1] == 3:
+        found[:, :2] = poses[:, :2]
+        found[:, 3:] = rotations.about(_Z, poses[:, 2])
+        return found
+    found[:, :3] = poses[:, :3]
+    found[:, 3:] = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+    return found
 
 
-def _poses_in_space(pose: Values, error: Values) -> tuple[Values, Values]:
-    """Errors of the attitude are rotation vectors in world axes."""
-    unit = pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
-    desired = rotations.product(rotations.from_vectors(error[:, 3:]), unit)
-    return np.hstack([pose[:, :3], unit]), np.hstack([pose[:, :3] + error[:, :3], desired])
+def _wanted(actual: Values, error: Values) -> Values:
+    """Desired poses; errors of the attitude are rotation vectors in world axes."""
+    turned = rotations.product(rotations.from_vectors(error[:, 3:]), actual[:, 3:])
+    return np.hstack([actual[:, :3] + error[:, :3], turned])

@@ -112,11 +112,11 @@ def test_the_arrow_of_the_force_is_a_quarter_of_the_way_of_the_mouse(
     assert [type(intent) for intent in sent] == [DragObject, DragObject, LetGo]
     assert sent[1].force == sent[2].force
     scene.update(after(view, sent[1]).sample)
-    arrow = viewer_server.scene.get_handle_by_name("/hand/object/push/force")
+    arrow = viewer_server.scene.get_handle_by_name("/hand/plane/push/force")
     assert arrow is not None
     tail, head = arrow.points[0]
     # Two digits of the force, so within a twentieth.
-    np.testing.assert_allclose((head - tail)[[0, 2]], [0.025, -0.0125], rtol=0.05)
+    np.testing.assert_allclose((head - tail)[:2], [0.025, -0.0125], rtol=0.05)
 
 
 def test_an_object_that_moves_under_the_mouse_adds_no_force(

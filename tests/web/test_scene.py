@@ -9,14 +9,24 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, joint_points
+from slipgrasp.core.scenario.geometry import joint_points
+from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene.parts import friction_rim
+from slipgrasp.scene.skeleton import contacts_of
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.page_layout import Picture
 from slipgrasp.web.model.sampling import Sample, Sampler
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, Framing, frame_box, stands_at
+from slipgrasp.web.scene.contact_view import ContactMarks, cone_edge, contact_marks
 from slipgrasp.web.scene.images import lens_background, lettering
-from slipgrasp.web.scene.layout import lay_out, lens_magnification, nice_at_least, nice_at_most
+from slipgrasp.web.scene.layout import (
+    FullScale,
+    lay_out,
+    lens_magnification,
+    nice_at_least,
+    nice_at_most,
+)
 from slipgrasp.web.scene.lens_places import (
     NUMBER_LINES,
     NUMBERS_HEIGHT,
@@ -26,29 +36,26 @@ from slipgrasp.web.scene.lens_places import (
     box_around,
     place_lenses,
 )
-from slipgrasp.web.scene.marks import (
-    ContactMarks,
-    FullScale,
-    MarkSizes,
-    cone_edges,
-    cone_outline,
-    contact_marks,
-    dashed,
-    sizes_on_hand,
+from slipgrasp.web.scene.marks import MarkSizes, sizes_on_hand, states_of, trail_of
+from slipgrasp.web.scene.shapes import (
+    Mesh,
+    circle,
+    dashed_edges,
+    distance_to_circle,
+    extrude,
+    fan,
+    lift,
+    rounded_bar,
+    turned_profile,
 )
-from slipgrasp.web.scene.shapes import circle, distance_to_circle, extrude, lift, tapered_bar
 
 SIZES = MarkSizes(0.02, 0.02, 0.1, 0.1, 0.05, 0.005, 0.005, 0.05)
 LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 
 
-def frame_of(result: RunResult, index: int) -> ContactFrame:
-    return contact_frame(result.scenario.object, result.scenario.fingers[index])
-
-
 def marks_of(result: RunResult, sample: Sample, index: int, scale: float = 1.0) -> ContactMarks:
-    full = FullScale(30.0, 1.0)
-    return contact_marks(sample, index, frame_of(result, index), scale, SIZES, full)
+    contact = contacts_of(result.scenario)[index]
+    return contact_marks(contact, index, states_of(sample), scale, SIZES, FullScale(30.0, 1.0))
 
 
 @pytest.mark.parametrize("time", [0.0, 0.03, 0.08, 2.0, 7.0])
@@ -56,40 +63,45 @@ def marks_of(result: RunResult, sample: Sample, index: int, scale: float = 1.0) 
 def test_the_fingers_end_where_the_contacts_are_drawn(
     case_2: RunResult, time: float, index: int
 ) -> None:
-    sample = Sampler(case_2.trace).at(time)
+    sample, contact = Sampler(case_2.trace).at(time), contacts_of(case_2.scenario)[index]
     x, y, angle = sample.object_pose
     rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    on_object = frame_of(case_2, index).anchor + marks_of(case_2, sample, index).tip
+    on_object = contact.anchor + contact.axes @ marks_of(case_2, sample, index).tip
     end = joint_points(case_2.scenario.fingers[index], sample.joint_positions[index])[-1]
-    np.testing.assert_allclose(np.array([x, y]) + rotation @ on_object, end, atol=1e-4)
+    np.testing.assert_allclose(np.array([x, y]) + rotation @ on_object[:2], end, atol=1e-4)
+    assert on_object[2] == 0.0
 
 
 def test_a_slipping_contact_has_its_force_on_the_edge_of_its_cone(case_2: RunResult) -> None:
     sample = Sampler(case_2.trace).at(0.05)
-    for index in (0, 1):
+    for index, contact in enumerate(contacts_of(case_2.scenario)):
         force = marks_of(case_2, sample, index).force
-        edges = cone_edges(float(sample.friction[index]), frame_of(case_2, index), 0.1)
-        angles = [abs(edge[0] * force[1] - edge[1] * force[0]) for edge in edges]
-        assert min(angles) < 1e-9
+        rim = friction_rim(case_2.scenario, 2)
+        edges = cone_edge(contact, float(sample.friction[index]), rim, 0.1)
+        assert min(np.linalg.norm(np.cross(edges, force), axis=1)) < 1e-9
 
 
 def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult) -> None:
     sample = Sampler(case_2.trace).at(0.1)
-    left, right = (marks_of(case_2, sample, index) for index in (0, 1))
-    np.testing.assert_allclose(left.trail[1, 1] - left.trail[1, 0], left.tip)
-    np.testing.assert_allclose(right.trail[0, 1] - right.trail[0, 0], right.tip)
-    assert left.tip[1] > 0.0
-    assert right.tip[1] > 0.0
+    for index, reached in ((0, 1), (1, 0)):
+        backward, forward = trail_of(sample, index).segments
+        np.testing.assert_array_equal(backward[1], forward[0])
+        ends = (backward[0], forward[1])
+        np.testing.assert_allclose(ends[reached], sample.slip[index])
+        np.testing.assert_allclose(ends[1 - reached], 0.0)
+        # Along the first axis of the contact frame, against it.
+        tip = marks_of(case_2, sample, index).tip
+        np.testing.assert_allclose(tip, [-sample.slip[index], 0.0, 0.0])
 
 
-def test_the_trail_is_burnt_into_the_object_and_the_arrow_stands_outside(
-    case_2: RunResult,
-) -> None:
+def test_the_arrow_of_the_slip_velocity_stands_outside(case_2: RunResult) -> None:
     sample = Sampler(case_2.trace).at(0.1)
-    for index in (0, 1):
-        marks, normal = marks_of(case_2, sample, index), np.array(frame_of(case_2, index).normal)
-        np.testing.assert_allclose(marks.trail @ normal, 0.5 * SIZES.trail_width)
-        assert (marks.motion @ normal < -2.0 * SIZES.tip_radius).all()
+    for index, contact in enumerate(contacts_of(case_2.scenario)):
+        marks = marks_of(case_2, sample, index)
+        assert (marks.motion @ contact.inward < -2.0 * SIZES.tip_radius).all()
+        assert np.sign(marks.motion[1, 0] - marks.motion[0, 0]) == -np.sign(
+            sample.slip_velocity[index]
+        )
 
 
 def test_a_lens_magnifies_slip_and_not_forces(case_1: RunResult) -> None:
@@ -99,17 +111,28 @@ def test_a_lens_magnifies_slip_and_not_forces(case_1: RunResult) -> None:
     np.testing.assert_allclose(magnified.force, own.force)
 
 
-def test_a_cone_is_drawn_between_its_edges(case_2: RunResult) -> None:
-    frame = frame_of(case_2, 0)
-    rim = cone_outline(0.5, frame, 0.1)[1:]
-    np.testing.assert_allclose(np.linalg.norm(rim, axis=1), 0.1)
-    np.testing.assert_allclose(rim[[0, -1]], cone_edges(0.5, frame, 0.1)[[1, 0]], atol=1e-12)
+@pytest.mark.parametrize("preset", ["paper-case-2", "spatial-prism"])
+def test_a_cone_opens_by_its_friction_and_is_as_long_as_is_asked(preset: str) -> None:
+    scenario = load_scenario(preset)
+    contact = contacts_of(scenario)[0]
+    edge = cone_edge(contact, 0.5, friction_rim(scenario, 48), 0.1)
+    np.testing.assert_allclose(np.linalg.norm(edge, axis=1), 0.1)
+    inward = edge @ contact.inward
+    np.testing.assert_allclose(
+        np.linalg.norm(edge - inward[:, None] * contact.inward, axis=1), 0.5 * inward
+    )
+
+
+def test_a_fan_joins_the_edge_of_a_cone_to_its_tip() -> None:
+    assert fan(3, closed=True).tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 1]]
+    assert fan(2, closed=False).tolist() == [[0, 1, 2]]
 
 
 def test_dashes_lie_on_the_lines_that_they_stand_for() -> None:
-    dashes = dashed(np.array([[3.0, 4.0], [0.0, -2.0]]))
+    ends = np.array([[3.0, 4.0, 1.0], [0.0, -2.0, 0.0]])
+    dashes = dashed_edges(np.stack([np.zeros((2, 3)), ends], axis=1), 8)
     assert len(dashes) == 16
-    np.testing.assert_allclose(dashes[7, 1], [3.0, 4.0])
+    np.testing.assert_allclose(dashes[7, 1], [3.0, 4.0, 1.0])
     np.testing.assert_allclose(dashes[:8, :, 0] * 4.0, dashes[:8, :, 1] * 3.0)
 
 
@@ -235,7 +258,7 @@ def test_the_model_stands_upright_in_the_viewer() -> None:
     np.testing.assert_allclose(lift(np.array([1.0, 2.0]), 0.5), [1.0, -0.5, 2.0])
 
 
-@pytest.mark.parametrize("outline", [circle(0.3), tapered_bar(1.0, 0.05, 0.02)])
+@pytest.mark.parametrize("outline", [circle(0.3), circle(0.2, 5)])
 def test_slabs_are_closed_and_face_outward(outline: np.ndarray) -> None:
     mesh = extrude(outline, -0.1, 0.1)
     corners = mesh.vertices[mesh.faces].astype(float)
@@ -243,6 +266,22 @@ def test_slabs_are_closed_and_face_outward(outline: np.ndarray) -> None:
     x, y = outline.T
     area = 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
     assert volume == pytest.approx(0.2 * area, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("bar", "volume"),
+    [
+        (rounded_bar(1.0, 0.05, 0.02), math.pi * (0.0039 / 3.0 + 2.0 / 3.0 * (0.05**3 + 0.02**3))),
+        (
+            turned_profile(np.array([[0.0, 0.0], [0.0, 0.1], [1.0, 0.1], [1.0, 0.0]])),
+            math.pi * 0.01,
+        ),
+    ],
+)
+def test_bars_are_closed_and_face_outward(bar: Mesh, volume: float) -> None:
+    corners = bar.vertices[bar.faces].astype(float)
+    enclosed = np.linalg.det(corners).sum() / 6.0
+    assert enclosed == pytest.approx(volume, rel=0.03)
 
 
 def test_phases_keep_colours_that_differ_for_colour_blind_people() -> None:

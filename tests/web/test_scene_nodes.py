@@ -17,9 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
-from slipgrasp.web.model.colours import PUSH
 from slipgrasp.web.model.sampling import Sampler
-from slipgrasp.web.scene.images import lettering
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.scene.surfaces import surfaces_for
 from tests.held_polygon import CORNERS, held_polygon
@@ -60,7 +58,7 @@ def counting(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
 
 
 def force_length(server: ViewerServer) -> float:
-    points = node(server, "/hand/lenses/0/contact/tip/arrows").points
+    points = node(server, "/hand/lenses/board/0/contact/tip/arrows").points
     return float(np.linalg.norm(points[0, 1] - points[0, 0]))
 
 
@@ -72,7 +70,7 @@ def test_the_marks_have_the_colour_of_their_phase(
         sample = Sampler(case_2.trace).at(time)
         scene.update(sample)
         for i, phase in enumerate(sample.phases):
-            for place in (f"/hand/object/body/contact{i}", f"/hand/lenses/{i}/contact"):
+            for place in (f"/hand/plane/object/contact{i}", f"/hand/lenses/board/{i}/contact"):
                 assert tuple(node(viewer_server, f"{place}/tip/ball").color) == PHASES[phase]
 
 
@@ -84,7 +82,7 @@ def test_the_force_scale_lengthens_the_arrows_and_nothing_else(
         scene.show(case_2, appearance=Appearance(force_scale=scale))
         scene.update(sample)
         lengths.append(force_length(viewer_server))
-        slips.append(node(viewer_server, "/hand/lenses/0/contact/tip").position.tolist())
+        slips.append(node(viewer_server, "/hand/lenses/board/0/contact/tip").position.tolist())
     assert lengths[1] == pytest.approx(2.0 * lengths[0])
     assert slips[0] == slips[1]
 
@@ -93,7 +91,7 @@ def test_what_is_switched_off_is_hidden(
     scene: Scene, viewer_server: ViewerServer, case_2: RunResult
 ) -> None:
     scene.show(case_2, appearance=Appearance(cones=False, lenses=False))
-    hidden = ("/hand/lenses", "/hand/object/body/contact0/tip/cone")
+    hidden = ("/hand/lenses", "/hand/plane/object/contact0/tip/cone")
     assert [node(viewer_server, name).visible for name in hidden] == [False, False]
     scene.show(case_2, appearance=Appearance())
     assert [node(viewer_server, name).visible for name in hidden] == [True, True]
@@ -104,7 +102,10 @@ def test_a_dark_scene_keeps_the_colours_of_the_phases(
 ) -> None:
     scene.show(case_2, appearance=Appearance(dark=True))
     scene.update(Sampler(case_2.trace).at(0.05))
-    ball, bar = "/hand/lenses/0/contact/tip/ball", "/hand/fingers/0/link0/bar"
+    ball, bar = (
+        "/hand/lenses/board/0/contact/tip/ball",
+        "/hand/plane/finger_0-base/finger_0-link_0/part0",
+    )
     assert tuple(node(viewer_server, ball).color) in PHASES.values()
     assert tuple(node(viewer_server, bar).color) == surfaces_for(dark=True).link
 
@@ -115,9 +116,9 @@ def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
     shown, other = Sampler(case_2.trace).at(2.0), Sampler(heavier.trace).at(2.0)
     scene.show(case_2, heavier)
     scene.update(shown, other)
-    body = node(viewer_server, "/ghost/body")
-    assert (body.position[0], body.position[2]) == pytest.approx(other.object_pose[:2])
-    pale_slip = "/hand/lenses/0/numbers2"
+    corners = node(viewer_server, "/ghost/edges").points.reshape(-1, 3)
+    assert corners.mean(axis=0)[[0, 2]] == pytest.approx(other.object_pose[:2])
+    pale_slip = "/hand/lenses/board/0/numbers2"
     assert node(viewer_server, pale_slip).image[..., 3].any()
     scene.show(case_2)
     scene.update(shown)
@@ -128,15 +129,18 @@ def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
 def test_a_pale_hand_of_another_shape_has_nodes_of_its_own(
     scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
 ) -> None:
+    def width() -> float:
+        return float(np.ptp(node(viewer_server, "/ghost/edges").points[..., 0]))
+
     scene.show(case_2, heavier)
-    before = node(viewer_server, "/ghost/body/plate").vertices.copy()
+    scene.update(Sampler(case_2.trace).at(0.0), Sampler(heavier.trace).at(0.0))
+    before = width()
     wider = with_values(case_2.scenario, {"object.half_width": 0.06})
     other = replace(heavier, scenario=wider)
     scene.show(case_2, other)
     scene.update(Sampler(case_2.trace).at(1.0), Sampler(other.trace).at(1.0))
-    after = node(viewer_server, "/ghost/body/plate").vertices
-    assert after[:, 0].max() == pytest.approx(0.06)
-    assert before[:, 0].max() != pytest.approx(0.06)
+    assert width() == pytest.approx(0.12, rel=1e-3)
+    assert before != pytest.approx(0.12, rel=1e-3)
 
 
 def test_a_frame_sends_little_and_the_same_frame_nothing(
@@ -157,16 +161,16 @@ def test_nodes_are_moved_and_not_made_anew_for_another_mass(
     scene: Scene, viewer_server: ViewerServer, case_2: RunResult, heavier: RunResult
 ) -> None:
     scene.show(case_2)
-    tip = node(viewer_server, "/hand/lenses/0/contact/tip")
+    tip = node(viewer_server, "/hand/lenses/board/0/contact/tip")
     scene.show(heavier)
-    assert node(viewer_server, "/hand/lenses/0/contact/tip") is tip
+    assert node(viewer_server, "/hand/lenses/board/0/contact/tip") is tip
     scene.remove()
     assert server_names(viewer_server) == []
 
 
 def server_names(server: ViewerServer) -> list[str]:
     """Nodes of the hands that are still there."""
-    names = ("/hand", "/ghost", "/hand/lenses/0/contact/tip")
+    names = ("/hand", "/ghost", "/hand/lenses/board/0/contact/tip")
     return [name for name in names if server.scene.get_handle_by_name(name) is not None]
 
 
@@ -182,8 +186,8 @@ def test_a_hand_with_a_finger_below_gets_a_lens_of_its_own_for_each(
     sample = Sampler(result.trace).at(0.05)
     scene.update(sample, sample)
     assert len(layout.lens_centres) == 3
-    assert node(viewer_server, "/hand/lenses/2/numbers0").image[..., 3].any()
-    stub = node(viewer_server, "/hand/lenses/2/stub").points
+    assert node(viewer_server, "/hand/lenses/board/2/numbers0").image[..., 3].any()
+    stub = node(viewer_server, "/hand/lenses/board/2/stub").points
     assert stub[0, 1, 2] < stub[0, 0, 2]
 
 
@@ -198,7 +202,7 @@ def test_a_moving_picture_leaves_out_what_nobody_sees_and_one_at_rest_is_exact(
     scene.update(sampler.at(0.05), moving=True)
     with counting(monkeypatch) as sent:
         scene.update(sampler.at(0.05002), moving=True)
-    tip = node(viewer_server, "/hand/lenses/0/contact/tip")
+    tip = node(viewer_server, "/hand/lenses/board/0/contact/tip")
     hardly_moved = np.array(tip.position)
     assert len(sent) < MOST_UPDATES / 3
     scene.update(sampler.at(0.05002))
@@ -207,7 +211,9 @@ def test_a_moving_picture_leaves_out_what_nobody_sees_and_one_at_rest_is_exact(
     rested = Scene(viewer_server)
     rested.show(case_2)
     rested.update(sampler.at(0.05002))
-    np.testing.assert_array_equal(node(viewer_server, "/hand/lenses/0/contact/tip").position, exact)
+    np.testing.assert_array_equal(
+        node(viewer_server, "/hand/lenses/board/0/contact/tip").position, exact
+    )
 
 
 @pytest.fixture(scope="module")
@@ -221,9 +227,12 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     layout = scene.show(polygon, polygon)
     sample = Sampler(polygon.trace).at(0.05)
     scene.update(sample, sample)
-    for name in ("/hand/object/body/block", "/ghost/body/plate"):
-        drawn = node(viewer_server, name).vertices[: len(CORNERS)]
-        np.testing.assert_allclose(drawn[:, [0, 2]], CORNERS, atol=1e-6)
+    drawn = node(viewer_server, "/hand/plane/object/part0").vertices[: len(CORNERS)]
+    np.testing.assert_allclose(drawn[:, :2], CORNERS, atol=1e-6)
+    x, y, angle = sample.object_pose
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    pale = node(viewer_server, "/ghost/edges").points[: len(CORNERS), 0]
+    np.testing.assert_allclose(pale[:, [0, 2]], CORNERS @ turn.T + (x, y), atol=1e-6)
     assert (layout.low < np.array(CORNERS) + sample.object_pose[:2]).all()
     assert (layout.hand_high > np.array(CORNERS) + sample.object_pose[:2]).all()
 
@@ -232,16 +241,18 @@ def test_a_wet_spot_lies_on_its_face_and_in_the_lens_while_it_is_there(
     scene: Scene, viewer_server: ViewerServer, polygon: RunResult
 ) -> None:
     layout, sampler = scene.show(polygon), Sampler(polygon.trace)
-    spots = [node(viewer_server, f"/hand/{place}/wet0") for place in ("object/body", "lenses/0")]
+    spots = [
+        node(viewer_server, f"/hand/{place}/wet0") for place in ("plane/object", "lenses/board/0")
+    ]
     for time, there in ((0.01, False), (0.03, True), (0.09, True)):
         scene.update(sampler.at(time))
         assert [spot.visible for spot in spots] == [there, there]
-    assert viewer_server.scene.get_handle_by_name("/hand/lenses/1/wet0") is None
-    band = node(viewer_server, "/hand/object/body/wet0/band").vertices[:, [0, 2]]
+    assert viewer_server.scene.get_handle_by_name("/hand/lenses/board/1/wet0") is None
+    band = node(viewer_server, "/hand/plane/object/wet0/band").vertices[:, [0, 2]]
     start, end = np.array(CORNERS[5]), np.array(CORNERS[0])
     along = (band - 0.5 * (start + end)) @ (end - start) / np.hypot(*(end - start))
     assert np.abs(along).max() == pytest.approx(0.02, abs=1e-6)
-    magnified = node(viewer_server, "/hand/lenses/0/wet0/band").vertices[:, [0, 2]]
+    magnified = node(viewer_server, "/hand/lenses/board/0/wet0/band").vertices[:, [0, 2]]
     assert np.ptp(magnified @ (end - start)) == pytest.approx(
         min(layout.magnification * 0.04, 2 * 0.97 * layout.lens_radius)
         * float(np.hypot(*(end - start))),
@@ -256,15 +267,14 @@ def test_a_push_is_an_arrow_to_the_centre_and_a_twist_an_arc_while_they_last(
     sampler = Sampler(polygon.trace)
     for time, acts in ((0.01, False), (0.04, True), (0.07, False)):
         scene.update(sampler.at(time))
-        assert node(viewer_server, "/hand/object/push").visible is acts
+        assert node(viewer_server, "/hand/plane/push").visible is acts
     scene.update(sampler.at(0.04))
-    (arrow,) = node(viewer_server, "/hand/object/push/force").points
-    way = (arrow[1] - arrow[0])[[0, 2]]
+    (arrow,) = node(viewer_server, "/hand/plane/push/force").points
+    way = (arrow[1] - arrow[0])[:2]
     np.testing.assert_allclose(way / np.hypot(*way), (0.6, -0.8), atol=1e-6)
-    np.testing.assert_allclose(arrow[1][[0, 2]], 0.0, atol=1e-6)
-    assert node(viewer_server, "/hand/object/push/moment").visible
-    words = lettering("push 5 N, 0.1 N m", PUSH, (255, 255, 255))
-    np.testing.assert_array_equal(node(viewer_server, "/hand/object/push/words").image, words)
+    np.testing.assert_allclose(arrow[1], 0.0, atol=1e-6)
+    assert node(viewer_server, "/hand/plane/push/moment").visible
+    assert node(viewer_server, "/hand/plane/push/words").text == "push 5 N, 0.1 N m"
 
 
 def test_other_wet_spots_take_the_place_of_those_before(
@@ -272,4 +282,4 @@ def test_other_wet_spots_take_the_place_of_those_before(
 ) -> None:
     scene.show(polygon)
     scene.show(replace(polygon, scenario=replace(polygon.scenario, patches=())))
-    assert viewer_server.scene.get_handle_by_name("/hand/object/body/wet0") is None
+    assert viewer_server.scene.get_handle_by_name("/hand/plane/object/wet0") is None

@@ -13,7 +13,6 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import spatial_joint_points
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.server.viewer.server import ViewerServer
@@ -24,13 +23,11 @@ from slipgrasp.web.model.spatial_sampling import SpatialSampler, make_sampler
 from slipgrasp.web.model.view import Shown
 from slipgrasp.web.panels.playback_panel import caption_html
 from slipgrasp.web.panels.strip import phase_spans
-from slipgrasp.web.scene.marks import full_scale
+from slipgrasp.web.scene.layout import lay_out
 from slipgrasp.web.scene.scene import Scene
-from slipgrasp.web.scene.space.layout import contacts_of, lay_out_space, spatial
-from slipgrasp.web.scene.space.solids import quaternion_of, rotation_of
 from slipgrasp.web.scene.view_plane import ViewPlane
 
-OBJECT, LENS = "/space/object/body", "/space/lenses/board/0"
+OBJECT, LENS = "/space/object", "/space/lenses/board/0"
 DURING, AFTER = 0.05, 0.19
 
 
@@ -69,25 +66,8 @@ def test_an_instant_is_read_between_two_rows_and_ends_every_way_at_its_slip(
     )
 
 
-def test_fingertips_are_drawn_where_the_contacts_of_the_object_are(prism: RunResult) -> None:
-    sample, scenario = SpatialSampler(prism.trace).at(DURING), spatial(prism)
-    turn = rotation_of(sample.object_pose[3:])
-    for i, contact in enumerate(contacts_of(scenario)):
-        tip = spatial_joint_points(scenario.fingers[i], sample.joint_positions[i])[-1]
-        tangents = np.array([contact.tangent_x, contact.tangent_y])
-        touched = np.array(contact.anchor) + sample.slip[i] @ tangents
-        np.testing.assert_allclose(tip, sample.object_pose[:3] + turn @ touched, atol=1e-6)
-
-
-def test_quaternions_of_axes_turn_into_them() -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        axes = Rotation.random(random_state=rng).as_matrix()
-        np.testing.assert_allclose(rotation_of(np.array(quaternion_of(axes))), axes, atol=1e-12)
-
-
 def test_the_first_look_is_upright_and_from_outside(prism: RunResult) -> None:
-    plane = lay_out_space(prism, full_scale(prism)).plane
+    plane = lay_out(prism).plane
     axes = np.array(plane)
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(axes) == pytest.approx(1.0)
@@ -137,7 +117,7 @@ def test_marks_have_the_colour_of_their_phase_and_friction_its_rim(
     for time, phase in ((DURING, ContactPhase.SLIP), (AFTER, ContactPhase.STICK)):
         sample = sampler.at(time)
         scene.update(sample)
-        for name in (f"{LENS}/tip/ball", "/space/object/body/contact0/tip/ball"):
+        for name in (f"{LENS}/tip/ball", "/space/object/contact0/tip/ball"):
             assert tuple(node(viewer_server, name).color) == PHASES[phase]
         friction, velocity = node(viewer_server, f"{LENS}/tip/arrows").points
         reach = float(np.linalg.norm(friction[1] - friction[0]))
@@ -167,8 +147,8 @@ def test_friction_has_a_square_in_the_pyramid_on_face_and_lens(
     reach = np.abs(friction[1] - friction[0]).max()
     edge = node(viewer_server, f"{LENS}/tip/cone/edge").points[..., [0, 2]]
     np.testing.assert_allclose(np.abs(edge).max(axis=-1), reach, rtol=1e-5)
-    rays = node(viewer_server, "/space/object/body/contact0/tip/cone/rays").points
-    height, *across = np.moveaxis(rays[-48:], -1, 0)
+    rays = node(viewer_server, "/space/object/contact0/tip/cone/edges").points
+    *across, height = np.moveaxis(rays[-48:], -1, 0)
     limit = float(sample.friction[0]) * height
     np.testing.assert_allclose(np.abs(across).max(axis=0), limit, rtol=2e-2)
     assert "friction pyramid" in caption_html(Shown(1, run, 0.01), None, 0.0)
@@ -210,7 +190,7 @@ def test_a_wet_spot_lies_on_its_face_and_in_the_lens_of_who_touches_it_while_it_
     run = replace(prism, scenario=wet)
     scene, sampler = Scene(viewer_server), SpatialSampler(prism.trace)
     scene.show(run)
-    layout = lay_out_space(run, full_scale(run))
+    layout = lay_out(run)
     on_face, in_lens = f"{OBJECT}/wet0", f"{LENS}/wet1"
     for time, there in ((DURING, True), (AFTER, False)):
         scene.update(sampler.at(time))

@@ -19,7 +19,6 @@ from slipgrasp.web.model.spatial_sampling import make_sampler
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.scene import Scene
-from slipgrasp.web.scene.space.layout import SpatialLayout
 
 MAX_FRAMES = 1800
 """Most frames of a file, one minute at 30 per second; a longer run has fewer per second."""
@@ -87,7 +86,7 @@ def _record(
     return serializer.as_html()
 
 
-def _frame(server: ViewerServer, layout: SceneLayout | SpatialLayout) -> None:
+def _frame(server: ViewerServer, layout: SceneLayout) -> None:
     room = np.array([0.0, _room_for_words(layout)])
     framing = frame_box(
         layout.low - room, layout.high + 1.6 * room, _SMALLEST_PICTURE, layout.plane
@@ -98,13 +97,11 @@ def _frame(server: ViewerServer, layout: SceneLayout | SpatialLayout) -> None:
     server.initial_camera.look_at = framing.look_at
 
 
-def _room_for_words(layout: SceneLayout | SpatialLayout) -> float:
+def _room_for_words(layout: SceneLayout) -> float:
     return _SHARE_FOR_WORDS * float(layout.high[1] - layout.low[1])
 
 
-def _add_words(
-    server: ViewerServer, result: RunResult, layout: SceneLayout | SpatialLayout
-) -> viser.LabelHandle:
+def _add_words(server: ViewerServer, result: RunResult, layout: SceneLayout) -> viser.LabelHandle:
     """How the run went above the scene, and a clock below, which is returned."""
     middle, room = 0.5 * (layout.low[0] + layout.high[0]), _room_for_words(layout)
     words = (

@@ -1,31 +1,92 @@
-"""What happens at the contacts: fingertips, slip trails, forces and friction cones."""
+"""A contact: fingertip, slip trail, force, slip velocity and friction cone.
+
+The marks stand in the axes of the contact frame (`slipgrasp.scene.skeleton`), for planar and
+spatial hands alike. They are drawn on the hand, and magnified in the lenses of planar hands.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from slipgrasp.core.scenario.geometry import ContactFrame
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import CONE, PHASES, Rgb
+from slipgrasp.scene.parts import force_in
+from slipgrasp.scene.skeleton import Contact
+from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
-from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.marks import (
-    FullScale,
-    MarkSizes,
-    cone_edges,
-    cone_outline,
-    contact_marks,
-    dashed,
-)
-from slipgrasp.web.scene.shapes import circle, distance_to_circle, extrude, lift, polyline, position
+from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
+from slipgrasp.web.scene.shapes import circle, dashed_edges, distance_to_circle, fan, joined
+
+Points = NDArray[np.float64]
 
 _HALO = 1.75
 _FINEST_FRICTION = 5e-3
+_RAYS, _DASHES = 8, 8
+_CONE_OPACITY = 0.5
+_BESIDE = 3.6
+_OUTSIDE = 0.003
+
+
+class ContactMarks(NamedTuple):
+    """Marks of one contact in the axes of its frame [m].
+
+    Attributes:
+        tip: The fingertip, from the point that it touched first.
+        force: The arrow of the force on the object, from the fingertip.
+        motion: Both ends of the arrow of the slip velocity, from the fingertip.
+    """
+
+    tip: Points
+    force: Points
+    motion: Points
+
+
+def contact_marks(
+    contact: Contact,
+    i: int,
+    states: States,
+    magnification: float,
+    sizes: MarkSizes,
+    full: FullScale,
+) -> ContactMarks:
+    """Where the marks of a contact stand at the only one of some states.
+
+    Args:
+        contact: The contact.
+        i: Its index.
+        states: The state.
+        magnification: How much larger than life slip is drawn.
+        sizes: Sizes of the marks.
+        full: What an arrow of full length stands for.
+    """
+    beside = (
+        -_BESIDE * sizes.tip_radius * contact.inward if contact.dimensions == 2 else np.zeros(3)
+    )
+    velocity = -contact.across(states.slip_velocity[0, i])
+    half_speed = 0.5 * sizes.speed_length / full.speed * velocity
+    return ContactMarks(
+        tip=-magnification * contact.across(states.slip[0, i]),
+        force=sizes.force_length / full.force * force_in(contact, i, states)[0],
+        motion=np.array([beside - half_speed, beside + half_speed]),
+    )
+
+
+def cone_edge(contact: Contact, friction: float, rim: Points, slant: float) -> Points:
+    """Points on the edge of a friction cone, from its tip, shape ``(k, 3)`` [m].
+
+    Args:
+        contact: The contact.
+        friction: The friction coefficient.
+        rim: Tangential directions in shares of the friction, shape ``(k, d - 1)``.
+        slant: Distance of the edge from the tip where a share is 1 [m].
+    """
+    return slant / math.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
 
 
 class ContactView:
@@ -33,127 +94,162 @@ class ContactView:
 
     Args:
         scene: Where the nodes go.
-        name: Name of the node at the spot touched first, whose axes are the object's.
-        anchor: Where that node stands in its parent [m].
-        frame: Tangent and normal of the contact in the object frame.
-        magnification: How much larger than life slip is drawn.
+        name: Name of the node at the point touched first, with the axes of the contact frame.
+        place: Where that node stands in its parent [m].
+        wxyz: How it is turned there.
+        contact: The contact.
+        rim: What friction cannot leave, in shares of its limit, shape ``(k, d - 1)``.
         sizes: Sizes of the marks.
         detail: How finely they are drawn.
-        reach: How far from the spot touched first the arrow of the force may end [m].
+        leader: Colour of the ring around what a lens shows.
+        reach: How far from the point touched first the arrow of the force may end [m].
     """
 
     def __init__(
         self,
         scene: viser.SceneApi,
         name: str,
-        anchor: NDArray[np.float64],
-        frame: ContactFrame,
-        magnification: float,
+        place: Points,
+        wxyz: Points | tuple[float, ...],
+        contact: Contact,
+        rim: Points,
         sizes: MarkSizes,
         detail: Detail,
+        leader: Rgb = CONE,
         reach: float = math.inf,
     ) -> None:
-        self._reach = reach
-        self.magnification = magnification
-        self._frame, self._sizes = frame, sizes
-        scene.add_frame(name, show_axes=False, position=position(anchor))
-        self._trail = _add_trail(scene, f"{name}/trail", sizes)
+        self._contact, self._rim, self._sizes, self._reach = contact, rim, sizes, reach
+        self._flat = contact.dimensions == 2
+        self.magnification = 1.0
+        scene.add_frame(name, show_axes=False, position=place, wxyz=np.array(wxyz))
+        self._scene, self._name = scene, name
+        self.ring = self._lines("ring", leader, 0.002)
+        self.ring.visible = False
+        self._trail = self._lines("trail", CONE, sizes.trail_width * (1.0 if self._flat else 0.6))
         self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
-        self._add_fingertip(scene, f"{name}/tip")
-        self._arrows = _add_arrows(scene, f"{name}/tip/arrows", sizes)
-        self._cone = _ConeView(scene, f"{name}/tip/cone", frame, sizes)
+        self._add_fingertip(f"{name}/tip")
+        self._cone = scene.add_frame(f"{name}/tip/cone", show_axes=False)
+        self._add_cone(f"{name}/tip/cone")
         self._phase: ContactPhase | None = None
+        self._drawn: tuple[int, int | None] | None = None
+        self._path: Trail | None = None
         self._follow_tip = Follower(detail, self._draw_tip)
         self._follow_trail = Follower(detail, self._draw_trail)
         self._follow_arrows = Follower(detail, self._draw_arrows)
 
-    def update(self, sample: Sample, index: int, full: FullScale, believed: float | None) -> None:
-        """Shows the contact at an instant.
+    def update(
+        self, states: States, i: int, full: FullScale, believed: float | None, trail: Trail
+    ) -> None:
+        """Shows the contact at the only one of some states.
 
         Args:
-            sample: The instant.
-            index: Which contact.
+            states: The state.
+            i: Which contact.
             full: What an arrow of full length stands for.
-            believed: The friction coefficient that the controller believes in, None if it
-                knows the true one.
+            believed: The friction coefficient that the controller assumes, None if it knows
+                the true one.
+            trail: Where the fingertip has slid.
         """
-        marks = contact_marks(sample, index, self._frame, self.magnification, self._sizes, full)
-        phase = sample.phases[index]
+        marks = contact_marks(self._contact, i, states, self.magnification, self._sizes, full)
+        phase = ContactPhase(int(states.phases[0, i]))
         if phase is not self._phase:
             self._phase = phase
             self._colour(phase)
         self._follow_tip.follow(marks.tip)
-        self._follow_trail.follow(marks.trail)
-        force = np.stack([np.zeros(2), self._within(marks.tip, marks.force)])
+        self._path = trail
+        self._follow_trail.follow(self.magnification * trail.extent)
+        force = np.stack([np.zeros(3), self._within(marks.tip, marks.force)])
         # Where nothing slips, the second arrow hides in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
         self._follow_arrows.follow(np.stack([force, motion]))
-        self._cone.update(float(sample.friction[index]), believed)
+        self._open(float(states.friction[0, i]), believed)
 
     def show_cone(self, visible: bool) -> None:
         """Whether the friction cone is drawn."""
-        self._cone.show(visible)
+        self._cone.visible = visible
 
-    def _within(self, tip: NDArray[np.float64], arrow: NDArray[np.float64]) -> NDArray[np.float64]:
+    def show_spot(self, radius: float, *, visible: bool) -> None:
+        """Draws a ring around what a lens shows [m]."""
+        ring = circle(radius, 36)
+        flat = np.column_stack([ring, 0.0 * ring[:, 0]])
+        self.ring.points = joined(self._on_face(flat), closed=True)
+        self.ring.visible = visible
+
+    def _raised(self, points: NDArray[np.floating], depth: float = 0.0) -> NDArray[np.float32]:
+        """Points in front of a planar hand; of a spatial one, into which one sees, as they are."""
+        out = self._sizes.depth + depth if self._flat else 0.0
+        return (points + np.array([0.0, 0.0, out])).astype(np.float32)
+
+    def _on_face(self, points: Points) -> NDArray[np.float32]:
+        """Points in front of a planar hand, and just outside the face of a spatial object."""
+        return self._raised(points if self._flat else points - _OUTSIDE * self._contact.inward)
+
+    def _within(self, tip: Points, arrow: Points) -> Points:
         """An arrow from the fingertip, as much of it as fits into the lens."""
-        length = float(np.hypot(*arrow))
+        length = float(np.linalg.norm(arrow))
         if length == 0.0:
             return arrow
         room = distance_to_circle(tip, arrow / length, self._reach)
         return min(1.0, room / length) * arrow
 
-    def _draw_tip(self, tip: NDArray[np.float64]) -> None:
-        self._tip.position = position(tip)
+    def _draw_tip(self, tip: Points) -> None:
+        self._tip.position = tip
 
-    def _draw_trail(self, trail: NDArray[np.float64]) -> None:
-        self._trail.points = lift(trail, self._sizes.depth + 0.002)
+    def _draw_trail(self, _extent: Points) -> None:
+        assert self._path is not None, "it is drawn by update"
+        path = -self.magnification * self._contact.across(self._path.segments)
+        inside = 0.5 * self._sizes.trail_width * self._contact.inward if self._flat else np.zeros(3)
+        self._trail.colors = self._path.colours
+        self._trail.points = self._on_face(path + inside)
 
-    def _draw_arrows(self, arrows: NDArray[np.float64]) -> None:
-        self._arrows.points = lift(arrows, self._sizes.depth + 0.02)
+    def _draw_arrows(self, arrows: Points) -> None:
+        self._arrows.points = self._raised(arrows, 0.3 * self._sizes.depth)
 
-    def _add_fingertip(self, scene: viser.SceneApi, name: str) -> None:
-        """A ball that touches the face from outside, and a halo while it slips."""
+    def _add_fingertip(self, name: str) -> None:
+        """A ball that touches the face from outside, and a ring around it while it slips."""
         sizes = self._sizes
-        centre = position(-sizes.tip_radius * np.asarray(self._frame.normal), sizes.depth)
-        self._ball = scene.add_icosphere(f"{name}/ball", radius=sizes.tip_radius, position=centre)
-        self._halo = scene.add_line_segments(
+        centre = self._raised(-sizes.tip_radius * self._contact.inward)
+        self._ball = self._scene.add_icosphere(
+            f"{name}/ball", radius=sizes.tip_radius, position=centre
+        )
+        ring = circle(_HALO * sizes.tip_radius)
+        self._halo = self._scene.add_line_segments(
             f"{name}/halo",
-            polyline(circle(_HALO * sizes.tip_radius), 0.0, closed=True),
+            joined(np.column_stack([ring, 0.0 * ring[:, 0]]), closed=True),
             CONE,
             thickness=0.4 * sizes.tip_radius,
             position=centre,
         )
-
-    def _colour(self, phase: ContactPhase) -> None:
-        """Gives every mark the colour of the phase; halo and motion show that it slips."""
-        colour = PHASES[phase]
-        self._ball.color = colour
-        self._halo.colors = np.array(colour, dtype=np.uint8)
-        self._arrows.colors = np.array([glow(colour)] * 2, dtype=np.uint8)
-        self._halo.visible = phase is not ContactPhase.STICK
-
-
-class _ConeView:
-    """The friction cone at a fingertip: the true one, and the one the controller believes in."""
-
-    def __init__(
-        self, scene: viser.SceneApi, name: str, frame: ContactFrame, sizes: MarkSizes
-    ) -> None:
-        self._frame, self._sizes = frame, sizes
-        self._root = scene.add_frame(name, show_axes=False)
-        inside = extrude(cone_outline(1.0, frame, sizes.cone_length), 0.0, sizes.depth - 0.006)
-        self._inside = scene.add_mesh_simple(
-            f"{name}/inside", *inside, color=CONE_INSIDE, flat_shading=True
+        # The force and the slip velocity: one node is moved faster than two.
+        self._arrows = self._scene.add_arrows(
+            f"{name}/arrows",
+            np.zeros((2, 2, 3)),
+            np.zeros((2, 3), dtype=np.uint8),
+            shaft_radius=sizes.shaft_radius,
+            head_radius=2.6 * sizes.shaft_radius,
+            head_length=5.0 * sizes.shaft_radius,
         )
-        self._edges = _lines(scene, f"{name}/edges", sizes.line_width, CONE)
-        self._believed = _lines(scene, f"{name}/believed", 0.8 * sizes.line_width, BELIEVED_CONE)
-        self._drawn: tuple[int, int | None] | None = None
 
-    def show(self, visible: bool) -> None:
-        """Whether it is drawn."""
-        self._root.visible = visible
+    def _add_cone(self, name: str) -> None:
+        """The cone in which the force on the object stays: around the inward normal."""
+        count = len(self._rim)
+        self._inside = self._scene.add_mesh_simple(
+            f"{name}/inside",
+            np.zeros((count + 1, 3), np.float32),
+            fan(count, closed=not self._flat),
+            color=CONE_INSIDE,
+            opacity=None if self._flat else _CONE_OPACITY,
+            side="double",
+        )
+        width = self._sizes.line_width * (1.0 if self._flat else 0.5)
+        self._edges = self._lines("tip/cone/edges", CONE, width)
+        self._believed = self._lines("tip/cone/believed", BELIEVED_CONE, 0.8 * width)
 
-    def update(self, friction: float, believed: float | None) -> None:
+    def _lines(self, part: str, colour: Rgb, thickness: float) -> viser.LineSegmentsHandle:
+        name = f"{self._name}/{part}"
+        return self._scene.add_line_segments(name, np.zeros((1, 2, 3)), colour, thickness=thickness)
+
+    def _open(self, friction: float, believed: float | None) -> None:
         """Opens the cones as wide as friction coefficients say; as fine as an eye can see."""
         now = (
             round(friction / _FINEST_FRICTION),
@@ -162,39 +258,31 @@ class _ConeView:
         if now == self._drawn:
             return
         before, self._drawn = self._drawn, now
-        length, depth = self._sizes.cone_length, self._sizes.depth
+        length = self._sizes.cone_length
         if before is None or before[0] != now[0]:
-            outline = cone_outline(friction, self._frame, length)
-            self._inside.vertices = extrude(outline, 0.0, depth - 0.006).vertices
-            edges = np.stack([np.zeros((2, 2)), cone_edges(friction, self._frame, length)], axis=1)
-            self._edges.points = lift(edges, depth + 0.006)
+            edge = cone_edge(self._contact, friction, self._rim, length)
+            inside = np.concatenate([np.zeros((1, 3)), edge])
+            self._inside.vertices = self._raised(inside, -0.1 * self._sizes.depth)
+            lines = self._rays(edge)
+            if not self._flat:
+                lines = np.concatenate([lines, joined(edge, closed=True)])
+            self._edges.points = self._raised(lines, 0.1 * self._sizes.depth)
         if before is None or (before[1] is None) != (believed is None):
             self._believed.visible = believed is not None
         if believed is not None:
-            ends = cone_edges(believed, self._frame, 0.85 * length)
-            self._believed.points = lift(dashed(ends), depth + 0.004)
+            edge = cone_edge(self._contact, believed, self._rim, 0.85 * length)
+            dashes = dashed_edges(self._rays(edge), _DASHES)
+            self._believed.points = self._raised(dashes, 0.05 * self._sizes.depth)
 
+    def _rays(self, edge: Points) -> Points:
+        """Lines from the tip of a cone to its edge."""
+        ends = edge[:: max(len(edge) // _RAYS, 1)]
+        return np.stack([np.zeros_like(ends), ends], axis=1)
 
-def _add_trail(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.LineSegmentsHandle:
-    """Both ways from the spot touched first, each in the colour of its direction."""
-    ways = (ContactPhase.SLIP_BACKWARD, ContactPhase.SLIP_FORWARD)
-    colours = np.array([[glow(PHASES[way])] * 2 for way in ways], dtype=np.uint8)
-    return scene.add_line_segments(name, np.zeros((2, 2, 3)), colours, thickness=sizes.trail_width)
-
-
-def _add_arrows(scene: viser.SceneApi, name: str, sizes: MarkSizes) -> viser.ArrowsHandle:
-    """The force and the slip velocity of one fingertip: one node is moved faster than two."""
-    return scene.add_arrows(
-        name,
-        np.zeros((2, 2, 3)),
-        np.zeros((2, 3), dtype=np.uint8),
-        shaft_radius=sizes.shaft_radius,
-        head_radius=2.6 * sizes.shaft_radius,
-        head_length=5.0 * sizes.shaft_radius,
-    )
-
-
-def _lines(
-    scene: viser.SceneApi, name: str, thickness: float, colour: Rgb
-) -> viser.LineSegmentsHandle:
-    return scene.add_line_segments(name, np.zeros((1, 2, 3)), colour, thickness=thickness)
+    def _colour(self, phase: ContactPhase) -> None:
+        """Gives every mark the colour of the phase; halo and motion show that it slips."""
+        colour = PHASES[phase]
+        self._ball.color = colour
+        self._halo.colors = np.array(colour, dtype=np.uint8)
+        self._arrows.colors = np.array([glow(colour)] * 2, dtype=np.uint8)
+        self._halo.visible = phase is not ContactPhase.STICK

@@ -1,37 +1,31 @@
-"""Another run, drawn pale behind the one that is shown: what was before, or what else there is."""
+"""Another run, drawn pale by its lines: links, object, fingertips, and its slip in the lenses."""
 
 from __future__ import annotations
-
-import math
-from collections.abc import Sequence
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, inner_radius, outline
-from slipgrasp.web.model.sampling import Sample
+from slipgrasp.scene import parts, skeleton
+from slipgrasp.scene.states import States
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.hand_view import FingerFrames, LinkShape
 from slipgrasp.web.scene.layout import SceneLayout
-from slipgrasp.web.scene.lens_view import LENS_DEPTH
-from slipgrasp.web.scene.marks import MarkSizes, sizes_in_lens, sizes_on_hand
-from slipgrasp.web.scene.object_view import HALF_DEPTH, PoseFrame
-from slipgrasp.web.scene.shapes import circle, extrude, lift, polyline, position
+from slipgrasp.web.scene.marks import sizes_in_lens
+from slipgrasp.web.scene.shapes import circle, joined, lift, polyline, position
 from slipgrasp.web.scene.surfaces import Surfaces
 
-_BEHIND = -0.03
+Points = NDArray[np.float64]
 
 
 class GhostView:
-    """Draws another hand and object as flat pale shapes, and its fingertips in the lenses.
+    """Draws another hand and object by their lines, and its fingertips in the lenses.
 
     Args:
         scene: Where the nodes go.
         name: Name of the node that they are below.
         scenario: Whose hand and object; they may differ from those that are shown.
-        frames: Contacts of the run that is shown: what the lenses are of.
+        contacts: Contacts of the run that is shown: what the lenses are of.
         layout: Where the lenses are.
         surfaces: Colours.
         detail: How finely it is drawn.
@@ -42,64 +36,60 @@ class GhostView:
         scene: viser.SceneApi,
         name: str,
         scenario: Scenario,
-        frames: Sequence[ContactFrame],
+        contacts: tuple[skeleton.Contact, ...],
         layout: SceneLayout,
         surfaces: Surfaces,
         detail: Detail,
     ) -> None:
+        self._frames, self._own = skeleton.frames_of(scenario), skeleton.contacts_of(scenario)
+        sizes = parts.sizes_of(scenario)
+        # Behind the edges of the desired pose.
+        solid = parts.prism(parts.outline_of(scenario), 1.02 * sizes.half_depth)
+        self._corners, self._pairs = solid.points, parts.prism_edges(len(solid.points) // 2)
         self._root = scene.add_frame(name, show_axes=False)
-        self._fingers = FingerFrames(scene, f"{name}/fingers", scenario.fingers, detail)
-        for finger, paths in zip(scenario.fingers, self._fingers.names, strict=True):
-            for k, path in enumerate(paths):
-                link = LinkShape(finger.link_lengths, k)
-                _add_plate(scene, path, link.outline, link.front + 0.002, surfaces)
-        body = scenario.object
-        self._body = PoseFrame(scene, f"{name}/body", detail)
-        _add_plate(scene, f"{name}/body", outline(body), HALF_DEPTH + 0.003, surfaces)
-        own = [contact_frame(body, finger) for finger in scenario.fingers]
-        sizes = sizes_on_hand(inner_radius(body))
-        self._tips = [
-            _GhostTip(
-                scene, f"{name}/body/tip{i}", np.asarray(f.anchor), f, sizes, surfaces, detail
+        self._edges, self._links = (
+            scene.add_line_segments(
+                f"{name}/{part}", np.zeros((1, 2, 3)), surfaces.pale_edge, thickness=thickness
             )
-            for i, f in enumerate(own)
+            for part, thickness in (("edges", 0.006), ("links", 0.012))
+        )
+        self._balls = [
+            scene.add_icosphere(f"{name}/tip{i}", radius=sizes.tip_radius, color=surfaces.pale_edge)
+            for i in range(len(self._own))
         ]
         self._lens_root = scene.add_frame(
-            f"{name}/lenses", show_axes=False, position=position(np.zeros(2), LENS_DEPTH)
+            f"{name}/lenses",
+            show_axes=False,
+            wxyz=np.array(layout.board_attitude),
+            position=layout.board_place,
         )
-        lens_sizes = sizes_in_lens(layout.lens_radius)
-        self._magnified = {
-            i: _GhostTip(
-                scene,
-                f"{name}/lenses/{i}",
-                layout.lens_centres[i],
-                f,
-                lens_sizes,
-                surfaces,
-                detail,
-                0.9 * layout.lens_radius,
-            )
-            for i, (f, shown) in enumerate(zip(own, frames, strict=False))
-            if f.tangent == shown.tangent
+        self._rings = {
+            i: _PaleSlip(scene, f"{name}/lenses/{i}", layout, i, own, surfaces, detail)
+            for i, (own, shown) in enumerate(zip(self._own, contacts, strict=False))
+            if np.allclose(own.axes, shown.axes)
         }
+        self._follow_edges = Follower(detail, self._draw_edges)
+        self._follow_links = Follower(detail, self._draw_links)
 
-    def update(self, sample: Sample, magnification: float) -> None:
-        """Shows an instant of the other run.
+    def update(self, states: States, magnification: float) -> None:
+        """Shows the only one of some states of the other run.
 
         Args:
-            sample: The instant.
+            states: The state.
             magnification: How much larger than life the lenses show it.
         """
-        self._fingers.update(sample.joint_positions)
-        self._body.update(sample.object_pose)
-        for i, tip in enumerate(self._tips):
-            tip.update(float(sample.slip[i]), sample.slip_reach[i])
-        for i, tip in self._magnified.items():
-            tip.update(magnification * float(sample.slip[i]), magnification * sample.slip_reach[i])
+        poses = skeleton.world_poses(self._frames, states)
+        position, turn = (each[0] for each in poses[skeleton.OBJECT])
+        self._follow_edges.follow(position + self._corners @ turn.T)
+        links = [f.name for f in self._frames if "/link_" in f.name or f.name.endswith("/tip")]
+        points = np.array([poses[name][0][0] for name in links])
+        self._follow_links.follow(points.reshape(len(self._own), -1, 3))
+        for i, ring in self._rings.items():
+            ring.update(magnification * states.slip[0, i])
 
-    def pale_slip(self, sample: Sample, index: int) -> float | None:
+    def pale_slip(self, states: States, index: int) -> float | None:
         """Slip at the contact that a lens shows [m], None if the other run has no such contact."""
-        return float(sample.slip[index]) if index in self._magnified else None
+        return float(np.linalg.norm(states.slip[0, index])) if index in self._rings else None
 
     def show(self, *, visible: bool, lenses: bool) -> None:
         """Whether it is drawn, and whether the lenses are."""
@@ -109,77 +99,57 @@ class GhostView:
         """Removes every node."""
         self._root.remove()
 
+    def _draw_edges(self, corners: Points) -> None:
+        self._edges.points = corners[self._pairs].astype(np.float32)
 
-class _GhostTip:
-    """A pale ring where a fingertip of the other run is, and a fine trail behind it.
+    def _draw_links(self, chains: Points) -> None:
+        self._links.points = np.concatenate([joined(chain) for chain in chains])
+        for ball, chain in zip(self._balls, chains, strict=True):
+            ball.position = chain[-1]
+
+
+class _PaleSlip:
+    """A pale ring in a lens where a fingertip of the other run is, and a fine line to it.
 
     A lens is as strong as the slip of the run that is shown allows: the other run's may lead out
-    of it, where the words of the lens stand.
-
-    Args:
-        scene: Where the nodes go.
-        name: Name of the node at the spot touched first, whose axes are the object's.
-        anchor: Where that node stands in its parent [m].
-        frame: Tangent and normal of the contact in the object frame.
-        sizes: Sizes of the marks.
-        surfaces: Colours.
-        detail: How finely it is drawn.
-        room: How far from the spot touched first anything is drawn [m].
+    of it, where the words of the lens stand; there it is not drawn.
     """
 
     def __init__(
         self,
         scene: viser.SceneApi,
         name: str,
-        anchor: np.ndarray,
-        frame: ContactFrame,
-        sizes: MarkSizes,
+        layout: SceneLayout,
+        index: int,
+        contact: skeleton.Contact,
         surfaces: Surfaces,
         detail: Detail,
-        room: float = math.inf,
     ) -> None:
-        self._room = room
-        self._tangent, self._normal = np.asarray(frame.tangent), np.asarray(frame.normal)
-        self._sizes = sizes
-        scene.add_frame(name, show_axes=False, position=position(anchor))
-        self._trail = scene.add_line_segments(
-            f"{name}/trail",
-            np.zeros((1, 2, 3)),
-            surfaces.pale_edge,
-            thickness=0.35 * sizes.trail_width,
-        )
+        sizes = sizes_in_lens(layout.lens_radius)
+        self._room = 0.9 * layout.lens_radius
+        # Planar lenses have the axes of the object, others those of the face: right is t_y, up t_x.
+        flat = contact.dimensions == 2
+        self._axes = -contact.axes[:2, :1].T if flat else np.eye(2)[::-1]
+        outside = -sizes.tip_radius * contact.axes[:2, 1] if flat else np.zeros(2)
+        self._middle, self._depth = layout.lens_centres[index] + outside, sizes.depth - 0.01
+        ring = polyline(circle(sizes.tip_radius), 0.0, closed=True)
+        self._inside, fine = layout.lens_centres[index] - outside, 0.35 * sizes.trail_width
         self._ring = scene.add_line_segments(
-            f"{name}/ring",
-            polyline(circle(sizes.tip_radius), 0.0, closed=True),
-            surfaces.pale_edge,
-            thickness=0.3 * sizes.tip_radius,
+            f"{name}/ring", ring, surfaces.pale_edge, thickness=0.3 * sizes.tip_radius
+        )
+        self._trail = scene.add_line_segments(
+            f"{name}/trail", np.zeros((1, 2, 3)), surfaces.pale_edge, thickness=fine
         )
         self._follower = Follower(detail, self._draw)
 
-    def update(self, slip: float, reach: np.ndarray) -> None:
-        """Moves to a slip along the face, having been as far as ``reach`` on either side [m]."""
-        self._follower.follow(np.array([slip, *reach]))
+    def update(self, slip: Points) -> None:
+        """Moves to a magnified slip [m]."""
+        self._follower.follow(slip)
 
-    def _draw(self, slip_and_reach: NDArray[np.float64]) -> None:
-        slip = float(slip_and_reach[0])
-        reach = np.clip(slip_and_reach[1:], -self._room, self._room)
-        inside = 1.3 * self._sizes.trail_width * self._normal
-        self._trail.points = lift(
-            (reach[:, None] * self._tangent + inside)[None], self._sizes.depth + 0.001
-        )
-        centre = slip * self._tangent - self._sizes.tip_radius * self._normal
-        self._ring.visible = abs(slip) <= self._room
-        self._ring.position = position(centre, self._sizes.depth - 0.01)
-
-
-def _add_plate(
-    scene: viser.SceneApi, name: str, outline: np.ndarray, front: float, surfaces: Surfaces
-) -> None:
-    """A flat shape behind everything, and its outline in front of what hides it.
-
-    Seen from near, what lies deeper seems to be shifted: the outline tells the true place.
-    """
-    plate = extrude(outline, _BEHIND - 0.002, _BEHIND)
-    scene.add_mesh_simple(f"{name}/plate", *plate, color=surfaces.pale, flat_shading=True)
-    edges = polyline(outline, front, closed=True)
-    scene.add_line_segments(f"{name}/rim", edges, surfaces.pale_edge, thickness=0.005)
+    def _draw(self, slip: Points) -> None:
+        length = float(np.linalg.norm(slip))
+        self._ring.visible = length <= self._room
+        across = slip @ self._axes
+        self._ring.position = position(self._middle + across, self._depth)
+        end = min(1.0, self._room / max(length, 1e-9)) * across
+        self._trail.points = lift(self._inside + np.array([[0.0 * end, end]]), self._depth)

@@ -1,6 +1,8 @@
-"""What lenses in the plane and in space have in common: the rim, and the words around it."""
+"""What all lenses have in common: the rim, the words around it, and the line to the contact."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import viser
@@ -8,8 +10,11 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene.states import States
 from slipgrasp.web.scene import lens_places as places
+from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.images import Pixels, SceneImage, add_image_in_plane, lettering
+from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.shapes import circle, polyline
 from slipgrasp.web.scene.surfaces import Surfaces
 
@@ -18,6 +23,8 @@ Points = NDArray[np.float64]
 _RIM_SEGMENTS = 72
 _LEAST_SHOWN = 0.001  # [mm]
 _DIGITS, _ROOM = 24, 200  # [px]
+_FINE_LINE = 0.018
+_BEHIND = 0.1
 
 
 class LensFrame:
@@ -28,23 +35,23 @@ class LensFrame:
     Args:
         scene: Where the nodes go.
         name: Name of the node that they are below.
-        centre: The middle of the lens in the plane of that node [m].
         radius: Radius of the lens [m].
         finger: What the finger is called.
         surfaces: Colours.
+        detail: How finely it is drawn.
     """
 
     def __init__(
         self,
         scene: viser.SceneApi,
         name: str,
-        centre: Points,
         radius: float,
         finger: str,
         surfaces: Surfaces,
+        detail: Detail,
     ) -> None:
         self._scene, self._name, self._surfaces = scene, name, surfaces
-        self._centre, self._radius = centre, radius
+        self._radius, self._detail = radius, detail
         self._rim = self._add_rim()
         self._titles = [
             self._add_words(
@@ -57,9 +64,25 @@ class LensFrame:
         ]
         self._lines = [self._add_line(line) for line in range(places.NUMBER_LINES)]
         self._told = [""] * places.NUMBER_LINES
+        self._phase: ContactPhase | None = None
 
-    def show_phase(self, phase: ContactPhase) -> None:
-        """Tells what the fingertip does."""
+    def update(self, states: States, i: int, pale_slip: float | None) -> None:
+        """Shows phase, slip and force of a contact at the only one of some states.
+
+        Args:
+            states: The state.
+            i: Which contact.
+            pale_slip: Slip in the run that is drawn pale [m], None without one.
+        """
+        phase = ContactPhase(int(states.phases[0, i]))
+        if phase is not self._phase:
+            self._phase = phase
+            self._show_phase(phase)
+        if self._detail.with_numbers:
+            force = math.hypot(*states.tangential_force[0, i], states.normal_force[0, i])
+            self._tell_numbers(float(np.linalg.norm(states.slip[0, i])), force, pale_slip)
+
+    def _show_phase(self, phase: ContactPhase) -> None:
         slips = phase is not ContactPhase.STICK
         self._rim.colors = np.array(PHASES[phase], dtype=np.uint8)
         for title, visible in zip(self._titles, (not slips, slips), strict=True):
@@ -70,8 +93,7 @@ class LensFrame:
         text = f"{magnification:g} : 1, ticks {1e3 * tick:g} mm"
         self._add_words("scale", text, places.SCALE_PLACE, places.SCALE_HEIGHT)
 
-    def tell_numbers(self, slip: float, force: float, pale_slip: float | None = None) -> None:
-        """Tells slip [m] and force [N], and the slip of the pale run, if it has one."""
+    def _tell_numbers(self, slip: float, force: float, pale_slip: float | None) -> None:
         told = [
             f"slip {_millimetres(slip)}",
             f"force {force:.1f} N",
@@ -83,7 +105,7 @@ class LensFrame:
         self._told = told
 
     def _at(self, height: float) -> Points:
-        return self._centre + np.array([0.0, height * self._radius])
+        return np.array([0.0, height * self._radius])
 
     def _add_rim(self) -> viser.LineSegmentsHandle:
         """The ring in the colour of the phase, and a fine one that parts it from the page."""
@@ -91,7 +113,7 @@ class LensFrame:
             ("bezel", 1.025, 0.07, self._surfaces.joint, 0.03),
             ("rim", 1.0, 0.045, PHASES[ContactPhase.STICK], 0.05),
         ):
-            ring = self._centre + circle(radius * self._radius, _RIM_SEGMENTS)
+            ring = circle(radius * self._radius, _RIM_SEGMENTS)
             added = self._scene.add_line_segments(
                 f"{self._name}/{part}",
                 polyline(ring, depth, closed=True),
@@ -123,3 +145,51 @@ def _millimetres(slip: float) -> str:
     length = 1e3 * abs(slip)
     digits = ".2g" if _LEAST_SHOWN <= length < 1.0 else ".1f"
     return f"{length:{digits}} mm"
+
+
+class Leader:
+    """The line from the ring around a contact on the hand to the words below its lens.
+
+    Args:
+        scene: Where the node goes.
+        name: Its name.
+        layout: Where the lenses are.
+        index: Which contact.
+        surfaces: Colours.
+        detail: How finely it is drawn.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        layout: SceneLayout,
+        index: int,
+        surfaces: Surfaces,
+        detail: Detail,
+    ) -> None:
+        below = np.array([0.0, places.LEADER_PLACE * layout.lens_radius])
+        # Behind a planar hand, which it must not cross.
+        self._away = -_BEHIND * np.array(layout.plane.towards)
+        self._end = np.array(layout.plane.place(layout.lens_centres[index] + below)) + self._away
+        thickness = _FINE_LINE * layout.lens_radius
+        self._line = scene.add_line_segments(
+            name, np.zeros((1, 2, 3)), surfaces.leader, thickness=thickness
+        )
+        self._follower = Follower(detail, self._draw)
+        self._gap = 0.0
+
+    def rescale(self, layout: SceneLayout) -> None:
+        """Sets how large the ring is."""
+        self._gap = layout.lens_radius / layout.magnification
+        self._follower.forget()
+
+    def update(self, spot: Points) -> None:
+        """Moves its lower end to a point of the world [m]."""
+        self._follower.follow(spot)
+
+    def _draw(self, spot: Points) -> None:
+        start = spot + self._away
+        towards = (self._end - start) / max(float(np.linalg.norm(self._end - start)), 1e-9)
+        ends = np.array([[start + self._gap * towards, self._end]])
+        self._line.points = ends.astype(np.float32)

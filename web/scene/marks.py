@@ -1,12 +1,7 @@
-"""Where the marks of a contact stand: fingertip, slip trail, force, slip velocity, cones.
-
-All of it is plain geometry in the axes of the object, so that a node that moves with the object
-carries them along. The same marks are drawn twice: small, on the hand, and magnified in a lens.
-"""
+"""What the marks of the contacts need: sizes, scales, estimates, and one state for the scene."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,17 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario.geometry import ContactFrame
-from slipgrasp.web.model.sampling import Sample
-from slipgrasp.web.scene.layout import SceneLayout, nice_at_least
-from slipgrasp.web.scene.shapes import arc
+from slipgrasp.core.trace.types import ContactPhase
+from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene.states import States, in_three_dimensions
+from slipgrasp.web.model.colours import glow
+from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSample
+from slipgrasp.web.scene.layout import FullScale, SceneLayout
 
 Points = NDArray[np.float64]
 
-_DASHES = 8
 _USUAL_INNER_RADIUS = 0.05
-_LEAST_FULL_FORCE = 1.0
-_LEAST_FULL_SPEED = 1e-3
 
 
 class MarkSizes(NamedTuple):
@@ -40,36 +34,77 @@ class MarkSizes(NamedTuple):
     depth: float
 
 
-class FullScale(NamedTuple):
-    """What an arrow of full length stands for: a force [N], a slip velocity [m/s]."""
-
-    force: float
-    speed: float
-
-
-class ContactMarks(NamedTuple):
-    """The marks of one contact, in the axes of the object [m].
+class Trail(NamedTuple):
+    """Where a fingertip has slid, in slips along the tangents [m].
 
     Attributes:
-        tip: Where the fingertip touches, seen from the spot touched first.
-        trail: From that spot to the farthest one backward, and forward, shape ``(2, 2, 2)``;
-            it lies inside the face.
-        force: The arrow of the force on the object, seen from the fingertip.
-        motion: The arrow of the slip velocity beside the fingertip, seen from there,
-            shape ``(2, 2)``.
+        path: Of a spatial hand all of it, in order; of a planar one its ends and, between them,
+            the point touched first: shape ``(k, d - 1)``.
+        tip: Where it is now, shape ``(d - 1,)``.
     """
 
+    path: Points
     tip: Points
-    trail: Points
-    force: Points
-    motion: Points
+
+    @property
+    def extent(self) -> Points:
+        """What changes wherever the trail does."""
+        ends = self.path[[0, -1]].ravel()
+        return np.append(ends, len(self.path))
+
+    @property
+    def segments(self) -> Points:
+        """Pieces of the path, shape ``(k, 2, d - 1)``."""
+        path = self.path if len(self.path) > 1 else self.path[[0, 0]]
+        return np.stack([path[:-1], path[1:]], axis=1)
+
+    @property
+    def colours(self) -> NDArray[np.uint8]:
+        """Of the ends of the pieces, ``(k, 2, 3)``: those of the directions of a planar hand."""
+        if self.path.shape[1] == 1:
+            ways = [ContactPhase.SLIP_BACKWARD, ContactPhase.SLIP_FORWARD]
+            return np.array([[glow(PHASES[way])] * 2 for way in ways], dtype=np.uint8)
+        pieces = (max(len(self.path) - 1, 1), 2, 1)
+        return np.tile(np.array(glow(PHASES[ContactPhase.SLIP]), np.uint8), pieces)
 
 
-def sizes_on_hand(inner_radius: float) -> MarkSizes:
+def trail_of(sample: AnySample, i: int) -> Trail:
+    """The trail of a fingertip.
+
+    Args:
+        sample: The instant.
+        i: Which contact.
+    """
+    if isinstance(sample, SpatialSample):
+        return Trail(sample.ways[i], sample.slip[i])
+    least, largest = sample.slip_reach[i]
+    return Trail(np.array([[least], [0.0], [largest]]), sample.slip[i : i + 1])
+
+
+def states_of(sample: AnySample) -> States:
+    """An instant of the dashboard as the only state for the scene."""
+    contacts = len(sample.phases)
+    columns = (1, contacts, -1)
+    return States(
+        times=np.array([sample.time]),
+        object_pose=in_three_dimensions(sample.object_pose[None]),
+        desired_pose=in_three_dimensions(sample.desired_pose[None]),
+        joint_angles=sample.joint_positions[None],
+        slip=sample.slip.reshape(columns),
+        slip_velocity=sample.slip_velocity.reshape(columns),
+        tangential_force=sample.tangential_force.reshape(columns),
+        normal_force=sample.normal_force[None],
+        friction=sample.friction[None],
+        phases=np.array([sample.phases], np.int8),
+    )
+
+
+def sizes_on_hand(inner_radius: float, front: float = 0.0) -> MarkSizes:
     """Sizes of the marks on the hand itself.
 
     Args:
         inner_radius: How near its centre the object's faces come [m]; cones must not meet there.
+        front: How far in front of a planar hand marks are drawn [m].
     """
     share = min(max(inner_radius / _USUAL_INNER_RADIUS, 0.4), 1.4)
     return MarkSizes(
@@ -80,7 +115,7 @@ def sizes_on_hand(inner_radius: float) -> MarkSizes:
         speed_length=0.1 * share,
         shaft_radius=0.003 * share,
         line_width=0.002 * share,
-        depth=0.06,
+        depth=front,
     )
 
 
@@ -98,59 +133,6 @@ def sizes_in_lens(radius: float) -> MarkSizes:
     )
 
 
-def contact_marks(
-    sample: Sample,
-    index: int,
-    frame: ContactFrame,
-    magnification: float,
-    sizes: MarkSizes,
-    full: FullScale,
-) -> ContactMarks:
-    """Where the marks of one contact stand.
-
-    Args:
-        sample: The instant shown.
-        index: The contact.
-        frame: Its anchor, tangent and normal in the object frame.
-        magnification: How much larger than life slip is drawn.
-        sizes: Sizes of the marks.
-        full: What an arrow of full length stands for.
-    """
-    tangent, normal = np.asarray(frame.tangent), np.asarray(frame.normal)
-    beside = -3.6 * sizes.tip_radius * normal
-    half_speed = 0.5 * sizes.speed_length / full.speed * sample.slip_velocity[index] * tangent
-    visited = np.zeros((2, 2, 2))
-    visited[:, 1] = magnification * sample.slip_reach[index][:, None] * tangent
-    force = sample.normal_force[index] * normal - sample.tangential_force[index] * tangent
-    return ContactMarks(
-        tip=magnification * sample.slip[index] * tangent,
-        trail=visited + 0.5 * sizes.trail_width * normal,
-        force=sizes.force_length / full.force * force,
-        motion=np.array([beside - half_speed, beside + half_speed]),
-    )
-
-
-def cone_edges(friction: float, frame: ContactFrame, length: float) -> Points:
-    """Ends of both edges of a friction cone, seen from the fingertip, shape ``(2, 2)`` [m]."""
-    tangent, normal = np.asarray(frame.tangent), np.asarray(frame.normal)
-    edges = np.array([normal + friction * tangent, normal - friction * tangent])
-    return length / math.hypot(1.0, friction) * edges
-
-
-def cone_outline(friction: float, frame: ContactFrame, length: float) -> Points:
-    """A friction cone as a slice of a disc about the fingertip, shape ``(k, 2)`` [m]."""
-    middle = math.atan2(frame.normal[1], frame.normal[0])
-    half = math.atan(friction)
-    rim = arc(length, middle - half, middle + half, 16)
-    return np.concatenate([np.zeros((1, 2)), rim])
-
-
-def dashed(ends: Points) -> Points:
-    """Dashes from the fingertip to each of some ends, shape ``(dashes, 2, 2)`` [m]."""
-    steps = np.linspace(0.0, 1.0, 2 * _DASHES).reshape(1, _DASHES, 2, 1)
-    return (steps * ends[:, None, None, :]).reshape(-1, 2, 2)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class RunFacts:
     """What the marks of a run need besides its instants.
@@ -165,7 +147,7 @@ class RunFacts:
     beliefs: tuple[int | None, ...]
     magnification: float
 
-    def believed(self, sample: Sample, contact: int) -> float | None:
+    def believed(self, sample: AnySample, contact: int) -> float | None:
         """What the controller believes a friction coefficient to be, None if it knows it."""
         place = self.beliefs[contact]
         return None if place is None else max(float(sample.estimates[place]), 0.0)
@@ -179,9 +161,8 @@ def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> Run
         layout: Where everything is.
         force_scale: How much longer than usual the user wants the arrows of forces.
     """
-    full = full_scale(result)
     return RunFacts(
-        full=full._replace(force=full.force / force_scale),
+        full=layout.full._replace(force=layout.full.force / force_scale),
         beliefs=beliefs_of(result),
         magnification=layout.magnification,
     )
@@ -199,16 +180,3 @@ def push_words(force: float, moment: float) -> str:
     told = [f"{force:.3g} N"] if force else []
     told += [f"{moment:.3g} N m"] if moment else []
     return "push " + ", ".join(told)
-
-
-def full_scale(result: RunResult) -> FullScale:
-    """What arrows of full length stand for.
-
-    Round numbers, so that arrows of similar runs compare; a short peak may be longer.
-    """
-    forces = np.abs(result.trace.normal_force)
-    usual = max(float(np.median(forces, axis=0).max()), 0.4 * float(forces.max()))
-    speed = float(np.abs(result.trace.slip_velocity).max())
-    return FullScale(
-        nice_at_least(max(usual, _LEAST_FULL_FORCE)), nice_at_least(max(speed, _LEAST_FULL_SPEED))
-    )

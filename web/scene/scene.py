@@ -1,35 +1,64 @@
-"""The picture of a run at one instant, in the plane or in space; the only owner of scene nodes."""
+"""The view of a run at one instant, planar or spatial; the only owner of scene nodes."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario import Scenario
+from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.states import States
 from slipgrasp.web.model.appearance import Appearance
-from slipgrasp.web.model.sampling import Sample
-from slipgrasp.web.model.spatial_sampling import AnySample, SpatialSample
-from slipgrasp.web.scene.dragging import ObjectDrag
-from slipgrasp.web.scene.layout import SceneLayout
-from slipgrasp.web.scene.planar_picture import PlanarPicture
-from slipgrasp.web.scene.space.layout import SpatialLayout
-from slipgrasp.web.scene.space.picture import SpatialPicture
+from slipgrasp.web.model.spatial_sampling import AnySample
+from slipgrasp.web.scene.contact_view import ContactView
+from slipgrasp.web.scene.detail import Detail
+from slipgrasp.web.scene.dragging import Draggable, ObjectDrag
+from slipgrasp.web.scene.drawer import HandDrawer
+from slipgrasp.web.scene.face_lens import FaceLens
+from slipgrasp.web.scene.ghost_view import GhostView
+from slipgrasp.web.scene.layout import SceneLayout, lay_out
+from slipgrasp.web.scene.lens_frame import Leader
+from slipgrasp.web.scene.marks import RunFacts, Trail, run_facts, sizes_on_hand, states_of, trail_of
+from slipgrasp.web.scene.push_view import PushView
+from slipgrasp.web.scene.section_lens import SectionLens
+from slipgrasp.web.scene.shapes import circle, extrude, position
+from slipgrasp.web.scene.surfaces import Surfaces, surfaces_for
+from slipgrasp.web.scene.wet_spots import WetSpots, add_wet_spots
 
 Stage = viser.ClientHandle | viser.ViserServer
+Points = NDArray[np.float64]
+
+# Of planar and spatial hands: what is taken away and put there anew under one name at one instant
+# may reach a viewer in the wrong order.
+_ROOTS = ("/hand", "/space")
+_GHOST_ROOTS = ("/ghost", "/pale-space")
+_FLOOR_MARGIN = 0.6
+_LEAST_RINGED = 2.0
+_RIM_CORNERS = 48
 
 
 class Scene:
-    """Shows runs, one after another; a pale one beside it only if both are of one kind.
+    """Shows runs, one after another; the nodes are made once per shape of hand and object.
 
     Args:
-        stage: Where the nodes go: one viewer, whose picture is its own, or a whole server.
+        stage: Where the nodes go: one viewer, whose scene is its own, or a whole server.
         drag: Hears how the object is dragged; None where nobody can.
     """
 
     def __init__(self, stage: Stage, drag: ObjectDrag | None = None) -> None:
-        self._drag = drag
-        self._plane, self._space = PlanarPicture(stage), SpatialPicture(stage)
-        self._appearance = Appearance()
-        self._in_space = False
+        self._stage, self._drag = stage, drag
+        self._appearance, self._detail = Appearance(), Detail()
+        self._views: _Views | None = None
+        self._view_shape: object = None
+        self._ghost: GhostView | None = None
+        self._ghost_shape: object = None
+        self._wet_spots: WetSpots | None = None
+        self._wet: object = None
+        self._run: RunFacts | None = None
         _light(stage.scene)
 
     def show(
@@ -37,27 +66,30 @@ class Scene:
         result: RunResult,
         ghost: RunResult | None = None,
         appearance: Appearance | None = None,
-    ) -> SceneLayout | SpatialLayout:
+    ) -> SceneLayout:
         """Takes a run; `update` then shows its instants.
 
         Args:
             result: The run.
-            ghost: Another run that is drawn pale behind it.
+            ghost: Another run that is drawn pale behind it, if both are of one kind of hand.
             appearance: How it is drawn; as before if None.
 
         Returns:
             Where everything is, for the camera.
         """
         self._appearance = appearance or self._appearance
-        in_space = result.scenario.in_space
-        if in_space is not self._in_space:
-            self.remove()
-        self._in_space = in_space
-        picture = self._space if in_space else self._plane
-        pale = ghost if ghost is not None and ghost.scenario.in_space is in_space else None
-        layout = picture.show(result, pale, self._appearance)
-        if self._drag is not None and picture.draggable is not None:
-            self._drag.follow(picture.draggable)
+        layout = lay_out(result, whole_hand=self._appearance.whole_hand)
+        self._run = run_facts(result, layout, self._appearance.force_scale)
+        is_alike = ghost is not None and ghost.scenario.in_space is result.scenario.in_space
+        with self._stage.atomic():
+            views = self._views_of(result.scenario, layout)
+            views.rescale(layout, self._appearance)
+            self._lay_wet_spots(result.scenario, views, layout)
+            self._show_ghost(ghost if is_alike else None, views, layout)
+        if self._drag is not None:
+            scale = views.push.newtons_per_metre(self._run.full)
+            axes = (0, 1, 2) if result.scenario.in_space else (0, 2)
+            self._drag.follow(Draggable(views.hand.block, scale, axes))
         return layout
 
     def update(
@@ -70,16 +102,245 @@ class Scene:
             ghost: That of the run that is drawn pale, if there is one.
             moving: Whether others follow at once: then what nobody can see is left out.
         """
-        if isinstance(sample, SpatialSample):
-            pale = ghost if isinstance(ghost, SpatialSample) else None
-            self._space.update(sample, pale, moving=moving)
-        else:
-            self._plane.update(sample, ghost if isinstance(ghost, Sample) else None, moving=moving)
+        if self._views is None or self._run is None:
+            return
+        self._detail.begin_frame(moving=moving)
+        pale = None if self._ghost is None or ghost is None else states_of(ghost)
+        with self._stage.atomic():
+            if self._ghost is not None and pale is not None:
+                self._ghost.update(pale, self._run.magnification)
+            states = states_of(sample)
+            trails = [trail_of(sample, i) for i in range(len(self._views.marks))]
+            self._views.update(sample, states, trails, self._run)
+            if self._wet_spots is not None:
+                self._wet_spots.update(sample.time)
+            if self._appearance.lenses:
+                self._update_lenses(self._views, sample, states, trails, pale)
 
     def remove(self) -> None:
         """Removes every node."""
-        self._plane.remove()
-        self._space.remove()
+        if self._ghost is not None:
+            self._ghost.remove()
+        if self._views is not None:
+            self._views.root.remove()
+        self._views = self._ghost = self._view_shape = self._ghost_shape = None
+        self._wet_spots = self._wet = None
+
+    def _update_lenses(
+        self,
+        views: _Views,
+        sample: AnySample,
+        states: States,
+        trails: list[Trail],
+        pale: States | None,
+    ) -> None:
+        assert self._run is not None, "lenses are of a run"
+        turn = views.attitude @ rotations.matrices(states.object_pose[0, 3:])
+        place = views.attitude @ states.object_pose[0, :3]
+        for i, lens in enumerate(views.lenses):
+            believed = self._run.believed(sample, i)
+            lens.update(states, self._run.full, believed, trails[i])
+            slip = None
+            if self._ghost is not None and pale is not None:
+                slip = self._ghost.pale_slip(pale, i)
+            lens.surround.update(states, i, slip)
+            views.leaders[i].update(place + turn @ views.contacts[i].anchor)
+
+    def _views_of(self, scenario: Scenario, layout: SceneLayout) -> _Views:
+        """The nodes for a hand, made anew only for another shape, other colours or other lenses."""
+        places = (layout.lens_radius, layout.lens_centres.tobytes())
+        shape = (_shape(scenario), self._appearance.dark, places)
+        if self._views is None or self._view_shape != shape:
+            self.remove()
+            surfaces = surfaces_for(dark=self._appearance.dark)
+            self._views = _make_views(self._stage.scene, scenario, layout, surfaces, self._detail)
+            self._view_shape = shape
+        return self._views
+
+    def _lay_wet_spots(self, scenario: Scenario, views: _Views, layout: SceneLayout) -> None:
+        """The nodes of the wet spots, made anew for others or for another magnification."""
+        wet = (scenario.patches, layout.magnification)
+        if self._wet_spots is not None and self._wet == wet:
+            return
+        if self._wet_spots is not None:
+            self._wet_spots.remove()
+        body = views.hand.paths[skeleton.OBJECT]
+        names = [f"{views.board}/{i}" for i in range(len(views.lenses))]
+        self._wet_spots = add_wet_spots(self._stage.scene, body, names, scenario, layout)
+        self._wet = wet
+
+    def _show_ghost(self, ghost: RunResult | None, views: _Views, layout: SceneLayout) -> None:
+        """The nodes of the pale run; they stay, hidden, until one of another shape comes."""
+        if ghost is None:
+            if self._ghost is not None:
+                self._ghost.show(visible=False, lenses=False)
+            return
+        shape = _shape(ghost.scenario)
+        if self._ghost is None or self._ghost_shape != shape:
+            if self._ghost is not None:
+                self._ghost.remove()
+            self._ghost = GhostView(
+                self._stage.scene,
+                _GHOST_ROOTS[ghost.scenario.in_space],
+                ghost.scenario,
+                views.contacts,
+                layout,
+                surfaces_for(dark=self._appearance.dark),
+                self._detail,
+            )
+            self._ghost_shape = shape
+        self._ghost.show(visible=True, lenses=self._appearance.lenses)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Views:
+    """The nodes of one hand, as long as its shape does not change."""
+
+    root: viser.FrameHandle
+    attitude: Points
+    contacts: tuple[skeleton.Contact, ...]
+    hand: HandDrawer
+    push: PushView
+    marks: tuple[ContactView, ...]
+    board: str
+    lens_root: viser.FrameHandle
+    lenses: tuple[SectionLens | FaceLens, ...]
+    leaders: tuple[Leader, ...]
+
+    def rescale(self, layout: SceneLayout, appearance: Appearance) -> None:
+        """Sets how the lenses magnify, and shows or hides what the user may do without."""
+        self.lens_root.visible = appearance.lenses
+        spot = layout.lens_radius / layout.magnification
+        ringed = appearance.lenses and layout.magnification >= _LEAST_RINGED
+        for lens, leader, mark in zip(self.lenses, self.leaders, self.marks, strict=True):
+            lens.rescale(layout)
+            leader.rescale(layout)
+            mark.show_spot(spot, visible=ringed)
+            mark.show_cone(appearance.cones)
+            lens.show_cone(appearance.cones)
+
+    def update(self, sample: AnySample, states: States, trails: list[Trail], run: RunFacts) -> None:
+        """Moves hand, object and the marks on them."""
+        self.hand.update(states)
+        self.push.update(states.object_pose[0, :3], sample.external_wrench, run.full)
+        for i, mark in enumerate(self.marks):
+            mark.update(states, i, run.full, run.believed(sample, i), trails[i])
+
+
+def _shape(scenario: Scenario) -> object:
+    """What the nodes depend on; the same for runs that differ in masses or gains alone."""
+    fingers = tuple(
+        (f.link_lengths, f.base, f.face, f.contact_offset, f.elbow) for f in scenario.fingers
+    )
+    corners = parts.outline_of(scenario).tobytes()
+    depth = parts.sizes_of(scenario).half_depth
+    return (fingers, corners, depth, scenario.trajectory.start, scenario.has_pyramid)
+
+
+def _make_views(
+    scene: viser.SceneApi,
+    scenario: Scenario,
+    layout: SceneLayout,
+    surfaces: Surfaces,
+    detail: Detail,
+) -> _Views:
+    name, contacts = _ROOTS[scenario.in_space], skeleton.contacts_of(scenario)
+    root = scene.add_frame(name, show_axes=False)
+    own = {skeleton.contact_name(i) for i in range(len(contacts))}
+    frames = [frame for frame in skeleton.frames_of(scenario) if frame.name not in own]
+    entities = [each for each in parts.entities_of(scenario) if each.name not in own]
+    hand = HandDrawer(scene, name, frames, entities, surfaces, detail, glass=scenario.in_space)
+    body, sizes = hand.paths[skeleton.OBJECT], parts.sizes_of(scenario)
+    inner = sizes.inner_radius
+    marks = sizes_on_hand(inner, sizes.front)
+    rim = parts.friction_rim(scenario, _RIM_CORNERS)
+    views = tuple(
+        ContactView(
+            scene,
+            f"{body}/contact{i}",
+            contact.anchor,
+            rotations.of_matrix(contact.axes),
+            contact,
+            rim,
+            marks,
+            detail,
+            surfaces.leader,
+        )
+        for i, contact in enumerate(contacts)
+    )
+    if scenario.in_space:
+        _add_floor(scene, f"{name}/floor", scenario, surfaces)
+    else:
+        _add_centre(scene, f"{body}/centre", 0.3 * inner, 0.95 * sizes.front, surfaces)
+    lens_root = scene.add_frame(f"{name}/lenses", show_axes=False)
+    board = f"{name}/lenses/board"
+    attitude = np.array(layout.board_attitude)
+    scene.add_frame(board, show_axes=False, wxyz=attitude, position=layout.board_place)
+    lens_type = FaceLens if scenario.in_space else SectionLens
+    lenses = []
+    for i, (contact, finger) in enumerate(zip(contacts, scenario.finger_names, strict=True)):
+        middle = position(layout.lens_centres[i])
+        scene.add_frame(f"{board}/{i}", show_axes=False, position=middle)
+        lenses.append(
+            lens_type(scene, f"{board}/{i}", layout, i, finger, contact, rim, surfaces, detail)
+        )
+    leaders = tuple(
+        Leader(scene, f"{name}/lenses/leader{i}", layout, i, surfaces, detail)
+        for i in range(len(contacts))
+    )
+    upright = np.array(rotations.UNTURNED if scenario.in_space else skeleton.UPRIGHT)
+    parent = name if scenario.in_space else hand.paths[skeleton.PLANE]
+    push = PushView(scene, f"{parent}/push", inner, marks, detail)
+    return _Views(
+        root,
+        rotations.matrices(upright),
+        contacts,
+        hand,
+        push,
+        views,
+        board,
+        lens_root,
+        tuple(lenses),
+        leaders,
+    )
+
+
+def _add_floor(scene: viser.SceneApi, name: str, scenario: Scenario, surfaces: Surfaces) -> None:
+    """A grid under the mounts, by which one sees what is near and what is far."""
+    bases = np.array([finger.base for finger in scenario.fingers])
+    low, high = bases.min(axis=0), bases.max(axis=0)
+    middle, size = 0.5 * (low + high), high - low + 2.0 * _FLOOR_MARGIN
+    below = 2.9 * parts.sizes_of(scenario).link_radius
+    scene.add_grid(
+        name,
+        width=float(size[0]),
+        height=float(size[1]),
+        cell_size=0.25,
+        cell_color=surfaces.ground,
+        cell_thickness=0.6,
+        section_size=1.0,
+        section_color=surfaces.ground,
+        section_thickness=1.0,
+        shadow_opacity=0.0,
+        position=(float(middle[0]), float(middle[1]), float(low[2]) - below),
+    )
+
+
+def _add_centre(
+    scene: viser.SceneApi, name: str, radius: float, depth: float, surfaces: Surfaces
+) -> None:
+    """The sign of the centre of mass of a planar object: a disc with two opposite dark quarters."""
+    scene.add_frame(name, show_axes=False, wxyz=np.array(skeleton.LYING))
+    front = depth + 0.002
+    disc = extrude(circle(radius, 32), depth, front)
+    scene.add_mesh_simple(f"{name}/disc", *disc, color=surfaces.lens, flat_shading=True)
+    for i, start in enumerate((0.0, np.pi)):
+        angles = np.linspace(start, start + 0.5 * np.pi, 12)
+        rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        quarter = extrude(np.concatenate([np.zeros((1, 2)), rim]), front, front + 0.001)
+        scene.add_mesh_simple(
+            f"{name}/quarter{i}", *quarter, color=surfaces.joint, flat_shading=True
+        )
 
 
 def _light(scene: viser.SceneApi) -> None:

@@ -1,7 +1,7 @@
-"""Meshes and line segments that the scene is made of.
+"""Meshes and line segments that the viewer is given, as arrays.
 
-The model's plane stands upright in the viewer: x to the right, y up, and depth towards the
-eye, so that what is drawn in front hides nothing by accident.
+Lenses and what lies flat on a face are drawn in an upright plane of the viewer: x to the right, y
+of the plane along its z, and depth towards the eye.
 """
 
 from __future__ import annotations
@@ -14,53 +14,36 @@ from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
 
+_SEGMENTS = 28
+
 
 class Mesh(NamedTuple):
-    """Triangles: vertices ``(v, 3)`` in viewer coordinates and faces ``(f, 3)``."""
+    """Triangles: vertices ``(v, 3)`` and faces ``(f, 3)``."""
 
     vertices: NDArray[np.float32]
     faces: NDArray[np.uint32]
 
 
 def lift(points: Points, depth: float = 0.0) -> NDArray[np.float32]:
-    """Model points (..., 2) as viewer points (..., 3), ``depth`` nearer to the eye [m]."""
+    """Points of a plane (..., 2) as viewer points (..., 3), ``depth`` nearer to the eye [m]."""
     flat = np.full(points.shape[:-1], -depth)
     return np.stack([points[..., 0], flat, points[..., 1]], axis=-1).astype(np.float32)
 
 
-AXES = (0, 2)
-"""Which of viser's axes are the model's x and y: its y points up, and viser's third one does."""
-
-
 def position(point: Points, depth: float = 0.0) -> tuple[float, float, float]:
-    """One model point (x, y) as the position of a node, ``depth`` nearer to the eye [m]."""
+    """One point (x, y) of a plane as the position of a node, ``depth`` nearer to the eye [m]."""
     return (float(point[0]), -depth, float(point[1]))
-
-
-def turn(angle: float) -> tuple[float, float, float, float]:
-    """The quaternion (w, x, y, z) that turns the model's plane by an angle [rad]."""
-    return (math.cos(0.5 * angle), 0.0, -math.sin(0.5 * angle), 0.0)
 
 
 def circle(radius: float, segments: int = 48) -> Points:
     """Corners of a round outline, anticlockwise, shape ``(segments, 2)``."""
-    angles = np.linspace(0.0, 2.0 * math.pi, segments, endpoint=False)
-    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return arc(radius, 0.0, 2.0 * math.pi, segments)[:-1]
 
 
 def arc(radius: float, start: float, end: float, segments: int = 24) -> Points:
     """Points of an arc from one angle to another [rad], shape ``(segments + 1, 2)``."""
     angles = np.linspace(start, end, segments + 1)
     return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-
-
-def tapered_bar(length: float, start_radius: float, end_radius: float) -> Points:
-    """Outline of a bar along x with round ends, wider at its start than at its end."""
-    lean = math.asin(min(max((start_radius - end_radius) / length, -0.9), 0.9))
-    upper = 0.5 * math.pi - lean
-    back = arc(start_radius, upper, 2.0 * math.pi - upper)
-    front = arc(end_radius, -upper, upper) + np.array([length, 0.0])
-    return np.concatenate([back, front])
 
 
 def extrude(outline: Points, back: float, front: float) -> Mesh:
@@ -70,28 +53,67 @@ def extrude(outline: Points, back: float, front: float) -> Mesh:
     index = np.arange(count)
     following = (index + 1) % count
     fan = np.stack([np.zeros(count - 2, int), index[1:-1], index[2:]], axis=1)
-    sides = np.concatenate(
-        [
-            np.stack([index, following, following + count], axis=1),
-            np.stack([index, following + count, index + count], axis=1),
-        ]
-    )
-    faces = np.concatenate([fan + count, fan[:, ::-1], sides])
+    sides = [(index, following, following + count), (index, following + count, index + count)]
+    faces = np.concatenate([fan + count, fan[:, ::-1], *(np.stack(s, axis=1) for s in sides)])
     return Mesh(vertices, faces.astype(np.uint32))
 
 
 def polyline(points: Points, depth: float, *, closed: bool = False) -> NDArray[np.float32]:
-    """The segments ``(k, 2, 3)`` that join model points ``(k, 2)`` in order."""
-    ends = np.roll(points, -1, axis=0)
-    segments = lift(np.stack([points, ends], axis=1), depth)
+    """The segments ``(k, 2, 3)`` that join points of a plane ``(k, 2)`` in order."""
+    return joined(lift(points, depth), closed=closed)
+
+
+def joined(points: NDArray[np.floating], *, closed: bool = False) -> NDArray[np.float32]:
+    """The segments ``(k, 2, 3)`` that join points ``(k, 3)`` in order."""
+    segments = np.stack([points, np.roll(points, -1, axis=0)], axis=1).astype(np.float32)
     return segments if closed else segments[:-1]
+
+
+def dashed_edges(edges: Points, dashes: int) -> Points:
+    """Every edge ``(edges, 2, 3)`` as some dashes, shape ``(edges dashes, 2, 3)``."""
+    steps = np.linspace(0.0, 1.0, 2 * dashes).reshape(1, dashes, 2, 1)
+    start, end = edges[:, None, None, 0], edges[:, None, None, 1]
+    return (start + steps * (end - start)).reshape(-1, 2, 3)
+
+
+def turned_profile(profile: Points) -> Mesh:
+    """A profile of points (x, radius), turned about the x axis; closed where its radius is 0."""
+    ring = circle(1.0, _SEGMENTS)
+    vertices = np.concatenate(
+        [np.column_stack([np.full(_SEGMENTS, x), radius * ring]) for x, radius in profile]
+    )
+    index = np.arange(_SEGMENTS)
+    after = (index + 1) % _SEGMENTS
+    faces = []
+    for k in range(len(profile) - 1):
+        a, b = k * _SEGMENTS, (k + 1) * _SEGMENTS
+        faces += [
+            np.stack([a + index, a + after, b + after], axis=1),
+            np.stack([a + index, b + after, b + index], axis=1),
+        ]
+    return Mesh(vertices.astype(np.float32), np.concatenate(faces).astype(np.uint32))
+
+
+def rounded_bar(length: float, start_radius: float, end_radius: float) -> Mesh:
+    """A round bar along x with round ends, wider at its start than at its end."""
+    quarter = np.linspace(0.0, 0.5 * np.pi, 7)
+    back = np.stack([-start_radius * np.cos(quarter), start_radius * np.sin(quarter)], axis=1)
+    front = np.stack([end_radius * np.sin(quarter), end_radius * np.cos(quarter)], axis=1)
+    return turned_profile(np.concatenate([back, front + np.array([length, 0.0])]))
+
+
+def fan(corners: int, *, closed: bool) -> NDArray[np.uint32]:
+    """Triangles between a first point and the ``corners`` that follow it."""
+    index = np.arange(corners if closed else corners - 1) + 1
+    after = index % corners + 1
+    return np.stack([np.zeros_like(index), index, after], axis=1).astype(np.uint32)
 
 
 def distance_to_circle(start: Points, direction: Points, radius: float) -> float:
     """How far a ray goes until it leaves a circle about the origin; 0 if it starts outside.
 
     Args:
-        start: Where it starts, shape ``(2,)``.
+        start: Where it starts, shape ``(d,)``.
         direction: Unit vector.
         radius: Radius of the circle, in the unit of ``start``.
     """

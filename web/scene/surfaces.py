@@ -13,8 +13,6 @@ class Surfaces(NamedTuple):
 
     Attributes:
         link: Bars of the fingers.
-        link_edge: Their outlines.
-        link_inset: Panels set into them.
         joint: Joints.
         mount: Blocks that the fingers are bolted to.
         ground: The floor below.
@@ -29,8 +27,6 @@ class Surfaces(NamedTuple):
     """
 
     link: Rgb
-    link_edge: Rgb
-    link_inset: Rgb
     joint: Rgb
     mount: Rgb
     ground: Rgb
@@ -46,8 +42,6 @@ class Surfaces(NamedTuple):
 
 _BRIGHT = Surfaces(
     link=LINK,
-    link_edge=(70, 80, 96),
-    link_inset=(178, 187, 199),
     joint=JOINT,
     mount=MOUNT,
     ground=GROUND,
@@ -63,8 +57,6 @@ _BRIGHT = Surfaces(
 
 _DARK = Surfaces(
     link=(132, 143, 160),
-    link_edge=(70, 79, 94),
-    link_inset=(158, 168, 184),
     joint=(44, 52, 66),
     mount=(84, 95, 114),
     ground=(104, 112, 126),

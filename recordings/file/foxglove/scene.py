@@ -11,7 +11,6 @@ from functools import singledispatch
 import numpy as np
 from foxglove_schemas_protobuf.ArrowPrimitive_pb2 import ArrowPrimitive
 from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
 from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
@@ -135,13 +134,6 @@ def _(shape: parts.Rod, entity: SceneEntity, blanks: Blanks, colour: Color) -> N
         color=colour,
     )
     entity.cylinders.append(cylinder)
-
-
-@_add.register
-def _(shape: parts.Box, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
-    x, y, z = shape.size.tolist()
-    box = CubePrimitive(pose=_pose(shape.centre), size=Vector3(x=x, y=y, z=z), color=colour)
-    entity.cubes.append(box)
 
 
 @_add.register

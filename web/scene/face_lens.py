@@ -1,15 +1,13 @@
-"""Lenses of a hand in space: the face of each contact from outside, magnified.
+"""Lenses of spatial hands: the face of each contact from outside, magnified.
 
-The spot that was first touched is in the middle and the object's z axis points up. The way of the
-fingertip is a curve. Around the fingertip lies what friction cannot leave, a disc on the cone and
-a square in the pyramid: as large as the largest friction that the contact can give now; the arrow
-in it is the friction on the object. While the fingertip slips, that arrow ends on the rim, and
-the slip velocity goes on from there.
+The point that was first touched is in the middle; t_y points to the right and t_x up, so that the
+slip (s_x, s_y) stands at (right, up) = (s_y, s_x). The path of the fingertip is a curve. Around the
+fingertip lies what friction cannot leave, a disc on the cone and a square in the pyramid: as large
+as the largest friction that the contact can give now; the arrow in it is the friction on the
+object. While the fingertip slips, that arrow ends on the rim, and the slip velocity continues it.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import viser
@@ -17,16 +15,15 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import CONE, PHASES
+from slipgrasp.scene.skeleton import Contact
+from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.images import SceneImage, add_image_in_plane, round_patch
-from slipgrasp.web.scene.layout import nice_at_least
+from slipgrasp.web.scene.layout import FullScale, SceneLayout, nice_at_least
 from slipgrasp.web.scene.lens_frame import LensFrame
-from slipgrasp.web.scene.lens_places import LEADER_PLACE
-from slipgrasp.web.scene.marks import FullScale
+from slipgrasp.web.scene.marks import Trail
 from slipgrasp.web.scene.shapes import extrude, lift, polyline, position
-from slipgrasp.web.scene.space.contact_marks import ContactState, way_segments
-from slipgrasp.web.scene.space.layout import SpatialLayout
 from slipgrasp.web.scene.surfaces import Surfaces
 
 Points = NDArray[np.float64]
@@ -35,16 +32,17 @@ _SPEED_LENGTH = 0.32
 _FINE_LINE = 0.018
 
 
-class SpatialLensView:
-    """Draws the lens of one contact in the upright plane of the lenses.
+class FaceLens:
+    """Draws the lens of one contact with a fixed set of nodes below that of its middle.
 
     Args:
         scene: Where the nodes go.
-        name: Name of the node that they are below; the plane of the lenses is its own.
+        name: Name of that node, in the upright plane of the lenses.
         layout: Where the lenses are.
         index: Which contact.
         finger: What its finger is called.
-        outline: What friction cannot leave, in shares of its limit, ``(k, 2)``.
+        contact: The contact.
+        rim: What friction cannot leave, in shares of its limit, ``(k, 2)``.
         surfaces: Colours.
         detail: How finely it is drawn.
     """
@@ -53,44 +51,30 @@ class SpatialLensView:
         self,
         scene: viser.SceneApi,
         name: str,
-        layout: SpatialLayout,
+        layout: SceneLayout,
         index: int,
         finger: str,
-        outline: Points,
+        contact: Contact,
+        rim: Points,
         surfaces: Surfaces,
         detail: Detail,
     ) -> None:
-        self._detail, self._surfaces, self._outline = detail, surfaces, outline
-        self._radius = layout.lens_radius
-        self.magnify(layout)
-        self._index = index
-        middle = layout.lens_centres[index]
-        self._scene, self._name = scene, name
-        scene.add_frame(name, show_axes=False, position=position(middle))
+        self._index, self._outline, self._radius = index, rim, layout.lens_radius
+        self._scene, self._name, self._surfaces = scene, name, surfaces
         patch = SceneImage(round_patch(surfaces.object), 2.0 * self._radius)
         add_image_in_plane(scene, f"{name}/face", patch, np.zeros(2), -0.01)
-        self._grid = scene.add_line_segments(
-            f"{name}/grid",
-            np.zeros((1, 2, 3)),
-            surfaces.object_edge,
-            thickness=_FINE_LINE * self._radius,
-        )
-        self._surround = LensFrame(scene, name, np.zeros(2), self._radius, finger, surfaces)
+        self._grid = self._lines("grid", surfaces.object_edge, _FINE_LINE)
+        self.surround = LensFrame(scene, name, self._radius, finger, surfaces, detail)
         self._add_marks()
         self._phase: ContactPhase | None = None
-        self._slid = np.zeros((1, 2))
+        self._path: Trail | None = None
         self._follow_tip = Follower(detail, self._draw_tip)
         self._follow_limit = Follower(detail, self._draw_limit)
         self._follow_arrows = Follower(detail, self._draw_arrows)
-        self._draw_grid()
 
-    def magnify(self, layout: SpatialLayout) -> None:
+    def rescale(self, layout: SceneLayout) -> None:
         """Sets how much larger than life the lens shows slip, and how large friction."""
         self._magnification, self._limit_scale = layout.magnification, layout.disc_scale
-
-    def rescale(self, layout: SpatialLayout) -> None:
-        """The same for a lens that is there already."""
-        self.magnify(layout)
         self._draw_grid()
         for follower in (self._follow_tip, self._follow_limit, self._follow_arrows):
             follower.forget()
@@ -99,50 +83,50 @@ class SpatialLensView:
         """Whether the limit of friction is drawn."""
         self._cone.visible = visible
 
-    def update(self, state: ContactState, phase: ContactPhase, full: FullScale) -> None:
-        """Shows an instant.
+    def update(self, states: States, full: FullScale, believed: float | None, trail: Trail) -> None:
+        """Shows the only one of some states.
 
         Args:
-            state: The contact.
-            phase: What it does.
+            states: The state.
             full: What an arrow of full length stands for.
+            believed: The friction coefficient that the controller assumes, None if it knows the
+                true one.
+            trail: Where the fingertip has slid.
         """
+        i = self._index
+        phase = ContactPhase(int(states.phases[0, i]))
         if phase is not self._phase:
             self._phase = phase
             self._colour(phase)
-        self._slid = state.way
-        self._follow_tip.follow(self._magnification * state.slip)
-        believed = 0.0 if state.believed is None else max(state.believed * state.normal, 0.0)
-        self._follow_limit.follow(self._limit_scale * np.array([state.limit, believed]))
-        friction = self._limit_scale * state.friction
-        speed = _SPEED_LENGTH * self._radius / full.speed * state.velocity
+        self._path = trail
+        self._follow_tip.follow(self._magnification * states.slip[0, i, ::-1])
+        normal = max(float(states.normal_force[0, i]), 0.0)
+        limits = np.array([float(states.friction[0, i]), believed or 0.0])
+        self._follow_limit.follow(self._limit_scale * normal * limits.clip(0.0))
+        friction = -self._limit_scale * states.tangential_force[0, i, ::-1]
+        speed = _SPEED_LENGTH * self._radius / full.speed * states.slip_velocity[0, i, ::-1]
         slips = phase is not ContactPhase.STICK
         motion = np.stack([friction, friction + speed]) if slips else np.zeros((2, 2))
         self._follow_arrows.follow(np.stack([np.stack([np.zeros(2), friction]), motion]))
-        if self._detail.with_numbers:
-            force = math.hypot(*state.friction, state.normal)
-            self._surround.tell_numbers(float(np.linalg.norm(state.slip)), force)
+
+    def _lines(
+        self, part: str, colour: tuple[int, int, int], width: float
+    ) -> viser.LineSegmentsHandle:
+        return self._scene.add_line_segments(
+            f"{self._name}/{part}", np.zeros((1, 2, 3)), colour, thickness=width * self._radius
+        )
 
     def _add_marks(self) -> None:
         scene, name, radius = self._scene, self._name, self._radius
-        self._way = scene.add_line_segments(
-            f"{name}/way",
-            np.zeros((1, 2, 3)),
-            PHASES[ContactPhase.SLIP],
-            thickness=0.05 * radius,
-        )
+        self._way = self._lines("way", PHASES[ContactPhase.SLIP], 0.05)
         self._tip = scene.add_frame(f"{name}/tip", show_axes=False)
         self._cone = scene.add_frame(f"{name}/tip/cone", show_axes=False)
         inside = extrude(self._outline, 0.011, 0.012)
         self._inside = scene.add_mesh_simple(
             f"{name}/tip/cone/inside", *inside, color=CONE_INSIDE, opacity=0.6, flat_shading=True
         )
-        self._edge, self._belief = (
-            scene.add_line_segments(
-                f"{name}/tip/cone/{part}", np.zeros((1, 2, 3)), colour, thickness=0.014 * radius
-            )
-            for part, colour in (("edge", CONE), ("belief", BELIEVED_CONE))
-        )
+        self._edge = self._lines("tip/cone/edge", CONE, 0.014)
+        self._belief = self._lines("tip/cone/belief", BELIEVED_CONE, 0.014)
         self._ball = scene.add_icosphere(
             f"{name}/tip/ball", radius=0.055 * radius, position=position(np.zeros(2), 0.04)
         )
@@ -157,7 +141,7 @@ class SpatialLensView:
         )
 
     def _draw_grid(self) -> None:
-        """A cross through the spot touched first, with ticks at round slips."""
+        """A cross through the point touched first, with ticks at round slips."""
         step = nice_at_least(0.15 * self._radius / self._magnification)
         count = int(0.95 * self._radius / self._magnification / step)
         at = np.linspace(-count, count, 2 * count + 1) * step * self._magnification
@@ -166,17 +150,18 @@ class SpatialLensView:
         axis = np.array([[[-0.95, 0.0], [0.95, 0.0]]]) * self._radius
         lines = np.concatenate([axis, axis[..., ::-1], across, across[..., ::-1]])
         self._grid.points = lift(lines, 0.004)
-        self._surround.tell_scale(self._magnification, step)
+        self.surround.tell_scale(self._magnification, step)
 
     def _colour(self, phase: ContactPhase) -> None:
         colour = PHASES[phase]
-        self._surround.show_phase(phase)
         self._ball.color = colour
         self._arrows.colors = np.array([glow(CONE), glow(colour)], dtype=np.uint8)
 
     def _draw_tip(self, slip: Points) -> None:
+        assert self._path is not None, "it is drawn by update"
         self._tip.position = position(slip, 0.02)
-        self._way.points = way_segments(self._magnification * self._slid, 0.036)
+        path = self._magnification * self._path.segments[..., ::-1]
+        self._way.points = lift(path, 0.036)
 
     def _draw_limit(self, sizes: Points) -> None:
         limit, believed = np.minimum(sizes, 2.0 * self._radius).tolist()
@@ -187,42 +172,3 @@ class SpatialLensView:
 
     def _draw_arrows(self, arrows: Points) -> None:
         self._arrows.points = lift(arrows, 0.07)
-
-
-class Leader:
-    """The line from a contact on the hand to its lens.
-
-    Args:
-        scene: Where the node goes.
-        name: Its name.
-        layout: Where the lenses are.
-        index: Which contact.
-        surfaces: Colours.
-        detail: How finely it is drawn.
-    """
-
-    def __init__(
-        self,
-        scene: viser.SceneApi,
-        name: str,
-        layout: SpatialLayout,
-        index: int,
-        surfaces: Surfaces,
-        detail: Detail,
-    ) -> None:
-        below = layout.lens_centres[index] + np.array([0.0, LEADER_PLACE * layout.lens_radius])
-        self._end = layout.plane.place(below)
-        self._line = scene.add_line_segments(
-            name,
-            np.zeros((1, 2, 3)),
-            surfaces.leader,
-            thickness=_FINE_LINE * layout.lens_radius,
-        )
-        self._follower = Follower(detail, self._draw)
-
-    def update(self, spot: Points) -> None:
-        """Moves its lower end to a point of the world [m]."""
-        self._follower.follow(spot)
-
-    def _draw(self, spot: Points) -> None:
-        self._line.points = np.array([[spot, self._end]], dtype=np.float32)

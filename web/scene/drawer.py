@@ -1,0 +1,146 @@
+"""The scene as nodes of a viewer: frames inside frames, and primitives below them.
+
+A node is made once; afterwards nothing is sent but what moved or changed its colour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from slipgrasp.recordings.palette import GHOST, Rgb
+from slipgrasp.scene import parts, rotations
+from slipgrasp.scene.parts import Role
+from slipgrasp.scene.skeleton import Frame, Moving
+from slipgrasp.scene.states import States
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.shapes import dashed_edges, rounded_bar, turned_profile
+from slipgrasp.web.scene.surfaces import Surfaces
+
+Values = NDArray[np.float64]
+
+_GLASS = 0.4
+_DASHES = 36
+
+
+class HandDrawer:
+    """Draws frames and the entities that follow them.
+
+    Args:
+        scene: Where the nodes go.
+        root: Name of the node that is the world.
+        frames: All frames, parents first.
+        entities: What is drawn in them; contacts are drawn by `ContactView`.
+        surfaces: Colours.
+        detail: How finely it is drawn.
+        glass: Whether one sees into the object.
+
+    Attributes:
+        paths: Names of the nodes of all frames.
+        block: The object.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        root: str,
+        frames: Sequence[Frame],
+        entities: Sequence[parts.Entity],
+        surfaces: Surfaces,
+        detail: Detail,
+        *,
+        glass: bool,
+    ) -> None:
+        self._scene, self._surfaces, self._glass = scene, surfaces, glass
+        self._moving: list[tuple[Moving, Follower]] = []
+        self.paths = {frames[0].parent: root}
+        for frame in frames:
+            self._add_frame(frame, detail)
+        for entity in entities:
+            for k, shape in enumerate(entity.shapes):
+                self._add(shape, f"{self.paths[entity.frame]}/part{k}")
+
+    def update(self, states: States) -> None:
+        """Moves all frames to the only one of some states."""
+        for moving, follower in self._moving:
+            follower.follow(moving(states)[0])
+
+    def _add_frame(self, frame: Frame, detail: Detail) -> None:
+        path = self.paths[frame.name] = f"{self.paths[frame.parent]}/{frame.name.replace('/', '-')}"
+        node = self._scene.add_frame(path, show_axes=False)
+        if callable(frame.position):
+            self._moving.append((frame.position, Follower(detail, _moving_to(node))))
+        else:
+            node.position = np.array(frame.position)
+        if callable(frame.rotation):
+            self._moving.append((frame.rotation, Follower(detail, _turning_to(node))))
+        else:
+            node.wxyz = np.array(frame.rotation)
+
+    def _add(self, shape: parts.Shape, name: str) -> None:
+        assert isinstance(shape.paint, Role), "contacts are drawn by ContactView"
+        colour = colour_of(shape.paint, self._surfaces)
+        if isinstance(shape, parts.Triangles):
+            self.block = self._scene.add_mesh_simple(
+                name,
+                shape.points.astype(np.float32),
+                shape.indices.astype(np.uint32),
+                color=colour,
+                opacity=_GLASS if self._glass else None,
+                flat_shading=True,
+                side="double" if self._glass else "front",
+            )
+        elif isinstance(shape, parts.Lines):
+            assert not callable(shape.points), "contacts are drawn by ContactView"
+            edges = shape.points[shape.indices]
+            # A prism has three edges for each corner of its base.
+            count = max(3 * _DASHES // len(edges), 2)
+            points = dashed_edges(edges, count) if shape.dashed else edges
+            self._scene.add_line_segments(
+                name, points.astype(np.float32), colour, thickness=shape.thickness
+            )
+        elif isinstance(shape, parts.Rod):
+            self._add_rod(shape, name, colour)
+
+    def _add_rod(self, rod: parts.Rod, name: str, colour: Rgb) -> None:
+        along = rod.end - rod.start
+        length, (first, last) = float(np.linalg.norm(along)), rod.radii
+        ends = np.array([[0.0, 0.0], [0.0, first], [length, last], [length, 0.0]])
+        bar = rounded_bar(length, first, last) if rod.rounded else turned_profile(ends)
+        self._scene.add_mesh_simple(
+            name,
+            *bar,
+            color=colour,
+            flat_shading=not rod.rounded,
+            position=rod.start,
+            wxyz=rotations.from_x_to(along[None])[0],
+        )
+
+
+def colour_of(role: Role, surfaces: Surfaces) -> Rgb:
+    """The colour of what a primitive shows."""
+    return {
+        Role.OBJECT: surfaces.object,
+        Role.OBJECT_EDGE: surfaces.object_edge,
+        Role.DESIRED: GHOST,
+        Role.LINK: surfaces.link,
+        Role.JOINT: surfaces.joint,
+        Role.MOUNT: surfaces.mount,
+    }[role]
+
+
+def _moving_to(node: viser.FrameHandle) -> Callable[[Values], None]:
+    def draw(position: Values) -> None:
+        node.position = position
+
+    return draw
+
+
+def _turning_to(node: viser.FrameHandle) -> Callable[[Values], None]:
+    def draw(rotation: Values) -> None:
+        node.wxyz = rotation
+
+    return draw

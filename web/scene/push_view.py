@@ -1,0 +1,117 @@
+"""A push on the object: an arrow to its centre, and an arc about the axis of a moment."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from slipgrasp.scene import rotations
+from slipgrasp.web.model.colours import PUSH, glow
+from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.layout import FullScale
+from slipgrasp.web.scene.marks import MarkSizes, push_words
+from slipgrasp.web.scene.shapes import arc, joined
+
+Points = NDArray[np.float64]
+
+_ARC = 1.5 * math.pi
+_SHORTEST = 1e-3
+_ROOM = 0.6
+"""How far beyond an arrow its words stand, in the radius of the object."""
+
+
+class PushView:
+    """Shows a force and a moment on the object while they last, and how strong they are.
+
+    Args:
+        scene: Where the nodes go.
+        name: Name of the node that they are below; its axes are those of the model.
+        radius: How near its centre the object's faces come [m].
+        sizes: Sizes of the marks.
+        detail: How finely it is drawn.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        name: str,
+        radius: float,
+        sizes: MarkSizes,
+        detail: Detail,
+    ) -> None:
+        self._radius, self._sizes = radius, sizes
+        self._root = scene.add_frame(name, show_axes=False, visible=False)
+        shaft = 1.6 * sizes.shaft_radius
+        self._head = 5.0 * shaft
+        self._arrow = scene.add_arrows(
+            f"{name}/force",
+            np.zeros((1, 2, 3)),
+            np.array([glow(PUSH)], dtype=np.uint8),
+            shaft_radius=shaft,
+            head_radius=2.6 * shaft,
+            head_length=self._head,
+        )
+        self._arc = scene.add_line_segments(
+            f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
+        )
+        self._words = scene.add_label(
+            f"{name}/words", "", anchor="center-center", font_screen_scale=1.3
+        )
+        self._follow_object = Follower(detail, self._move)
+        self._follow_wrench = Follower(detail, self._draw)
+
+    def newtons_per_metre(self, full: FullScale) -> float:
+        """How strong a force is whose arrow is one metre long [N/m]."""
+        return full.force / self._sizes.force_length
+
+    def update(self, centre: Points, wrench: Points, full: FullScale) -> None:
+        """Shows a force and a moment on an object at a place.
+
+        Args:
+            centre: The centre of the object [m].
+            wrench: Force and moment [N, N m]: (f_x, f_y, m) of a planar hand, or six numbers.
+            full: What an arrow of full length stands for.
+        """
+        acts = bool(wrench.any())
+        if acts is not self._root.visible:
+            self._root.visible = acts
+        if acts:
+            fx, fy, *rest = wrench.tolist()
+            force_and_moment = [fx, fy, 0.0, 0.0, 0.0, *rest] if len(rest) == 1 else [fx, fy, *rest]
+            self._follow_object.follow(centre)
+            self._follow_wrench.follow(np.array([*force_and_moment, full.force]))
+
+    def _move(self, centre: Points) -> None:
+        # In front of a planar hand and its marks.
+        self._root.position = centre + np.array([0.0, 0.0, 1.5 * self._sizes.depth])
+
+    def _draw(self, wrench_and_full: Points) -> None:
+        force, moment, full = wrench_and_full[:3], wrench_and_full[3:6], wrench_and_full[6]
+        arrow = self._sizes.force_length / full * force
+        self._arrow.visible = float(np.linalg.norm(arrow)) > _SHORTEST
+        # It ends where the force acts, and comes from outside the object.
+        tail = -arrow if self._arrow.visible else np.array([0.0, self._radius, 0.0])
+        self._arrow.points = np.array([[tail, np.zeros(3)]], dtype=np.float32)
+        self._arc.visible = bool(moment.any())
+        self._arc.points = joined(_twist(0.7 * self._radius, moment))
+        self._words.text = push_words(*np.linalg.norm([force, moment], axis=1).tolist())
+        # The head may be longer than the arrow.
+        length = float(np.linalg.norm(tail))
+        far = max(length, self._head) + _ROOM * self._radius
+        self._words.position = far / length * tail
+
+
+def _twist(radius: float, moment: Points) -> Points:
+    """An arc about a moment, counterclockwise seen from its tip, that ends in an arrow's head."""
+    start, end = 0.25 * math.pi, 0.25 * math.pi + _ARC
+    way = arc(radius, start, end)
+    forward = np.array([-math.sin(end), math.cos(end)])
+    outward = np.array([math.cos(end), math.sin(end)])
+    back = way[-1] - 0.4 * radius * forward
+    head = [back + 0.25 * radius * outward, way[-1], back - 0.25 * radius * outward]
+    flat = np.concatenate([way, head])
+    axes = rotations.matrices(rotations.from_x_to(moment[None]))[0]
+    return flat @ axes[:, 1:].T
