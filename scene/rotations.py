@@ -13,7 +13,7 @@ UNTURNED = (1.0, 0.0, 0.0, 0.0)
 _LEAST_COSINE = 1e-12
 
 
-def about(axis: tuple[float, float, float], angles: Values) -> Values:
+def about(axis: Values, angles: Values) -> Values:
     """Rotations about a unit axis by angles ``(...)`` [rad]."""
     half = 0.5 * np.asarray(angles)
     turned = np.empty((*half.shape, 4))

@@ -41,7 +41,7 @@ UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 """Turns the plane of a planar hand upright in the world."""
 LYING = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
 """Its inverse."""
-_Z, _MINUS_Y = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
+_Z, _MINUS_Y = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
 
 
 class Frame(NamedTuple):
@@ -169,5 +169,5 @@ def _finger(scenario: Scenario, root: str, i: int) -> Iterator[Frame]:
     yield Frame(tip_frame(i), parent, (finger.link_lengths[-1], 0.0, 0.0))
 
 
-def _turned(finger: int, joint: int, axis: tuple[float, float, float], states: States) -> Values:
+def _turned(finger: int, joint: int, axis: Values, states: States) -> Values:
     return rotations.about(axis, states.joint_angles[:, finger, joint])

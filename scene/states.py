@@ -12,7 +12,7 @@ from slipgrasp.scene import rotations
 
 Values = NDArray[np.float64]
 
-_Z = (0.0, 0.0, 1.0)
+_Z = np.array([0.0, 0.0, 1.0])
 _LARGEST = 1e100
 
 

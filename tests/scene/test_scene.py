@@ -183,7 +183,7 @@ def test_rotations_are_those_of_scipy():
     assert_allclose(product, (first * second).as_matrix(), atol=1e-12)
     turned = [rotations.of_matrix(matrix) for matrix in first.as_matrix()]
     assert_allclose(rotations.matrices(np.array(turned)), first.as_matrix(), atol=1e-12)
-    about = rotations.about((0.0, -1.0, 0.0), np.array([0.3, -2.0]))
+    about = rotations.about(np.array([0.0, -1.0, 0.0]), np.array([0.3, -2.0]))
     expected = Rotation.from_rotvec([[0.0, -0.3, 0.0], [0.0, 2.0, 0.0]])
     assert_allclose(rotations.matrices(about), expected.as_matrix(), atol=1e-12)
 

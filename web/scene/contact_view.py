@@ -186,8 +186,8 @@ class ContactView:
 
     def _within(self, tip: Points, arrow: Points) -> Points:
         """An arrow from the fingertip, as much of it as fits into the lens."""
-        length = float(np.linalg.norm(arrow))
-        if length == 0.0:
+        length = math.hypot(*arrow.tolist())
+        if length == 0.0 or math.isinf(self._reach):
             return arrow
         room = distance_to_circle(tip, arrow / length, self._reach)
         return min(1.0, room / length) * arrow

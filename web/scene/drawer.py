@@ -16,7 +16,7 @@ from slipgrasp.scene import parts, rotations
 from slipgrasp.scene.parts import Role
 from slipgrasp.scene.skeleton import Frame, Moving
 from slipgrasp.scene.states import States
-from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.shapes import dashed_edges, rounded_bar, turned_profile
 from slipgrasp.web.scene.surfaces import Surfaces
 
@@ -55,28 +55,37 @@ class HandDrawer:
         glass: bool,
     ) -> None:
         self._scene, self._surfaces, self._glass = scene, surfaces, glass
-        self._moving: list[tuple[Moving, Follower]] = []
+        self._detail = detail
+        self._moving: list[tuple[Moving, Callable[[Values], None]]] = []
         self.paths = {frames[0].parent: root}
         for frame in frames:
-            self._add_frame(frame, detail)
+            self._add_frame(frame)
         for entity in entities:
             for k, shape in enumerate(entity.shapes):
                 self._add(shape, f"{self.paths[entity.frame]}/part{k}")
+        self._drawn = np.full((len(self._moving), 4), np.inf)
 
     def update(self, states: States) -> None:
-        """Moves all frames to the only one of some states."""
-        for moving, follower in self._moving:
-            follower.follow(moving(states)[0])
+        """Moves the frames to the only one of some states, if they are too far from it."""
+        now = np.zeros_like(self._drawn)
+        for row, (moving, _) in zip(now, self._moving, strict=True):
+            values = moving(states)[0]
+            row[: len(values)] = values
+        # All at once: a comparison for each takes longer than to compute where they are.
+        far = np.abs(now - self._drawn).max(axis=1) > self._detail.least_move
+        for k in np.flatnonzero(far).tolist():
+            self._moving[k][1](now[k])
+        self._drawn[far] = now[far]
 
-    def _add_frame(self, frame: Frame, detail: Detail) -> None:
+    def _add_frame(self, frame: Frame) -> None:
         path = self.paths[frame.name] = f"{self.paths[frame.parent]}/{frame.name.replace('/', '-')}"
         node = self._scene.add_frame(path, show_axes=False)
         if callable(frame.position):
-            self._moving.append((frame.position, Follower(detail, _moving_to(node))))
+            self._moving.append((frame.position, _moving_to(node)))
         else:
             node.position = np.array(frame.position)
         if callable(frame.rotation):
-            self._moving.append((frame.rotation, Follower(detail, _turning_to(node))))
+            self._moving.append((frame.rotation, _turning_to(node)))
         else:
             node.wxyz = np.array(frame.rotation)
 
@@ -134,7 +143,7 @@ def colour_of(role: Role, surfaces: Surfaces) -> Rgb:
 
 def _moving_to(node: viser.FrameHandle) -> Callable[[Values], None]:
     def draw(position: Values) -> None:
-        node.position = position
+        node.position = position[:3]
 
     return draw
 
