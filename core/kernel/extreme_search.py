@@ -68,8 +68,8 @@ def least_inside(
         inwards = BESIDE if place == 0 else 1.0 - BESIDE
         if not sign * value_inside(model, run, h, j, inwards) < least:
             return np.inf
-    # The first slopes of a step are taken at states of low order: the next node but one as well.
-    low, high = method.ordered[max(place - 2, 0)], method.ordered[min(place + 2, final)]
+    # Slopes are taken at states of low order: the extreme may lie beyond the next nodes.
+    low, high = method.ordered[max(place - 3, 0)], method.ordered[min(place + 3, final)]
     shares = method.nodes[low], method.nodes[high]
     return _search(model, run, h, j, sign, shares[0], shares[1], value_inside)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from numba import types
 
-from slipgrasp.core.kernel.compiler import compiled_apart
+from slipgrasp.core.kernel.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.dips import value_inside
 from slipgrasp.core.kernel.extreme_search import least_inside
-from slipgrasp.core.kernel.guards import NORMAL_FORCE, PER_CONTACT, PHASE
+from slipgrasp.core.kernel.guards import NORMAL_FORCE, PER_CONTACT, PHASE, evaluate_ends
 from slipgrasp.core.kernel.model import MODEL
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.run import PROGRESS
+from slipgrasp.core.kernel.stepper import take_step
 from slipgrasp.core.kernel.tally import add_step, count_force, count_forces, count_margin
 
 _LEAST = types.float64, types.int64, types.float64, types.float64, types.float64
@@ -29,13 +30,26 @@ def find_extreme(
 def count_step(model: Record, run: Record, h: float) -> None:
     """Adds the step of size ``h`` from the present state on to the metrics.
 
-    Where the law jumps at its end the forces there are those of neither side: the rows before and
-    after the jump have them.
+    Where the law jumps at its end the forces there are those of neither side: those up to just
+    before the jump count.
     """
-    discrete, guards, tally = run.discrete, run.guards, run.tally
-    add_step(model, discrete, run.step, run.now, h, tally)
+    discrete, guards, step, work = run.discrete, run.guards, run.step, run.work
+    add_step(model, discrete, step, run.now, h, run.tally)
     if run.fired == 1 and guards.fired[guards.count - 1] == 1:
-        return
+        before = run.before_time - run.now
+        if before > 0.0:
+            take_step(model, discrete, run.now, before, step, work)
+            evaluate_ends(model, discrete, step.end, work, guards)
+            _count_extremes(model, run, before)
+        take_step(model, discrete, run.now, h, step, work)
+    else:
+        _count_extremes(model, run, h)
+
+
+@compiled
+def _count_extremes(model: Record, run: Record, h: float) -> None:
+    """Counts the forces in the step of size ``h`` and at its end."""
+    discrete, tally = run.discrete, run.tally
     for i in range(model.num_fingers):
         base, peak = PER_CONTACT * i, tally.peak_normal_force[i]
         least = find_extreme(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
@@ -44,4 +58,4 @@ def count_step(model: Record, run: Record, h: float) -> None:
             record = tally.least_margin[i]
             least = find_extreme(model, run, h, base + PHASE, 1.0, tally.margin[i], record)
             count_margin(tally.least_margin, i, least)
-    count_forces(model, discrete, guards.ends, tally)
+    count_forces(model, discrete, run.guards.ends, tally)

@@ -212,13 +212,22 @@ def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
 @compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
 def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
     """1 if any guard is past its level at the end of a step; marks those, which fired in it."""
-    _update_values(model, discrete, state, work, guards)
+    evaluate_ends(model, discrete, state, work, guards)
     found = 0
     for j in range(guards.count):
-        guards.ends[j] = guards.values[j]
         guards.fired[j] = 1 if _is_past(model, discrete, guards, j) else 0
         found |= guards.fired[j]
     return found
+
+
+@compiled
+def evaluate_ends(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """Values of all guards at the state that ``work`` holds, as those at the end of a step."""
+    _update_values(model, discrete, state, work, guards)
+    for j in range(guards.count):
+        guards.ends[j] = guards.values[j]
 
 
 @compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)

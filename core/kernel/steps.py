@@ -61,7 +61,7 @@ ROUGH = 1.0
 # Where the law jumps velocities go on, but for this and the tolerance of steps.
 VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
 CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
-POLE = 1.0  # a normal force that is so far beyond zero where it was located has no zero there [N]
+POLE = 1.0  # a normal force that far beyond its zero, where that was located, has none [N]
 AT_POLE = 2  # of run.fired: there the law asks for forces without bound
 
 
@@ -293,8 +293,7 @@ def _is_at_pole(model: Record, run: Record) -> bool:
     guards = run.guards
     for i in range(model.num_fingers):
         j = PER_CONTACT * i + NORMAL_FORCE
-        # Beside a zero it would be less than where the step starts.
-        if guards.fired[j] == 1 and guards.values[j] < -POLE - guards.starts[j]:
+        if guards.fired[j] == 1 and guards.values[j] < -POLE:
             return True
     return False
 
