@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import os
+import shutil
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.recordings.store.run_files import RunFiles, sidecar_text
 from slipgrasp.recordings.store.run_query import Condition, RunQuery
 from slipgrasp.recordings.store.store import RecordingStore
 
 ROUNDS = 15
 COUNT = 10_000
 PAGE = 100
+LINKS = 60_000
+"""File systems allow about so many names for one file."""
 
 
 def run(_docs: Path | None = None) -> list[Table]:
@@ -34,7 +38,7 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        _fill(folder, count)
+        fill(folder, count)
         first = _seconds_of_first_listing(folder)
         kept = _seconds_of_first_listing(folder)
         store = RecordingStore(folder)
@@ -66,19 +70,26 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
     return Table("catalogue", (f"{count} recordings", "wall [ms]"), table, (note,))
 
 
-def _fill(folder: Path, count: int) -> None:
-    """One real recording under many names, each with a sidecar of its own."""
+def fill(folder: Path, count: int) -> None:
+    """Links one real recording under many names, each with a valid sidecar of its own."""
     scenario = with_values(load_scenario("paper-case-1"), {"simulation.duration": 0.1})
-    stored = RecordingStore(folder).save(simulate(scenario))
-    document = json.loads(stored.path.with_suffix(".json").read_text(encoding="utf-8"))
+    stored, files = RecordingStore(folder).save(simulate(scenario)), RunFiles(folder)
     for number in range(count - 1):
-        tags = ["odd"] if number % 2 else ["even", "long"]
-        document |= {"name": f"run {number}", "tags": tags}
-        document["created"] = f"2026-01-{1 + number % 28:02}T12:{number % 60:02}:00.000+00:00"
-        document["summary"]["metrics"]["slip_path"] = [number / count, 0.0]
-        os.link(stored.path, folder / f"{number:012}.mcap")
-        text = json.dumps(document, indent=1)
-        (folder / f"{number:012}.json").write_text(text, encoding="utf-8")
+        run_id = f"{number:012}"
+        if number % LINKS == 0:
+            source = shutil.copyfile(stored.path, files.recording(run_id))
+        else:
+            os.link(source, files.recording(run_id))
+        metrics = stored.summary["metrics"] | {"slip_path": [number / count, 0.0]}
+        run = replace(
+            stored,
+            id=run_id,
+            name=f"run {number}",
+            tags=("odd",) if number % 2 else ("even", "long"),
+            created=f"2026-01-{1 + number % 28:02}T12:{number % 60:02}:00.000+00:00",
+            summary=stored.summary | {"metrics": metrics},
+        )
+        files.sidecar(run_id).write_bytes(sidecar_text(run))
 
 
 def _seconds_of_first_listing(folder: Path) -> float:

@@ -150,6 +150,7 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         )
         app.state.retention_service = retention_service
         retention_service.start()
+        store.begin_listing()
         try:
             async with lifespan(app) if lifespan else nullcontext():
                 yield

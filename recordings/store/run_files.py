@@ -79,9 +79,9 @@ class RunFiles:
         path = self.recording(run_id)
         return path.is_file() and not path.is_symlink()
 
-    def scan(self) -> dict[str, str]:
-        """A stamp of every run, which is another one once a file of it was changed."""
-        stamps: dict[str, dict[str, str]] = {"mcap": {}, "json": {}}
+    def scan(self) -> dict[str, int]:
+        """The stamp of every run."""
+        stamps: dict[str, dict[str, int]] = {"mcap": {}, "json": {}}
         try:
             with os.scandir(self.path) as entries:
                 for entry in entries:
@@ -90,9 +90,17 @@ class RunFiles:
                         stamps[kind][run_id] = _stamp(entry)
         except (FileNotFoundError, NotADirectoryError):
             return {}
-        sidecars = stamps["json"]
-        found = {run_id: stamp for run_id, stamp in stamps["mcap"].items() if stamp}
-        return {run_id: f"{stamp}|{sidecars.get(run_id, '')}" for run_id, stamp in found.items()}
+        found, sidecars = stamps["mcap"], stamps["json"]
+        for run_id in [run_id for run_id, stamp in found.items() if not stamp]:
+            del found[run_id]
+        for run_id in found:
+            found[run_id] = _joint_stamp(found[run_id], sidecars.get(run_id, 0))
+        return found
+
+    def stamp(self, run_id: str) -> int | None:
+        """Another number once a file of a run was changed; None if there is no such run."""
+        recording = _stamp(self.recording(run_id))
+        return _joint_stamp(recording, _stamp(self.sidecar(run_id))) if recording else None
 
     def read(self, run_id: str) -> StoredRun:
         """A run, from its sidecar if that will do.
@@ -159,20 +167,7 @@ class RunFiles:
         Raises:
             RecordingWriteError: If it cannot be written; then the old one is still there.
         """
-        description = Description(
-            title=stored.title, controller=stored.controller, summary=stored.summary
-        )
-        document = {
-            "created": stored.created,
-            "title": stored.title,
-            "controller": stored.controller,
-            "name": stored.name,
-            "notes": stored.notes,
-            "tags": stored.tags,
-            "summary": stored.summary,
-            "digest": _digest(description, stored.size),
-        }
-        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1).encode()
+        text = sidecar_text(stored)
         if len(text) > MAX_SIDECAR_BYTES:
             cause = f"its phase changes and texts take more than {MAX_SIDECAR_BYTES} bytes"
             raise RecordingWriteError(self.sidecar(stored.id), cause)
@@ -203,6 +198,24 @@ class RunFiles:
             raise RecordingError(f"cannot delete '{path}': {error.strerror}") from error
 
 
+def sidecar_text(stored: StoredRun) -> bytes:
+    """The sidecar of a run, as JSON."""
+    description = Description(
+        title=stored.title, controller=stored.controller, summary=stored.summary
+    )
+    document = {
+        "created": stored.created,
+        "title": stored.title,
+        "controller": stored.controller,
+        "name": stored.name,
+        "notes": stored.notes,
+        "tags": stored.tags,
+        "summary": stored.summary,
+        "digest": _digest(description, stored.size),
+    }
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1).encode()
+
+
 def _digest(description: Description, size: int) -> str:
     """Ties a description to itself and to the size of the recording it was computed from."""
     text = json.dumps(
@@ -216,15 +229,21 @@ def iso_time(time: datetime) -> str:
     return time.astimezone(UTC).isoformat(timespec="milliseconds")
 
 
-def _stamp(entry: os.DirEntry[str]) -> str:
-    """Empty if it is no file of its own, or no longer there."""
+def _stamp(file: os.DirEntry[str] | Path) -> int:
+    """Of one file; 0 if it is none of its own, or not there."""
     try:
-        if not entry.is_file(follow_symlinks=False):
-            return ""
-        status = entry.stat(follow_symlinks=False)
-    except FileNotFoundError:
-        return ""
-    return f"{status.st_size} {status.st_mtime_ns} {status.st_ctime_ns} {status.st_ino}"
+        status = file.stat(follow_symlinks=False)
+    except OSError:
+        return 0
+    if not S_ISREG(status.st_mode):
+        return 0
+    facts = (status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino)
+    return hash(facts) or 1  # of integers alone, so it is the same in every process
+
+
+def _joint_stamp(recording: int, sidecar: int) -> int:
+    """Of both files of a run, as a number that SQLite holds."""
+    return hash((recording, sidecar)) % (1 << 63)
 
 
 def time_of(status: os.stat_result) -> str:

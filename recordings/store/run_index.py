@@ -1,240 +1,47 @@
-"""Finding runs by what is told of them, without reading their files each time.
+"""Finding runs by what is known of them, without reading their files each time.
 
-Before every search one look over the folder finds what was changed, is new or is gone.
-Sidecars of those are read at once; recordings without one take long to read, so of these
-only as many as fit into a moment, and those that are about to be shown. What is known of the runs
-is kept in a table, which is made from their files, and made again whenever it will not do.
+The files are the truth; `IndexTable` repeats what searches need. What this program writes is
+entered at once. What others changed is found by a look over the folder: in a small one before
+every search; a large one is looked at by a thread, for a twentieth of the time at most, and
+searches do not wait for it. Runs of a page are read from their own files, so that a page shows
+nothing outdated.
 """
 
 from __future__ import annotations
 
-import json
 import logging
+import math
 import sqlite3
+import threading
 import time
-import weakref
-import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
-from threading import Lock
-from typing import Any
 
-from slipgrasp.core.run.provenance import program_version
-from slipgrasp.core.trace.types import Outcome
-from slipgrasp.core.words.display_name import preset_titles
 from slipgrasp.recordings.exceptions import RecordingNotFoundError
-from slipgrasp.recordings.store.description import Description, figures_of
+from slipgrasp.recordings.store.description import Description
+from slipgrasp.recordings.store.index_table import PRIVATE, Entry, IndexTable
 from slipgrasp.recordings.store.run_files import RunFiles
-from slipgrasp.recordings.store.run_query import FIGURES, RunQuery
+from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.stored_run import StoredRun
 
 INDEX_NAME = "catalogue.sqlite"
 READING_SECONDS = 0.25
 
+SMALL = 2000
+"""Runs of a folder that is looked at before every search, in some ten milliseconds."""
+_PAUSE = 20.0
+"""How many times longer than a look it takes until there is another one."""
+_BATCH = 500
+_STAMPS = 5000
+_CORRECTIONS = 5
+"""How often a page is searched again whose runs are not as the table has them."""
+
 _JOURNALS = ("", "-journal", "-wal", "-shm")
 _UNREAD = Description(title="", controller="", summary={})
-IN_MEMORY = ":memory:"
-BUSY_SECONDS = 0.2
-
-# Another one whenever the same columns hold something else.
-_CONTENT = 3
-
-_COLUMNS = (
-    ("id", "TEXT PRIMARY KEY"),
-    ("stamp", "TEXT NOT NULL"),
-    ("is_read", "INTEGER NOT NULL"),
-    ("created", "REAL NOT NULL"),
-    ("size", "INTEGER NOT NULL"),
-    ("title", "TEXT COLLATE NOCASE"),
-    ("name", "TEXT COLLATE NOCASE"),
-    ("preset", "TEXT"),
-    ("controller", "TEXT"),
-    ("outcome", "TEXT"),
-    ("tags", "TEXT NOT NULL"),
-    *((name, "REAL") for name in FIGURES),
-    # Long ones make their row long; they come last so that a search need not pass over them.
-    ("words", "TEXT NOT NULL"),
-)
-_RUNS = f"CREATE TABLE runs ({', '.join(f'{name} {kind}' for name, kind in _COLUMNS)})"
-_DOCUMENTS = "CREATE TABLE documents (id TEXT PRIMARY KEY, content TEXT NOT NULL)"
-_PUT = f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(_COLUMNS))})"
-_PUT_DOCUMENT = "INSERT OR REPLACE INTO documents VALUES (?, ?)"
 
 _logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A run for the table.
-
-    Attributes:
-        stored: What is told of it.
-        stamp: Of the files that tell it.
-        is_read: Whether they tell all; a recording without a sidecar takes long to read.
-    """
-
-    stored: StoredRun
-    stamp: str
-    is_read: bool
-
-
-class IndexTable:
-    """The table.
-
-    Args:
-        path: Its file, made if it is missing, or `IN_MEMORY`.
-
-    Raises:
-        sqlite3.Error: If the file is damaged, foreign, outdated or cannot be used; also from
-            every method.
-    """
-
-    def __init__(self, path: Path | str) -> None:
-        self._connection = sqlite3.connect(
-            path, timeout=BUSY_SECONDS, isolation_level=None, check_same_thread=False
-        )
-        self._closer = weakref.finalize(self, self._connection.close)
-        try:
-            self._prepare()
-        except sqlite3.Error:
-            self.close()
-            raise
-
-    def close(self) -> None:
-        """Closes the file."""
-        self._closer()
-
-    def _prepare(self) -> None:
-        expected = _version()
-        # What a power cut may damage is made again; that of a killed process stays whole.
-        self._connection.execute("PRAGMA synchronous = NORMAL")
-        with self._connection:
-            self._connection.execute("BEGIN IMMEDIATE")
-            (version,) = self._connection.execute("PRAGMA user_version").fetchone()
-            (num_tables,) = self._connection.execute(
-                "SELECT count(*) FROM sqlite_master"
-            ).fetchone()
-            if num_tables == 0 and version == 0:
-                self._connection.execute(_RUNS)
-                self._connection.execute(_DOCUMENTS)
-                self._connection.execute(f"PRAGMA user_version = {expected}")
-            elif version != expected:
-                raise sqlite3.DatabaseError("another version made it")
-        (finding,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
-        if finding != "ok":
-            raise sqlite3.DatabaseError(finding)
-
-    def stamps(self) -> dict[str, str]:
-        """Id and stamp of every run."""
-        return dict(self._connection.execute("SELECT id, stamp FROM runs"))
-
-    def unread(self) -> list[str]:
-        """Ids of runs whose recording is not read yet, newest first."""
-        rows = self._connection.execute(
-            "SELECT id FROM runs WHERE NOT is_read ORDER BY created DESC, id DESC"
-        )
-        return [run_id for (run_id,) in rows]
-
-    def apply(self, gone: Iterable[str], changed: Iterable[Entry]) -> None:
-        """Brings the table up to date, all or nothing.
-
-        Args:
-            gone: Ids of runs that are no longer there.
-            changed: Runs that are new, or of which something else is told now.
-        """
-        removed = [(run_id,) for run_id in gone]
-        with self._connection:
-            self._connection.execute("BEGIN IMMEDIATE")
-            self._connection.executemany("DELETE FROM runs WHERE id = ?", removed)
-            self._connection.executemany("DELETE FROM documents WHERE id = ?", removed)
-            for entry in changed:
-                document = json.dumps(entry.stored.told(), ensure_ascii=False)
-                self._connection.execute(_PUT, _row(entry))
-                self._connection.execute(_PUT_DOCUMENT, (entry.stored.id, document))
-
-    def find(self, query: RunQuery) -> tuple[list[str], int]:
-        """Ids of the runs of one page, and how many there are on all pages."""
-        terms = list(_terms(query))
-        where = " AND ".join(term for term, _ in terms) or "1"
-        values = [value for _, value in terms]
-        key, direction = query.sort_key, "DESC" if query.is_falling else "ASC"
-        rows = self._connection.execute(
-            f"SELECT id FROM runs WHERE {where} "
-            f"ORDER BY NULLIF({key}, '') IS NULL, {key} {direction}, id {direction} "
-            "LIMIT ? OFFSET ?",
-            [*values, -1 if query.limit is None else query.limit, query.offset],
-        )
-        ids = [run_id for (run_id,) in rows]
-        (count,) = self._connection.execute(
-            f"SELECT count(*) FROM runs WHERE {where}", values
-        ).fetchone()
-        return ids, count
-
-    def get(self, run_id: str, recording: Path) -> StoredRun:
-        """What the table tells of a run."""
-        row = self._connection.execute(
-            "SELECT content FROM documents WHERE id = ?", (run_id,)
-        ).fetchone()
-        try:
-            content = json.loads(row[0])
-            content["tags"] = tuple(content["tags"])
-            if content["summary"]:
-                Description.from_document(content)
-            return StoredRun(id=run_id, path=recording, **content)
-        except (ArithmeticError, KeyError, TypeError, ValueError) as error:
-            raise sqlite3.DatabaseError("malformed document") from error
-
-
-def _version() -> int:
-    """Another number for other columns, and whenever the same file may tell something else."""
-    decisive = (_RUNS, _DOCUMENTS, _CONTENT, program_version(), preset_titles())
-    return zlib.crc32(repr(decisive).encode()) >> 1 or 1
-
-
-def _terms(query: RunQuery) -> Iterator[tuple[str, Any]]:
-    """Conditions in SQL, each with its value."""
-    if query.preset is not None:
-        yield "preset = ?", query.preset
-    if query.controller is not None:
-        yield "controller = ?", query.controller
-    if query.outcome is not None:
-        yield "outcome = ?", query.outcome.value
-    for tag in query.tags:
-        yield "instr(tags, ?)", _enclosed(tag)
-    if query.created_from is not None:
-        yield "created >= ?", query.created_from.timestamp()
-    if query.created_to is not None:
-        yield "created <= ?", query.created_to.timestamp()
-    if query.text:
-        yield "instr(words, ?)", query.text.casefold()
-    for condition in query.conditions:
-        yield f"{condition.figure} {condition.operator} ?", condition.value
-
-
-def _row(entry: Entry) -> list[Any]:
-    stored = entry.stored
-    figures = figures_of(stored.summary) if stored.summary else {}
-    outcome = stored.summary.get("outcome", Outcome.FAILED.value)
-    told = [stored.title, stored.name, stored.preset, stored.controller, outcome]
-    return [
-        stored.id,
-        entry.stamp,
-        entry.is_read,
-        datetime.fromisoformat(stored.created).timestamp(),
-        stored.size,
-        *(told if entry.is_read else [None, stored.name, None, None, None]),
-        "".join(map(_enclosed, stored.tags)),
-        *(figures.get(name) for name in FIGURES),
-        "\n".join((stored.title, stored.display_name, stored.notes)).casefold(),
-    ]
-
-
-def _enclosed(tag: str) -> str:
-    """A tag that is found as a whole only; no tag holds the end of a line."""
-    return f"\n{tag}\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,117 +70,281 @@ class RunIndex:
     def __init__(self, files: RunFiles, reading_seconds: float = READING_SECONDS) -> None:
         self._files = files
         self._reading_seconds = reading_seconds
-        self._lock = Lock()
+        self._lock = threading.RLock()
+        self._starting = threading.Lock()
         self._table: IndexTable | None = None
-        self._stamps: dict[str, str] = {}
+        self._look: _Look | None = None
 
     def find(self, query: RunQuery) -> FoundRuns:
         """Searches the runs that are there now."""
-        with self._lock:
-            for replacement in (self._replace, self._retreat):
-                try:
-                    return self._find(query)
-                except sqlite3.Error as error:
-                    _logger.warning("the catalogue of recordings is made again: %s", error)
-                    replacement(error)
-            return self._find(query)
+        for replacement in (self._replace, self._retreat):
+            table = self._table
+            try:
+                return self._find(query)
+            except sqlite3.Error as error:
+                with self._lock:
+                    if self._table is table:  # else another thread has done so
+                        _logger.warning("the catalogue of recordings is made again: %s", error)
+                        replacement(error)
+        return self._find(query)
 
-    def forget(self, run_id: str) -> None:
-        """Has a run read again that was changed too quickly for its files' times to tell."""
-        with self._lock:
-            if run_id in self._stamps:
-                self._stamps[run_id] = ""
+    def begin(self) -> None:
+        """Begins to look over the folder, so that the first search has less to wait for."""
+        with self._starting, suppress(sqlite3.Error):
+            self._begin(in_background=True)
+
+    def note(self, run_id: str) -> None:
+        """Enters a run whose files were just written or deleted."""
+        with suppress(sqlite3.Error), self._lock:
+            # Where there is no table, or none of use, the next search makes one.
+            if self._table is not None or self._path().is_file():
+                self._correct(self._opened(), [run_id])
 
     def close(self) -> None:
         """Closes the table; it is opened again when it is needed."""
         with self._lock:
-            self._close()
+            look = self._close()
+        if look is not None:
+            look.join()
 
     def _find(self, query: RunQuery) -> FoundRuns:
         if not self._files.path.is_dir():
             return FoundRuns([], 0, 0)
-        table = self._table or self._open()
-        self._refresh(table)
-        ids, count = table.find(query)
-        unread = set(table.unread())
-        if due := [run_id for run_id in ids if run_id in unread]:
-            unread -= self._read(table, due)
-        found = [table.get(run_id, self._files.recording(run_id)) for run_id in ids]
-        runs = [run for run in found if run.id in self._stamps]
-        return FoundRuns(runs, count - (len(found) - len(runs)), len(unread))
+        left = self._bring_up_to_date(everything=query.limit is None)
+        with self._lock:
+            table = self._opened()
+            if unread := table.unread():
+                self._read(table, unread, time.monotonic() + self._reading_seconds)
+            page, count = self._true_page(table, query)
+            waiting = set(table.unread())
+            self._read(table, due := [run_id for run_id in page if run_id in waiting])
+            runs = list(self._runs(table, page))
+            return FoundRuns(runs, count - len(page) + len(runs), left + len(waiting - {*due}))
 
-    def _refresh(self, table: IndexTable) -> None:
+    def _bring_up_to_date(self, *, everything: bool) -> int:
+        """Looks over the folder where that is due; returns how many runs are still to be entered.
+
+        Args:
+            everything: Whether to wait until none is.
+        """
+        with self._starting:
+            look = self._begin(in_background=self._look is not None and not self._look.is_small)
+            look.is_useful.wait()
+        if everything:
+            look.join()
+        if look.error is not None:
+            raise look.error
+        return look.left
+
+    def _begin(self, *, in_background: bool) -> _Look:
+        with self._lock:
+            table = self._opened()
+            if self._look is None or self._look.is_due:
+                is_first = self._look is None
+                in_background = in_background and table.count() > SMALL
+                self._look = _Look(self, table, is_first=is_first, in_background=in_background)
+                self._look.start()
+            return self._look
+
+    def _true_page(self, table: IndexTable, query: RunQuery) -> tuple[list[str], int]:
+        """A page of runs that are as the table has them, and the count of all pages."""
+        for _ in range(_CORRECTIONS):
+            page, count = table.find(query)
+            outdated = [each for each, stamp in page.items() if self._files.stamp(each) != stamp]
+            if not outdated:
+                break
+            self._correct(table, outdated)
+        return list(page), count
+
+    def _runs(self, table: IndexTable, ids: Iterable[str]) -> Iterator[StoredRun]:
+        """Those that are still there."""
+        for run_id in ids:
+            with suppress(RecordingNotFoundError):
+                sidecar = self._files.read_sidecar(run_id)
+                description = sidecar.description or table.description(run_id)
+                description = description or self._files.describe(run_id)
+                yield self._files.put_together(run_id, sidecar, description)
+
+    def enter(self, table: IndexTable, ids: Iterable[str]) -> bool:
+        """Enters runs that were changed; returns whether the table is still in use."""
+        entries = {run_id: self._entry(run_id) for run_id in ids}
+        with self._lock:
+            if table is not self._table:
+                return False
+            stamps = {run_id: self._files.stamp(run_id) for run_id in entries}
+            # What was changed since it was read has been noted, or is found by the next look.
+            current = [
+                each for each in entries.values() if each and each.stamp == stamps[each.stored.id]
+            ]
+            table.apply([run_id for run_id, stamp in stamps.items() if stamp is None], current)
+        return True
+
+    def compare(self, table: IndexTable) -> tuple[list[str], int]:
+        """Ids of runs that are not as the table has them, and how many there are."""
         present = self._files.scan()
-        gone = self._stamps.keys() - present.keys()
-        new = [run_id for run_id, stamp in present.items() if self._stamps.get(run_id) != stamp]
-        if gone or new:
-            entries = [self._from_sidecar(run_id, present[run_id]) for run_id in new]
-            table.apply(gone, filter(None, entries))
-            self._stamps = present
-        if unread := table.unread():
-            self._read(table, unread, time.monotonic() + self._reading_seconds)
+        count, gone, last = len(present), [], ""
+        while True:
+            with self._lock:
+                rows = table.stamps(last, _STAMPS) if table is self._table else []
+            if not rows:
+                return [*present, *gone], count
+            last = rows[-1][0]
+            gone += [run_id for run_id, _ in rows if run_id not in present]
+            for run_id, stamp in rows:
+                if present.get(run_id) == stamp:
+                    del present[run_id]
 
-    def _from_sidecar(self, run_id: str, stamp: str) -> Entry | None:
-        """A run as far as its sidecar tells of it; None if it has gone meanwhile."""
+    def _entry(self, run_id: str, description: Description | None = None) -> Entry | None:
+        """A run as its files are; None if it has gone.
+
+        Args:
+            run_id: The run.
+            description: From its recording, if that was read.
+        """
+        stamp = self._files.stamp(run_id)
+        if stamp is None:
+            return None
         sidecar = self._files.read_sidecar(run_id)
-        description = sidecar.description or _UNREAD
+        known = sidecar.description or description
         try:
-            stored = self._files.put_together(run_id, sidecar, description)
+            stored = self._files.put_together(run_id, sidecar, known or _UNREAD)
         except RecordingNotFoundError:
             return None
-        return Entry(stored, stamp, is_read=description is not _UNREAD)
+        kept = None if sidecar.description else description
+        return Entry(stored=stored, stamp=stamp, is_read=known is not None, description=kept)
 
-    def _read(
-        self, table: IndexTable, ids: Iterable[str], deadline: float | None = None
-    ) -> set[str]:
-        """Reads recordings, at least one; returns the ids of those that were read or are gone."""
+    def _correct(self, table: IndexTable, ids: Iterable[str]) -> None:
+        entries = {run_id: self._entry(run_id) for run_id in ids}
+        gone = [run_id for run_id, entry in entries.items() if entry is None]
+        table.apply(gone, filter(None, entries.values()))
+
+    def _read(self, table: IndexTable, ids: Iterable[str], deadline: float | None = None) -> None:
+        """Reads recordings, at least one."""
         found: list[Entry] = []
-        done: set[str] = set()
-        gone: set[str] = set()
+        gone: list[str] = []
         for run_id in ids:
-            done.add(run_id)
-            stamp = self._stamps.get(run_id)
-            if stamp is None:
-                continue  # another process has just added it; the next listing finds it
             try:
-                found.append(Entry(self._files.read(run_id), stamp, is_read=True))
+                entry = self._entry(run_id, self._files.describe(run_id))
             except RecordingNotFoundError:
-                del self._stamps[run_id]
-                gone.add(run_id)
+                entry = None
+            if entry is None:
+                gone.append(run_id)
+            else:
+                found.append(entry)
             if deadline is not None and time.monotonic() > deadline:
                 break
         table.apply(gone, found)
-        return done
 
-    def _open(self) -> IndexTable:
-        path = self._path()
-        if path.is_symlink():
-            raise sqlite3.DatabaseError("its file is a link, which is not followed")
-        return self._use(IndexTable(path))
-
-    def _use(self, table: IndexTable) -> IndexTable:
-        self._table, self._stamps = table, table.stamps()
-        return table
+    def _opened(self) -> IndexTable:
+        """The table, opened anew where its file was deleted or replaced."""
+        if self._table is not None and not self._table.is_in_place:
+            self._close()
+        if self._table is None:
+            path = self._path()
+            if path.is_symlink():
+                raise sqlite3.DatabaseError("its file is a link, which is not followed")
+            if not path.exists():
+                self._discard()  # what a deleted table has left beside it
+            self._table = IndexTable(path)
+        return self._table
 
     def _replace(self, error: sqlite3.Error) -> None:
         """Throws the file away, unless another process is using it."""
         self._close()
         if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
             self._retreat(error)
-            return
+        else:
+            self._discard()
+
+    def _retreat(self, _error: sqlite3.Error) -> None:
+        """Does without a file until this process ends."""
+        self._close()
+        self._table = IndexTable(PRIVATE)
+
+    def _discard(self) -> None:
         for suffix in _JOURNALS:
             with suppress(OSError):
                 self._path().with_name(INDEX_NAME + suffix).unlink(missing_ok=True)
 
-    def _retreat(self, error: sqlite3.Error) -> None:
-        """Does without a file until this process ends."""
-        self._close()
-        self._use(IndexTable(IN_MEMORY))
-
-    def _close(self) -> None:
+    def _close(self) -> _Look | None:
+        """Closes the table; returns the look that ends for this reason."""
         if self._table is not None:
             self._table.close()
-        self._table, self._stamps = None, {}
+        look, self._table, self._look = self._look, None, None
+        return look
 
     def _path(self) -> Path:
         return self._files.path / INDEX_NAME
+
+
+class _Look(threading.Thread):
+    """One look over the folder.
+
+    Args:
+        index: Where it enters what was changed.
+        table: The table that is compared.
+        is_first: Whether the table was just opened; then every page of it is checked.
+        in_background: Whether searches do not wait for it.
+
+    Attributes:
+        is_useful: Set once a search need not wait any longer.
+        left: How many changed runs are still to be entered.
+        error: Why it ended early, if it did.
+    """
+
+    def __init__(
+        self, index: RunIndex, table: IndexTable, *, is_first: bool, in_background: bool
+    ) -> None:
+        super().__init__(name="look over recordings", daemon=True)
+        self.is_useful = threading.Event()
+        self.left = 0
+        self.error: OSError | sqlite3.Error | None = None
+        if in_background:
+            self.is_useful.set()
+        self._index = index
+        self._table = table
+        self._is_first = is_first
+        self._count = 0
+        self._pause = 0.0
+        self._next = math.inf
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the folder has so few runs that it can be looked at before every search."""
+        return self._count <= SMALL
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it is over, and time for another one."""
+        return time.monotonic() >= self._next
+
+    def run(self) -> None:
+        """Compares folder and table, and enters what differs."""
+        try:
+            self._work()
+        except (OSError, sqlite3.Error) as error:
+            self.error = error
+        finally:
+            self._next = time.monotonic() + self._pause
+            self.is_useful.set()
+
+    def _work(self) -> None:
+        # The cost, not the time: on a busy machine a look comes no later.
+        began = time.thread_time()
+        changed, self._count = self._index.compare(self._table)
+        self._pause = 0.0 if self.is_small else _PAUSE * (time.thread_time() - began)
+        changed.sort(reverse=True)  # ids rise with time, and the newest are asked for first
+        self.left = len(changed)
+        while changed:
+            batch, changed = changed[:_BATCH], changed[_BATCH:]
+            if not self._index.enter(self._table, batch):
+                return
+            self.left = len(changed)
+            self._let_search()
+        self._let_search()
+        if self._is_first:
+            self._table.check()
+
+    def _let_search(self) -> None:
+        if not self.is_small:
+            self.is_useful.set()

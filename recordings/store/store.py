@@ -13,7 +13,6 @@ from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
@@ -186,6 +185,7 @@ class RecordingStore:
             self._files.write_sidecar(stored)
         except RecordingWriteError as error:
             _logger.warning("run %s is kept without its sidecar: %s", stored.id, error)
+        self._index.note(stored.id)
         return stored
 
     def save(self, result: RunResult) -> StoredRun:
@@ -229,7 +229,11 @@ class RecordingStore:
     def discard_unfinished(self) -> None:
         """Deletes what a service left of uploads and of sidecars when it was killed."""
         folder = self._files.path
-        for part in chain(folder.glob(f"*{UPLOAD_SUFFIX}"), folder.glob(f"*{SIDECAR_PART}")):
+        # One pass: a folder may hold hundreds of thousands of files.
+        for name in os.listdir(folder) if folder.is_dir() else ():
+            if not name.endswith((UPLOAD_SUFFIX, SIDECAR_PART)):
+                continue
+            part = folder / name
             try:
                 if not part.is_symlink() and not _is_being_written(part):
                     part.unlink()
@@ -249,8 +253,16 @@ class RecordingStore:
         """The runs that a search asks for, and how many there are."""
         return self._index.find(query)
 
+    def begin_listing(self) -> None:
+        """Begins what the first search would wait for: the look over a large folder."""
+        self._index.begin()
+
+    def note(self, run_id: str) -> None:
+        """Has a run listed at once whose files another process has written."""
+        self._index.note(run_id)
+
     def count(self) -> int:
-        """How many runs there are."""
+        """How many runs there are, by the files themselves."""
         return len(self._files.scan())
 
     def get(self, run_id: str) -> StoredRun:
@@ -308,7 +320,7 @@ class RecordingStore:
                 raise RecordingChangedError(run_id)
             changed = replace(stored, **{key: getattr(checked, key) for key in changes})
             self._files.write_sidecar(changed)
-        self._index.forget(run_id)
+        self._index.note(run_id)
         return changed
 
     def delete(self, run_id: str, *, expected: Collection[str] | None = None) -> None:
@@ -329,6 +341,7 @@ class RecordingStore:
             if expected is not None and self._files.read(run_id).revision not in expected:
                 raise RecordingChangedError(run_id)
             self._files.delete(run_id)
+        self._index.note(run_id)
 
     def new_id(self) -> str:
         """An id that sorts after all that this store has made before."""

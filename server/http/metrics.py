@@ -13,6 +13,8 @@ from starlette.datastructures import State
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from slipgrasp.recordings.store.run_query import RunQuery
+
 METRICS_PATH = "/metrics"
 
 _METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
@@ -29,7 +31,10 @@ _GAUGES: Mapping[str, tuple[str, Callable[[State], float]]] = {
         "Runs that were cut off and are still to be recovered",
         lambda state: len(state.run_service.recovering),
     ),
-    "runs_stored": ("Runs that are kept", lambda state: state.run_service.store.count()),
+    "runs_stored": (
+        "Runs that are kept",
+        lambda state: state.run_service.store.find(RunQuery(limit=0)).count,
+    ),
     "studies_unfinished": (
         "Studies that wait or run",
         lambda state: state.study_service.num_unfinished,

@@ -120,6 +120,7 @@ class RunRecovery:
     def _note(self, done: Finished[Path, Recovery]) -> None:
         path, fault = done.result or Recovery(fault=done.failure or "")
         if path:
+            self._store.note(_run_of(done.task))
             _logger.warning("recovered '%s' of a run that was cut off", path)
         if fault:
             _logger.warning("'%s' could not be recovered: %s", done.task, fault)

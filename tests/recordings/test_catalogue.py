@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import sqlite3
+import subprocess
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -17,7 +20,10 @@ import pytest
 from slipgrasp.core.run.metrics import metric_names
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
-from slipgrasp.recordings.store.run_files import RunFiles
+from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store import run_index
+from slipgrasp.recordings.store.index_table import IndexTable
+from slipgrasp.recordings.store.run_files import RunFiles, Sidecar
 from slipgrasp.recordings.store.run_index import INDEX_NAME, RunIndex
 from slipgrasp.recordings.store.run_query import (
     FIGURES,
@@ -281,10 +287,6 @@ def spoil_with_older_version(path: Path) -> None:
     execute(path, "PRAGMA user_version = 1")
 
 
-def spoil_documents(path: Path) -> None:
-    execute(path, "UPDATE documents SET content = '[1]'")
-
-
 def spoil_with_link(path: Path) -> None:
     path.rename(path.with_suffix(".elsewhere"))
     path.symlink_to(path.with_suffix(".elsewhere"))
@@ -311,7 +313,6 @@ SPOILERS = [
     spoil_pages,
     spoil_with_other_columns,
     spoil_with_older_version,
-    spoil_documents,
     spoil_with_link,
     spoil_with_folder,
 ]
@@ -336,6 +337,17 @@ def test_a_catalogue_that_will_not_do_is_made_again(store, several, spoil, reope
         assert elsewhere.read_bytes() == planted and path.is_symlink() is not reopen
 
 
+def test_a_malformed_description_in_the_catalogue_is_read_again_from_the_recording(store, several):
+    several[0].path.with_suffix(".json").unlink()
+    before = store.list()
+    path = catalogue_of(several[0].path.parent)
+    assert execute(path, "SELECT count(*) FROM descriptions") == [(1,)]
+    execute(path, "UPDATE descriptions SET content = '[1]'")
+
+    assert store.list() == before
+    assert execute(path, "SELECT content FROM descriptions") != [("[1]",)]
+
+
 def test_a_catalogue_that_another_process_locks_is_done_without(store, several):
     before = store.list()
     store.close()
@@ -353,14 +365,24 @@ def test_a_catalogue_that_another_process_locks_is_done_without(store, several):
 
 
 def test_the_catalogue_is_kept_between_two_processes(store, several, monkeypatch):
-    before = store.list()
+    assert len(store.list()) == 3
     store.close()
+    read = noted_reads(monkeypatch)
 
-    def refuse(self: RunFiles, run_id: str) -> None:
-        raise AssertionError(f"{run_id} was read again")
+    assert RecordingStore(several[0].path.parent).list(limit=1) == [several[2]]
+    assert read == [several[2].id], "a page reads the files of its own runs only"
 
-    monkeypatch.setattr(RunFiles, "read_sidecar", refuse)
-    assert RecordingStore(several[0].path.parent).list() == before
+
+def noted_reads(monkeypatch) -> list[str]:
+    """Ids of the runs whose sidecar is read from now on."""
+    read, original = [], RunFiles.read_sidecar
+
+    def note(self: RunFiles, run_id: str) -> Sidecar:
+        read.append(run_id)
+        return original(self, run_id)
+
+    monkeypatch.setattr(RunFiles, "read_sidecar", note)
+    return read
 
 
 def test_recordings_without_sidecar_are_read_a_few_at_a_time(several):
@@ -421,3 +443,144 @@ def test_files_may_come_and_go_while_they_are_listed(store, several, short_run):
         finally:
             stop.set()
         assert all(other.result() > 5 for other in others)
+
+
+@pytest.fixture
+def large(store, several, monkeypatch):
+    """A store of a folder that counts as large and was looked at; the next look is far away."""
+    monkeypatch.setattr(run_index, "SMALL", 1)
+    monkeypatch.setattr(run_index, "_PAUSE", 1e12)
+    assert len(store.list()) == 3
+    return store
+
+
+def refuse_to_scan(monkeypatch) -> None:
+    def refuse(_self: RunFiles) -> None:
+        raise AssertionError("the folder was looked over again")
+
+    monkeypatch.setattr(RunFiles, "scan", refuse)
+
+
+def test_a_large_folder_is_not_looked_over_for_each_search(large, several, monkeypatch):
+    refuse_to_scan(monkeypatch)
+    read = noted_reads(monkeypatch)
+    assert large.list(limit=1) == [several[2]]
+    assert found(large, tags=("light",)) == [several[0].id]
+    assert read == [several[2].id, several[0].id]
+
+
+def test_what_is_written_is_listed_at_once_in_a_large_folder(
+    large, several, short_run, monkeypatch
+):
+    refuse_to_scan(monkeypatch)
+    made = large.save(short_run)
+    large.annotate(several[0].id, name="named")
+    large.delete(several[1].id)
+
+    assert set(found(large)) == {made.id, several[0].id, several[2].id}
+    assert found(large, text="named") == [several[0].id]
+
+
+WRITING_PROCESS = """
+import sys
+from pathlib import Path
+from slipgrasp.recordings.store.store import RecordingStore
+store = RecordingStore(Path(sys.argv[1]))
+store.annotate(sys.argv[2], name="by another process")
+store.delete(sys.argv[3])
+"""
+
+
+def test_what_another_process_writes_is_listed_at_once_in_a_large_folder(
+    large, several, monkeypatch
+):
+    refuse_to_scan(monkeypatch)
+    folder = str(several[0].path.parent)
+    command = [sys.executable, "-c", WRITING_PROCESS, folder, several[0].id, several[1].id]
+    subprocess.run(command, check=True)
+
+    assert found(large, text="by another process") == [several[0].id]
+    assert found(large) == [several[2].id, several[0].id]
+
+
+def test_a_page_of_a_large_folder_is_true_of_its_files_before_the_next_look(
+    large, several, lost_run
+):
+    set_in_sidecar(several[0].path, tags=["edited"])
+    write_recording(lost_run, several[2].path, overwrite=True)
+    several[1].path.unlink()
+
+    page = {run.id: run for run in large.find(RunQuery(limit=10)).runs}
+
+    assert page.keys() == {several[0].id, several[2].id}
+    assert page[several[0].id].tags == ("edited",)
+    assert page[several[2].id].summary["outcome"] == lost_run.outcome.value
+
+
+def test_what_others_change_in_a_large_folder_is_found_by_the_next_look(
+    store, several, monkeypatch
+):
+    monkeypatch.setattr(run_index, "SMALL", 1)
+    monkeypatch.setattr(run_index, "_PAUSE", 0.0)
+    store.list()
+    shutil.copy(several[1].path, several[1].path.with_name("zzzzzzzzzzzz.mcap"))
+    set_in_sidecar(several[0].path, tags=["edited"])
+    several[2].path.unlink()
+
+    assert {run.id for run in store.list()} == {several[0].id, several[1].id, "zzzzzzzzzzzz"}
+    assert found(store, tags=("edited",)) == [several[0].id]
+
+
+@pytest.mark.parametrize("spoil", SPOILERS, ids=lambda spoil: spoil.__name__)
+@pytest.mark.parametrize("reopen", [True, False])
+def test_the_catalogue_of_a_large_folder_is_made_again(large, several, spoil, reopen):
+    path = catalogue_of(several[0].path.parent)
+    if reopen:
+        large.close()
+    spoil(path)
+    large.begin_listing()
+
+    assert large.list() == several[::-1]
+    assert found(large, tags=("light",)) == [several[0].id]
+
+
+def test_a_folder_in_which_no_catalogue_can_be_made_is_listed(store, several, monkeypatch):
+    before = store.list()
+    store.close()
+
+    class ReadOnly(IndexTable):
+        def __init__(self, path: Path | str) -> None:
+            if path:
+                raise sqlite3.OperationalError("attempt to write a readonly database")
+            super().__init__(path)
+
+    monkeypatch.setattr(run_index, "IndexTable", ReadOnly)
+    reader = RecordingStore(several[0].path.parent)
+    assert reader.list() == before and found(reader, tags=("light",)) == [several[0].id]
+
+
+KILLED_PROCESS = """
+import os, signal, sys
+from pathlib import Path
+from slipgrasp.recordings.store import run_index
+from slipgrasp.recordings.store.store import RecordingStore
+run_index._BATCH = 1
+enter, left = run_index.RunIndex.enter, [int(sys.argv[2])]
+def enter_some(*arguments):
+    left[0] -= 1
+    if left[0] < 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return enter(*arguments)
+run_index.RunIndex.enter = enter_some
+RecordingStore(Path(sys.argv[1])).list()
+"""
+
+
+@pytest.mark.parametrize("entered", [0, 1, 2])
+def test_a_process_killed_while_it_makes_the_catalogue_loses_nothing(store, several, entered):
+    folder = several[0].path.parent
+    command = [sys.executable, "-c", KILLED_PROCESS, str(folder), str(entered)]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+    assert execute(catalogue_of(folder), "SELECT count(*) FROM runs") == [(entered,)]
+
+    assert store.list() == several[::-1]
