@@ -18,13 +18,10 @@ import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks.catalogue import fill
-from benchmarks.faults.services import POLL, start_service
+from benchmarks.catalogue import enter_all, fill
+from benchmarks.faults.services import start_service
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS
-from slipgrasp.recordings.store.run_index import INDEX_NAME
-from slipgrasp.recordings.store.run_query import RunQuery
-from slipgrasp.recordings.store.store import RecordingStore
 
 COUNT = 100_000
 ROUNDS = 15
@@ -47,7 +44,7 @@ def measure_large_folder(folder: Path, rounds: int = ROUNDS) -> Table:
         folder: As `fill` makes it.
         rounds: How often each answer is timed.
     """
-    count = _have_catalogue(folder)
+    count = enter_all(folder)
     began = time.perf_counter()
     service, url = start_service(folder)
     with service:
@@ -63,16 +60,6 @@ def measure_large_folder(folder: Path, rounds: int = ROUNDS) -> Table:
         finally:
             service.terminate()
     return Table("large-folder", (f"{count} recordings", "wall", "processor"), tuple(rows), ())
-
-
-def _have_catalogue(folder: Path) -> int:
-    """Lists a folder until all of it is entered; returns how many runs it has."""
-    store = RecordingStore(folder)
-    while (found := store.find(RunQuery(limit=0))).unread:
-        time.sleep(POLL)
-    store.close()
-    assert (folder / INDEX_NAME).is_file()
-    return found.count
 
 
 def _row(words: str, pid: int, ask: Callable[[], None], rounds: int) -> tuple[str, str, str]:
@@ -103,16 +90,16 @@ def _memory(pid: int) -> int:
     return 1024 * int(found[1])
 
 
-def main(count: int = COUNT, folder: str = "") -> None:
+def main(count: str = str(COUNT), folder: str = "") -> None:
     """Fills a folder unless it is filled, and prints the table."""
     with tempfile.TemporaryDirectory() as temporary:
         path = Path(folder or temporary)
         if not any(path.glob("*.mcap")):
             path.mkdir(exist_ok=True)
-            fill(path, count)
+            fill(path, int(count))
         for row in measure_large_folder(path).rows:
             print(*row, sep=" | ")
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:2]), *sys.argv[2:3])
+    main(*sys.argv[1:3])

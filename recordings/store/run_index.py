@@ -148,12 +148,13 @@ class RunIndex:
 
     def _true_page(self, table: IndexTable, query: RunQuery) -> tuple[list[str], int]:
         """A page of runs that are as the table has them, and the count of all pages."""
+        page, count = table.find(query)
         for _ in range(_CORRECTIONS):
-            page, count = table.find(query)
             outdated = [each for each, stamp in page.items() if self._files.stamp(each) != stamp]
             if not outdated:
                 break
             self._correct(table, outdated)
+            page, count = table.find(query)
         return list(page), count
 
     def _runs(self, table: IndexTable, ids: Iterable[str]) -> Iterator[StoredRun]:
