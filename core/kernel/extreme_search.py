@@ -15,15 +15,17 @@ from typing import Any
 import numpy as np
 
 from slipgrasp.core.kernel.compiler import compiled
-from slipgrasp.core.kernel.dip_search import GOLDEN, LEAST_WIDTH
+from slipgrasp.core.kernel.dip_search import GOLDEN
 from slipgrasp.core.kernel.records import Record
 from slipgrasp.core.kernel.stepper import method_of
 
 # A value is searched around where it comes this near to the extreme so far, as a share of the
 # range of the values in the step.
 NEAR = 0.25
+FLAT = 1e-9  # of 1 and the value: what changes less in a step only repeats its rounding
+WIDTH = 2e-3  # of the search, as a share of the step
 ROUND = 1.5  # how much more curved a force may be than its values tell
-BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
+BESIDE = 5e-3  # how far from an end of a step it is seen which way a force changes, as a share
 
 
 @compiled
@@ -59,16 +61,23 @@ def least_inside(
         largest = max(largest, value)
         if value < least:
             least, place = value, k
-    if not least < record + NEAR * (largest - least):
+    spread = largest - least
+    if not (spread > FLAT * (1.0 + abs(least)) and least < record + NEAR * spread):
         return np.inf
     final = method.num_ordered - 1
-    if place in (0, final) and not _may_turn_inside(model, step, j):
-        return np.inf
+    ends = min(sign * start, sign * end)
+    if place not in (0, final):
+        # Slopes are taken at states of low order, where a force may seem extreme.
+        share = method.nodes[method.ordered[place]]
+        if not sign * value_inside(model, run, h, j, share) < ends:
+            place = 0 if sign * start < sign * end else final
     if place in (0, final):
-        inwards = BESIDE if place == 0 else 1.0 - BESIDE
-        if not sign * value_inside(model, run, h, j, inwards) < least:
+        if not _may_turn_inside(model, step, j):
             return np.inf
-    # Slopes are taken at states of low order: the extreme may lie beyond the next nodes.
+        share = BESIDE if place == 0 else 1.0 - BESIDE
+        if not sign * value_inside(model, run, h, j, share) < ends - FLAT * (1.0 + abs(ends)):
+            return np.inf
+    # For the same reason the extreme may lie beyond the next nodes.
     low, high = method.ordered[max(place - 3, 0)], method.ordered[min(place + 3, final)]
     shares = method.nodes[low], method.nodes[high]
     return _search(model, run, h, j, sign, shares[0], shares[1], value_inside)
@@ -110,7 +119,7 @@ def _search(
     y1 = sign * value_inside(model, run, h, j, x1)
     y2 = sign * value_inside(model, run, h, j, x2)
     least = min(y1, y2)
-    while high - low > LEAST_WIDTH:
+    while high - low > WIDTH:
         if y1 < y2:
             high, x2, y2 = x2, x1, y1
             x1 = low + GOLDEN * (high - low)

@@ -159,7 +159,8 @@ def take_step(
             _combine(model, row, h, step, step.end)
             flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
             sample_guards(model, discrete, work, step.samples, row)
-            step.efforts[row] = effort_rate(model, work)
+            if method.matrix[method.last, row] != 0.0:
+                step.efforts[row] = effort_rate(model, work)
         _combine(model, method.last, h, step, step.end)
     flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
     step.efforts[method.last] = effort_rate(model, work)

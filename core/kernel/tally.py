@@ -37,6 +37,10 @@ TALLY = np.dtype(
         ("least_margin", np.float64, (MAX_FINGERS,)),  # in stick; inf if never [N]
         ("row_peak", np.float64, (MAX_FINGERS,)),  # the same of rows [N]
         ("row_margin", np.float64, (MAX_FINGERS,)),  # [N]
+        ("steps", np.int64),
+        ("piece", np.int64),  # of the desired motion in the last step
+        ("end_error", np.float64, (3,)),  # at its end [m, rad]
+        ("end_rate", np.float64, (3,)),  # [m/s, rad/s]
         ("squared_error", np.float64, (3,)),  # integral
         ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
         ("violations", np.int64),  # rows whose command leaves the estimated cones
@@ -104,9 +108,14 @@ def add_step(
     """Adds an accepted step of size ``h`` from ``t`` on to integrals and slip paths."""
     for i in range(model.num_fingers):
         tally.slip_path[i] += abs(step.end.x[slip_at(i)] - step.start.x[slip_at(i)])
+    is_known = tally.steps > 0 and tally.piece == discrete.piece
+    tally.steps, tally.piece = tally.steps + 1, discrete.piece
     for k in range(3):
-        e0, r0 = _error(model, discrete, t, step.start, k)
+        e0, r0 = tally.end_error[k], tally.end_rate[k]
+        if not is_known:
+            e0, r0 = _error(model, discrete, t, step.start, k)
         e1, r1 = _error(model, discrete, t + h, step.end, k)
+        tally.end_error[k], tally.end_rate[k] = e1, r1
         tally.squared_error[k] += integral_of_square(h, e0, r0, e1, r1)
     effort = 0.0
     if model.law.period > 0.0:
