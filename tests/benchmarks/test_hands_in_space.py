@@ -28,6 +28,8 @@ ONCE_WRONG = (8, 39, 141, 186, 203, 235, 248, 287, 1502, 1518)
 # As they are drawn now: contacts that need not open where others give their static friction up, a
 # finger that ends straight, and slips that creep.
 ONCE_WRONG_SINCE = (706, 2871, 3353, 1354, 1680, 4626)
+# Seeds and indices: one of several solutions with closed contacts.
+ONCE_WRONG_IN_PAIRS = ((14, 1462),)
 
 
 @pytest.fixture(scope="module", params=["spatial-prism", "spatial-pyramid"])
@@ -58,6 +60,11 @@ def test_hands_in_space_that_ended_falsely_once_end_truly(index):
 def test_hands_in_space_that_ended_falsely_since_end_truly(index):
     judgement = judge_in_space(draw(IN_SPACE, 14, index), twice=False)
     assert not judgement.missed and judgement.outcome != "limit"
+
+
+@pytest.mark.parametrize(("seed", "index"), ONCE_WRONG_IN_PAIRS)
+def test_hands_in_space_drawn_in_pairs_that_ended_falsely_once_end_truly(seed, index):
+    assert not judge_in_space(draw(PAIRS_IN_SPACE, seed, index), twice=False).missed
 
 
 def test_draws_have_both_frictions_and_all_numbers_of_fingers():

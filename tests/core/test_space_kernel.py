@@ -159,8 +159,8 @@ def test_newtons_method_begins_anew_until_it_has_the_forces_of_the_pyramid():
     room.mobility[:9, :9], room.offset[:9] = G, c
     room.free[:3], room.bounds[:3] = ~moving, 1.0
     record = evaluation.model, evaluation.discrete, evaluation.work, room
-    assert call(spatial_answer, *record, FEW_STARTS) == NONE_CONSISTENT
-    assert call(spatial_answer, *record, MANY_STARTS) == SELECTED
+    assert call(spatial_answer, *record, 0, FEW_STARTS) == NONE_CONSISTENT
+    assert call(spatial_answer, *record, 0, MANY_STARTS) == SELECTED
 
     forces = room.force[:9].reshape(3, 3)
     opening = (G @ forces.ravel() + c).reshape(3, 3)

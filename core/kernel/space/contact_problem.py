@@ -32,6 +32,7 @@ SELECTION_ROOM = np.dtype(
         ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction that a free way has at most
         ("concerned", np.int64),  # contact for which nothing is consistent, -1 if none
         ("restarts", np.int64),  # of Newton's method
+        ("start", np.int64),  # the one from which Newton's method converged
         ("margins", np.float64, (MAX_FINGERS, 2)),
         ("derivative", STATE),
         ("probe", STATE),
@@ -258,23 +259,43 @@ def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
 
 
 @compiled
-def solve_contacts(model: Record, discrete: Record, work: Record, room: Record, starts: int) -> int:
-    """Newton's method from the forces of stick, then from random ones; 1 if it has converged."""
-    n, seed = model.num_fingers, 12345
-    for i in range(n):
-        for k in range(3):
-            room.force[3 * i + k] = work.forces[i, k]
-    if spatial_newton(model, discrete, room) == 1:
-        return 1
-    for _ in range(starts):
-        room.restarts += 1
-        for i in range(n):
-            for k in range(3):
-                # A linear congruence, as in Numerical Recipes: the same on every machine.
-                seed = (1664525 * seed + 1013904223) % 4294967296
-                share = seed / 4294967296.0
-                size = 1.0 + abs(float(work.forces[i, 2]))
-                room.force[3 * i + k] = size * (2.0 * share if k == 2 else share - 0.5)
+def solve_contacts(
+    model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
+) -> int:
+    """Newton's method from the forces of stick, then from random ones; 1 if it has converged.
+
+    Args:
+        model: Constants of the run.
+        discrete: Directions of the slips that go on.
+        work: Holds the forces of stick, start 0.
+        room: ``start`` becomes the start from which it has converged.
+        first: The first start to try.
+        starts: The last one.
+    """
+    seed = 12345
+    for start in range(starts + 1):
+        seed = _begin_newton(model, work, room, start, seed)
+        if start < first:
+            continue
+        if start > first:
+            room.restarts += 1
         if spatial_newton(model, discrete, room) == 1:
+            room.start = start
             return 1
     return 0
+
+
+@compiled
+def _begin_newton(model: Record, work: Record, room: Record, start: int, seed: int) -> int:
+    """Forces of stick at start 0, random ones at others; the seed of the next start."""
+    for i in range(model.num_fingers):
+        for k in range(3):
+            if start == 0:
+                room.force[3 * i + k] = work.forces[i, k]
+                continue
+            # A linear congruence, as in Numerical Recipes: the same on every machine.
+            seed = (1664525 * seed + 1013904223) % 4294967296
+            share = seed / 4294967296.0
+            size = 1.0 + abs(float(work.forces[i, 2]))
+            room.force[3 * i + k] = size * (2.0 * share if k == 2 else share - 0.5)
+    return seed

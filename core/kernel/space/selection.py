@@ -198,13 +198,19 @@ def _loosen_slipping(model: Record, discrete: Record, room: Record) -> bool:
     found = False
     for i in range(model.num_fingers):
         for way in range(model.ways):
-            begins = room.free[i, way] == 1 and discrete.slips[i, way] == 1.0
-            if begins and room.bounds[i, way] > model.truth.friction[i]:
+            if _slips_on_static_bound(model, discrete, room, i, way):
                 room.bounds[i, way] = model.truth.friction[i]
                 found = True
     if found:
         _let_rest(model, discrete, room)
     return found
+
+
+@compiled
+def _slips_on_static_bound(model: Record, discrete: Record, room: Record, i: int, way: int) -> bool:
+    """Whether what is free slips in the solution though it has more friction than in slip."""
+    begins = room.free[i, way] == 1 and discrete.slips[i, way] == 1.0
+    return begins and room.bounds[i, way] > model.truth.friction[i]
 
 
 @compiled
@@ -264,10 +270,15 @@ def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -
         _begin_slip(model, discrete, i, way, x, y)
 
 
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM, types.int64)
-def spatial_answer(model: Record, discrete: Record, work: Record, room: Record, starts: int) -> int:
-    """Phases and directions that answer the contact problem with the bounds at hand."""
-    if solve_contacts(model, discrete, work, room, starts) == 0:
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM, types.int64, types.int64)
+def spatial_answer(
+    model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
+) -> int:
+    """Phases and directions that answer the contact problem with the bounds at hand.
+
+    The arguments are those of `solve_contacts`.
+    """
+    if solve_contacts(model, discrete, work, room, first, starts) == 0:
         return NONE_CONSISTENT
     return _take_solution(model, discrete, room)
 
@@ -276,7 +287,7 @@ def spatial_answer(model: Record, discrete: Record, work: Record, room: Record, 
 def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
     """Phases and directions by the contact problem, each slip with its own friction."""
     while True:
-        status = spatial_answer(model, discrete, work, room, MANY_STARTS)
+        status = spatial_answer(model, discrete, work, room, 0, MANY_STARTS)
         if status == NONE_CONSISTENT or not _loosen_slipping(model, discrete, room):
             return status
 
@@ -312,10 +323,28 @@ def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
 
 @compiled
 def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Whether a solution has closed contacts, and sticks where it has the friction of stick."""
-    _let_rest(model, discrete, room)
-    status = spatial_answer(model, discrete, work, room, FEW_STARTS)
-    return status == SELECTED and not _loosen_slipping(model, discrete, room)
+    """Whether a solution has closed contacts, and sticks where it has the friction of stick.
+
+    Where slips go on the problem may have several solutions, so more starts are tried.
+    """
+    first, status = 0, OPENS
+    while status != NONE_CONSISTENT:
+        _let_rest(model, discrete, room)
+        status = spatial_answer(model, discrete, work, room, first, FEW_STARTS)
+        if status == SELECTED and _keeps_static_bounds(model, discrete, room):
+            return True
+        first = room.start + 1
+    return False
+
+
+@compiled
+def _keeps_static_bounds(model: Record, discrete: Record, room: Record) -> bool:
+    """Whether all that has more friction in stick than in slip sticks in the solution."""
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if _slips_on_static_bound(model, discrete, room, i, way):
+                return False
+    return True
 
 
 @compiled
