@@ -134,14 +134,19 @@ def _solve(problem: Problem, forces: Array, seed: int) -> Selection:
 
 def forces_in(problem: Problem, phase: Phase) -> Array:
     """Forces in given phases, with contacts kept closed, ``(n, 3)``."""
-    n = len(problem.mu)
+    rows, right = equations_in(problem, phase)
+    return np.linalg.solve(rows, right).reshape(len(problem.mu), 3)
+
+
+def equations_in(problem: Problem, phase: Phase) -> tuple[Array, Array]:
+    """The equations of these forces, ``(3n, 3n)`` and ``(3n,)``."""
     rows, right = problem.G.copy(), -problem.c.copy()
     for i, k in zip(*np.nonzero(~phase.sticks), strict=True):
         rows[3 * i + k] = 0.0
         rows[3 * i + k, 3 * i + k] = 1.0
         rows[3 * i + k, 3 * i + 2] = problem.mu[i] * phase.directions[i, k]
         right[3 * i + k] = 0.0
-    return np.linalg.solve(rows, right).reshape(n, 3)
+    return rows, right
 
 
 def relative_motion(problem: Problem, forces: Array) -> Array:

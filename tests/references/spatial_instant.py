@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import chain, islice, product
 
 import numpy as np
@@ -15,6 +16,7 @@ from tests.references.spatial_contact import (
     Problem,
     Selection,
     candidates,
+    equations_in,
     margins,
     moving_directions,
 )
@@ -137,6 +139,25 @@ def _factor_at(scenario: SpatialScenario, i: int, slip: Array, t: float) -> floa
         if patch.face == finger.face and is_there and is_inside:
             factor *= patch.friction_factor
     return factor
+
+
+def force_rounding(run: RunResult, row: int, directions: Array) -> float:
+    """How far rounding of the state may change the forces in a row [N].
+
+    The condition number of their equations times the precision of numbers and the largest force:
+    it grows without bound where det M~ tends to 0.
+
+    Args:
+        run: The run.
+        row: Of its trace.
+        directions: gamma of Eq. 7 there, ``(n, 2)``; 0 in stick.
+    """
+    until = replace(run, trace=run.trace[: row + 1])
+    problem = problem_at_end(until, np.zeros((len(directions), 3)))
+    rows, _ = equations_in(problem, Phase(directions == 0.0, directions))
+    trace = until.trace[-1:]
+    largest = max(np.abs(trace.normal_force).max(), np.abs(trace.tangential_force).max())
+    return float(np.linalg.cond(rows) * np.finfo(float).eps * largest)
 
 
 def _load(scenario: SpatialScenario, t: float) -> Array:

@@ -188,6 +188,19 @@ def spatial_least(
     return least
 
 
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
+def spatial_past_band(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+    """1 if a force that fired is below its level by more than its band."""
+    for j in range(PER_CONTACT * model.num_fingers):
+        if guards.fired[j] == 0 or j % PER_CONTACT > NORMAL_FORCE:
+            continue
+        _, band = band_of(model, discrete, work, j)
+        # The speed of a slip has no band.
+        if band > 0.0 and guards.levels[j] - guards.values[j] > band:
+            return 1
+    return 0
+
+
 @compiled
 def relax(model: Record, discrete: Record, work: Record, guards: Record) -> None:
     """After a step without event: guards that have left their band are back at level 0."""

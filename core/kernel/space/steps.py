@@ -17,6 +17,7 @@ from slipgrasp.core.kernel.space.guards import (
     spatial_fired,
     spatial_least,
     spatial_overlooked,
+    spatial_past_band,
 )
 from slipgrasp.core.kernel.space.implicit import find_stiffness
 from slipgrasp.core.kernel.space.ledger import spatial_imbalance, turns_fast
@@ -171,7 +172,7 @@ def spatial_locate(model: Record, run: Record, h: float) -> float:
     Regula falsi (Illinois) with bisection as a safeguard, every trial a step of the method.
     """
     discrete, step, work, guards = run.discrete, run.step, run.work, run.guards
-    low, high = 0.0, h
+    low, high, is_far = 0.0, h, False
     value_high = spatial_least(model, discrete, step.end, work, guards)
     spatial_step(model, discrete, 0.0, step, work)
     value_low = spatial_least(model, discrete, step.end, work, guards)
@@ -180,7 +181,7 @@ def spatial_locate(model: Record, run: Record, h: float) -> float:
     nothing = LOCATION_SHARE * abs(value_low)
     side = 0
     for trial in range(100):
-        if not value_low > 0.0 or high - low <= width:
+        if not value_low > 0.0 or (high - low <= width and not is_far):
             break
         at = (low * value_high - high * value_low) / (value_high - value_low)
         if not low < at < high or trial % 3 == 2:
@@ -196,6 +197,8 @@ def spatial_locate(model: Record, run: Record, h: float) -> float:
             side = 1
         else:
             high, value_high = at, value
+            # Near a pole a force goes through its whole band within the width.
+            is_far = spatial_past_band(model, discrete, work, guards) == 1
             value_low *= 0.5 if side == -1 else 1.0
             side = -1
     if not value_low > 0.0:
