@@ -11,12 +11,13 @@ from benchmarks.random_runs import IN_SPACE, PAIRS_IN_SPACE, draw
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.spatial import SpatialPatch
 from slipgrasp.core.trace.types import Outcome, Reason
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_scenarios import AtEnds
 from tests.references import spatial_instant
 from tests.references.spatial_contact import Problem, forces_in
-from tests.references.spatial_instant import find_closed_answer, problem_at_end
+from tests.references.spatial_instant import factor_at, find_closed_answer, problem_at_end
 from tests.references.spatial_plant import all_stick
 
 pytestmark = pytest.mark.slow
@@ -28,8 +29,9 @@ ONCE_WRONG = (8, 39, 141, 186, 203, 235, 248, 287, 1502, 1518)
 # As they are drawn now: contacts that need not open where others give their static friction up, a
 # finger that ends straight, and slips that creep.
 ONCE_WRONG_SINCE = (706, 2871, 3353, 1354, 1680, 4626)
-# Seeds and indices: one of several solutions with closed contacts, a force located near a pole.
-ONCE_WRONG_IN_PAIRS = ((14, 1462), (14, 2598))
+# Seeds and indices: one of several solutions with closed contacts, a force located near a pole, and
+# a fingertip that cannot slide over the rim of a patch.
+ONCE_WRONG_IN_PAIRS = ((14, 1462), (14, 2598), (107, 71))
 
 
 @pytest.fixture(scope="module", params=["spatial-prism", "spatial-pyramid"])
@@ -129,6 +131,20 @@ def test_a_contact_on_the_bound_of_its_static_friction_is_about_to_slip(
         phase = find_closed_answer(run, np.zeros((1, 3)))
         assert phase is not None
         assert phase.sticks[0, 0] == sticks
+
+
+@pytest.mark.parametrize(("outward", "factor"), [(1.0, 1.0), (-1.0, 0.2)])
+@pytest.mark.parametrize("rounding", [-1e-17, 0.0, 1e-17])
+def test_on_the_rim_of_a_patch_the_friction_of_the_side_that_a_fingertip_slides_onto_counts(
+    outward, factor, rounding
+):
+    prism = load_scenario("spatial-prism")
+    patch = SpatialPatch(
+        face=prism.fingers[0].face, centre=(0.0, 0.0), radius=0.03, friction_factor=0.2
+    )
+    slip = np.array([0.018, 0.024 + rounding]) - prism.fingers[0].contact_offset
+    velocity = outward * np.array([0.3, 0.1])
+    assert factor_at(replace(prism, patches=(patch,)), 0, slip, velocity, 0.1) == factor
 
 
 def test_fingers_without_torque_have_no_closed_answer(run):

@@ -31,6 +31,7 @@ SEARCHES = 10
 MOST_TRIED = 20  # choices of frictions, each from several starts
 MOST_ENUMERATED = 4  # fingers
 SINGULAR = 1e14  # condition number
+ON_RIM = 1e-11  # [m]; fingertips that come this close to a rim together slide over it together
 
 
 def find_closed_answer(run: RunResult, torques: Array) -> Phase | None:
@@ -107,8 +108,8 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
     last, scenario = run.trace[-1:], scenario_at(run.scenario, run.end_time)
     assert isinstance(scenario, SpatialScenario)
     n = len(scenario.fingers)
-    slip = last.slip[0].reshape(n, 2)
-    factors = np.array([_factor_at(scenario, i, slip[i], run.end_time) for i in range(n)])
+    slip, slides = last.slip[0].reshape(n, 2), last.slip_velocity[0].reshape(n, 2)
+    factors = np.array([factor_at(scenario, i, slip[i], slides[i], run.end_time) for i in range(n)])
     truth = Parameters(
         np.array([finger.link_masses for finger in scenario.fingers]),
         scenario.object.mass,
@@ -117,8 +118,8 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
     )
     static = np.array([f.static_friction or f.friction for f in scenario.fingers]) * factors
     pose, friction = last.object_pose[0], scenario.simulation.friction
-    moving, directions = moving_directions(last.slip_velocity[0].reshape(n, 2), friction)
-    velocity = np.where(moving, last.slip_velocity[0].reshape(n, 2), 0.0)
+    moving, directions = moving_directions(slides, friction)
+    velocity = np.where(moving, slides, 0.0)
     state = State(pose[:3], pose[3:], last.object_velocity[0], slip, velocity)
     hand = hand_of_scenario(scenario)
     kin = hand.kinematics(state)
@@ -129,14 +130,20 @@ def problem_at_end(run: RunResult, torques: Array) -> Problem:
     return Problem(G, c, truth.friction, moving, directions, none, friction, bounds)
 
 
-def _factor_at(scenario: SpatialScenario, i: int, slip: Array, t: float) -> float:
-    """What the friction of a fingertip is multiplied by where it is, on patches or beside them."""
+def factor_at(scenario: SpatialScenario, i: int, slip: Array, velocity: Array, t: float) -> float:
+    """What the friction of a fingertip is multiplied by where it is, on patches or beside them.
+
+    On the rim of a patch, where a run ends that could not slide over it, the side that it slides
+    onto counts.
+    """
     finger, here = scenario.fingers[i], slip + scenario.fingers[i].contact_offset
     factor = 1.0
     for patch in scenario.patches:
         is_there = patch.start_time <= t < (np.inf if patch.end_time is None else patch.end_time)
-        is_inside = np.linalg.norm(here - patch.centre) < patch.radius
-        if patch.face == finger.face and is_there and is_inside:
+        away = here - patch.centre
+        depth = patch.radius - float(np.linalg.norm(away))
+        inward = depth if abs(depth) > ON_RIM else -float(away @ velocity)
+        if patch.face == finger.face and is_there and inward > 0.0:
             factor *= patch.friction_factor
     return factor
 
