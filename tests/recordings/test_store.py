@@ -432,7 +432,7 @@ def test_a_copied_recording_that_contradicts_itself_is_listed_as_damaged(store, 
     assert listed["forgedforged"].summary == {}
     assert "it contradicts itself" in listed["forgedforged"].title
     assert listed[genuine.id].summary["metrics"] == genuine.summary["metrics"]
-    with pytest.raises(ContradictoryRecordingError, match="held is stated as None"):
+    with pytest.raises(ContradictoryRecordingError, match="held is stated as True"):
         read_recording(path)
 
 

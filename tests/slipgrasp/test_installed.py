@@ -20,7 +20,7 @@ from tests.waiting import PATIENCE
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("core", "figures", "recordings", "server", "web")
+ROOMS = ("core", "figures", "recordings", "scene", "server", "web")
 BESIDE = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 
