@@ -32,7 +32,7 @@ quick: $(VENV)/.develop
 test: $(VENV)/.develop
 	@$(BIN)/python tests/ensure_programs.py
 	$(BIN)/python -m pytest -n logical --dist worksteal -m "not browser"
-	$(BIN)/python -m pytest -m browser
+	$(BIN)/python -m pytest -n logical --dist loadfile -m browser
 
 lint: $(VENV)/.develop
 	$(BIN)/ruff check
