@@ -23,9 +23,9 @@ from slipgrasp.core.kernel.stepper import method_of
 # range of the values in the step.
 NEAR = 0.25
 FLAT = 1e-9  # of 1 and the value: what changes less in a step only repeats its rounding
-WIDTH = 2e-3  # of the search, as a share of the step
+WIDTH = 3e-4  # of the search, as a share of the step
 ROUND = 1.5  # how much more curved a force may be than its values tell
-BESIDE = 5e-3  # how far from an end of a step it is seen which way a force changes, as a share
+BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
 
 
 @compiled
