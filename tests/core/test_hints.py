@@ -168,7 +168,9 @@ def test_every_value_that_is_offered_lies_within_its_bounds(law: str) -> None:
             *raise_(scenario, "controller.grip_safety"),
             *lower(scenario, "controller.grip_safety"),
         ):
-            follow(scenario, option)  # else it raises ScenarioError
+            followed = follow(scenario, option)  # raises ScenarioError beyond the bounds
+            described = parameter_definitions(followed)
+            assert {key: described[key].value for key in option.values} == option.values
 
 
 def test_what_is_tried_is_counted_and_not_timed() -> None:
