@@ -24,7 +24,7 @@ from slipgrasp.core.kernel.stepper import method_of
 NEAR = 0.25
 FLAT = 1e-9  # of 1 and the value: what changes less in a step only repeats its rounding
 WIDTH = 3e-4  # of the search, as a share of the step
-ROUND = 1.5  # how much more curved a force may be than its values tell
+ROUND = 1.5  # how much more curved a force may be than its values imply
 BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
 
 
@@ -88,7 +88,7 @@ def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
     """Whether guard ``j``, extreme at an end of the step, may be more so next to it.
 
     A parabola through both ends has its extreme between them where it rises or falls by less than
-    its curvature. The greatest curvature is taken that a value inside tells, and more: the
+    its curvature. The curvature is the largest that any value inside implies, times `ROUND`: the
     first slopes of a step are taken at states of low order.
     """
     method, samples = method_of(model, step), step.samples

@@ -55,7 +55,8 @@ LEAST_STEP = 1e-13
 MAX_GROWTH = 10.0
 QUIET_STEPS = 100
 LOCATION_WIDTH = 2e-14
-LOCATION_SHARE, MOST_NOTHING = 1e-13, 1e-10
+# A value this small, as a share of the largest at the ends, and in its own unit, is zero.
+LOCATION_SHARE, LARGEST_ZERO = 1e-13, 1e-10
 MAX_CUTS = 50
 ROUGH = 1.0
 # Where the law jumps velocities go on, but for this and the tolerance of steps.
@@ -167,7 +168,7 @@ def locate(model: Record, run: Record, h: float) -> float:
     take_step(model, discrete, now, low, step, work)
     value_low = least_fired(model, discrete, step.end, work, guards)
     width = LOCATION_WIDTH * max(1.0, now)
-    nothing = min(LOCATION_SHARE * max(abs(value_low), abs(value_high)), MOST_NOTHING)
+    nothing = min(LOCATION_SHARE * max(abs(value_low), abs(value_high)), LARGEST_ZERO)
     side = 0
     for trial in range(100):
         if value_low <= 0.0 or (high - low <= width and not is_far):
