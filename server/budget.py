@@ -22,7 +22,7 @@ from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, Memory
 
 DEFAULT_BYTES = 600_000_000
 SHARE_OF_MACHINE = 0.5
-"""What all jobs may take together unless the server is told otherwise: the lesser of both."""
+"""What all jobs may take together unless `--memory` sets it: the lesser of both."""
 
 HELD_SHARE = 0.75
 """How much of the account pages may hold for as long as they show it; the rest is for requests."""

@@ -158,7 +158,7 @@ class Scene:
         return self._views
 
     def _lay_wet_spots(self, scenario: Scenario, views: _Views, layout: SceneLayout) -> None:
-        """The nodes of the wet spots, made anew for others or for another magnification."""
+        """The nodes of the low-friction patches, made anew when they or the scale change."""
         wet = (scenario.patches, layout.magnification)
         if self._wet_spots is not None and self._wet == wet:
             return

@@ -141,7 +141,7 @@ def _round_spot(
 
 
 def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, float]:
-    """A wet spot on the object: its ends, the way into the object, and how thick it is drawn.
+    """A low-friction patch on the object: its ends, the way into the object, and its thickness.
 
     Args:
         scenario: Whose object.
@@ -158,7 +158,7 @@ def spot_on_face(scenario: Scenario, patch: Patch) -> tuple[Points, Points, floa
 def spot_in_lens(
     scenario: Scenario, patch: Patch, contact: int, layout: SceneLayout
 ) -> tuple[Points, Points, float] | None:
-    """A wet spot in the lens of a contact, seen from its middle; None where it is out of sight."""
+    """A low-friction patch in the close-up of a contact; None where it is out of sight."""
     finger = scenario.fingers[contact]
     if finger.face != patch.face:
         return None
