@@ -46,7 +46,7 @@ benchmark: $(VENV)/.benchmark
 
 # The kernel as one file that runs in a browser: docs/webassembly.md.
 wasm: $(VENV)/.wasm
-	$(BIN)/python -m slipgrasp.core.kernel.webassembly build/slipgrasp.wasm
+	$(BIN)/python -m slipgrasp.core.kernel.compilation.webassembly build/slipgrasp.wasm
 
 # The documentation as pages with a search, to be read without a network: build/site/index.html.
 site: $(VENV)/.site

@@ -19,12 +19,12 @@ from benchmarks.robustness_hands import MORE_SETTINGS, hand_of
 from benchmarks.robustness_start import TUNED, hold_at_best
 from benchmarks.robustness_tables import describe
 from benchmarks.robustness_worlds import SETTINGS, noisy_motion
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.flow import update_mechanics
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import make_record
-from slipgrasp.core.kernel.run import make_run
-from slipgrasp.core.kernel.workspace import WORKSPACE
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.planar.flow import update_mechanics
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.planar.run import make_run
+from slipgrasp.core.kernel.planar.workspace import WORKSPACE
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from benchmarks.report import Table, format_text
-from slipgrasp.core.kernel import elementary
-from slipgrasp.core.kernel.compiler import OPTIONS
+from slipgrasp.core.kernel.compilation.compiler import OPTIONS
+from slipgrasp.core.kernel.numerics import elementary
 
 POINTS = 100_000
 

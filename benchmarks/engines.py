@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import types
 
-from slipgrasp.core.kernel.compiler import Unit, record_type
-from slipgrasp.core.kernel.jump import RUNNING
-from slipgrasp.core.kernel.packing import whole_faces
-from slipgrasp.core.kernel.records import Floats, Record
-from slipgrasp.core.kernel.rows import ROW
-from slipgrasp.core.kernel.run import OUTLET, PROGRESS, TICK_COLUMNS
-from slipgrasp.core.kernel.webassembly import RECORDS
+from slipgrasp.core.kernel.compilation.compiler import Unit, record_type
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.compilation.webassembly import RECORDS
+from slipgrasp.core.kernel.planar.jump import RUNNING
+from slipgrasp.core.kernel.planar.packing import whole_faces
+from slipgrasp.core.kernel.planar.rows import ROW
+from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, TICK_COLUMNS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -131,7 +131,7 @@ class Engine(ABC):
         """
 
     def enter(self, unit: Unit) -> Callable[..., Any]:
-        """What is called in place of a unit (`slipgrasp.core.kernel.compiler.entered_by`)."""
+        """The function called in place of a unit, for `compiler.entered_by`."""
         kinds = unit.signature.args
         records = [k for k, kind in enumerate(kinds) if isinstance(kind, types.Record)]
 

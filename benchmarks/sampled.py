@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from slipgrasp.core.kernel.methods import BS32, DOPRI5, RK43
+from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, RK43
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate

@@ -13,10 +13,10 @@ from benchmarks.mujoco_replay import measure_differences
 from benchmarks.replay import DURATION, STEPS
 from benchmarks.report import Table, judge
 from benchmarks.speed import profile_runs, race_mujoco
-from slipgrasp.core.kernel.space.command import spatial_command
-from slipgrasp.core.kernel.space.flow import spatial_plant
-from slipgrasp.core.kernel.space.learning import spatial_learn
-from slipgrasp.core.kernel.space.selection import spatial_select
+from slipgrasp.core.kernel.spatial.command import spatial_command
+from slipgrasp.core.kernel.spatial.flow import spatial_plant
+from slipgrasp.core.kernel.spatial.learning import spatial_learn
+from slipgrasp.core.kernel.spatial.selection import spatial_select
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 

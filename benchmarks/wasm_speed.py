@@ -10,11 +10,11 @@ from pathlib import Path
 from benchmarks.engines import STEPS, Engine
 from benchmarks.report import PORTABILITY, Table
 from benchmarks.timing import MILLISECONDS
-from slipgrasp.core.kernel.advance import advance_run
-from slipgrasp.core.kernel.jump import RUNNING
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.run import make_run, rows_in
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.advance import advance_run
+from slipgrasp.core.kernel.planar.jump import RUNNING
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.planar.run import make_run, rows_in
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 

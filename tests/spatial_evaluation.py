@@ -6,17 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.jump import RUNNING
-from slipgrasp.core.kernel.records import Floats, Record, make_record
-from slipgrasp.core.kernel.space.command import spatial_command
-from slipgrasp.core.kernel.space.flow import spatial_plant
-from slipgrasp.core.kernel.space.learning import MEMORY, spatial_learn
-from slipgrasp.core.kernel.space.model import pack_model
-from slipgrasp.core.kernel.space.selection import SELECTED, SELECTION_ROOM, spatial_select
-from slipgrasp.core.kernel.space.sensing import SENSES
-from slipgrasp.core.kernel.space.state import STATE, parts_of
-from slipgrasp.core.kernel.space.workspace import DISCRETE, SLIP, STICK, WORKSPACE
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import Floats, Record, make_record
+from slipgrasp.core.kernel.planar.jump import RUNNING
+from slipgrasp.core.kernel.spatial.command import spatial_command
+from slipgrasp.core.kernel.spatial.flow import spatial_plant
+from slipgrasp.core.kernel.spatial.learning import MEMORY, spatial_learn
+from slipgrasp.core.kernel.spatial.model import pack_model
+from slipgrasp.core.kernel.spatial.selection import SELECTED, SELECTION_ROOM, spatial_select
+from slipgrasp.core.kernel.spatial.sensing import SENSES
+from slipgrasp.core.kernel.spatial.state import STATE, parts_of
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from tests.references.spatial_plant import Phase, State
 

@@ -9,17 +9,17 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipgrasp.core.kernel import dynamics, kinematics, law, motion, reduced
-from slipgrasp.core.kernel.cache import INTERPRETED
-from slipgrasp.core.kernel.compiler import OPTIONS, call
-from slipgrasp.core.kernel.controllability import find_controllable
-from slipgrasp.core.kernel.controllers.interface import adapt
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import Floats, Record, make_record
-from slipgrasp.core.kernel.reduced import multiply_regressor
-from slipgrasp.core.kernel.state import STATE, parts_of
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compilation.cache import INTERPRETED
+from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
+from slipgrasp.core.kernel.compilation.records import Floats, Record, make_record
+from slipgrasp.core.kernel.planar import dynamics, kinematics, law, motion, reduced
+from slipgrasp.core.kernel.planar.controllability import find_controllable
+from slipgrasp.core.kernel.planar.flow import solve_plant, update_command, update_mechanics
+from slipgrasp.core.kernel.planar.laws.interface import adapt
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.planar.reduced import multiply_regressor
+from slipgrasp.core.kernel.planar.state import STATE, parts_of
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario import Scenario
 
 

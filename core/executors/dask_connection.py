@@ -146,7 +146,7 @@ def _start_cluster(workers: int) -> LocalCluster:
     from dask import config
     from distributed import LocalCluster
 
-    from slipgrasp.core.kernel.cache import ROOT_VARIABLE, cache_root
+    from slipgrasp.core.kernel.compilation.cache import ROOT_VARIABLE, cache_root
 
     settings = {
         # A task is told from those that wait behind it when their worker dies.

@@ -160,7 +160,7 @@ class WorkerProcess:
 
 def _environment() -> dict[str, str]:
     """One thread each, and the same folder of machine code."""
-    from slipgrasp.core.kernel.cache import ROOT_VARIABLE, cache_root
+    from slipgrasp.core.kernel.compilation.cache import ROOT_VARIABLE, cache_root
 
     threads = dict.fromkeys(_THREAD_VARIABLES, "1")
     return {**os.environ, **threads, ROOT_VARIABLE: str(cache_root())}

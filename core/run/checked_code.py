@@ -17,7 +17,7 @@ from numba import cfunc, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 
-from slipgrasp.core.kernel.compiler import OPTIONS
+from slipgrasp.core.kernel.compilation.compiler import OPTIONS
 
 _CHECKED: dict[str, Any] = {"boundscheck": True}
 # An exception in a parallel loop does not leave it in every version of numba.

@@ -6,10 +6,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from slipgrasp.core.kernel import advance as kernel
-from slipgrasp.core.kernel.records import Floats, Record
-from slipgrasp.core.kernel.run import last_row, make_run
-from slipgrasp.core.kernel.state import StateParts, parts_of
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.planar import advance as kernel
+from slipgrasp.core.kernel.planar.run import last_row, make_run
+from slipgrasp.core.kernel.planar.state import StateParts, parts_of
 from slipgrasp.core.run.schedule import Schedule, Timetable
 from slipgrasp.core.scenario import Change, Scenario
 

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from slipgrasp.core.kernel.compiler import INTERPRETED
-from slipgrasp.core.kernel.records import Floats, Record
+from slipgrasp.core.kernel.compilation.compiler import INTERPRETED
+from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.run.checked_code import compile_checked, in_python
 from slipgrasp.core.scenario.field_types import FrozenMapping
 from slipgrasp.core.scenario.own_laws import Diagnostic, OwnLaw

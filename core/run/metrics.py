@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.trace.trace import OBJECT_COORDINATES, SPATIAL_COORDINATES, Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
 

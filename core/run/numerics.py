@@ -1,8 +1,8 @@
 """The name of the numerics: a digest of all code that decides the bits of a run.
 
-What it leaves out (`slipgrasp.core.kernel.normal_form`) decides no bit: where code is defined and
-how it is called, comments, words, annotations, and what no code uses. So the name is the same for
-every version of Python, processor and machine code, and where Python runs the kernel.
+What it leaves out (`slipgrasp.core.kernel.compilation.normal_form`) decides no bit: where code is
+defined and how it is called, comments, words, annotations, and what no code uses. So the name is
+the same for every version of Python, processor and machine code, and where Python runs the kernel.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 import slipgrasp.core
-from slipgrasp.core.kernel.cache import read_code, write_code
-from slipgrasp.core.kernel.compiler import OPTIONS, call
-from slipgrasp.core.kernel.controllers.own_law import call_law
-from slipgrasp.core.kernel.entry import compile_entry
-from slipgrasp.core.kernel.normal_form import NormalForm
+from slipgrasp.core.kernel.compilation.cache import read_code, write_code
+from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
+from slipgrasp.core.kernel.compilation.entry import compile_entry
+from slipgrasp.core.kernel.compilation.normal_form import NormalForm
+from slipgrasp.core.kernel.planar.laws.own_law import call_law
 from slipgrasp.core.run.engine import PlanarEngine, make_engine
 from slipgrasp.core.run.metrics import compute_metrics
 from slipgrasp.core.scenario.loading import with_values

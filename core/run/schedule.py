@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.scenario import (
     Change,
     FingerParameters,

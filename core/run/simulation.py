@@ -8,10 +8,10 @@ from typing import Self
 
 import numpy as np
 
-from slipgrasp.core.kernel.controllers.own_law import ANSWERED, ASKED
-from slipgrasp.core.kernel.jump import LAW_FAILED, LEFT_FACE, REACHED, RUNNING
-from slipgrasp.core.kernel.records import Record
-from slipgrasp.core.kernel.run import (
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.jump import LAW_FAILED, LEFT_FACE, REACHED, RUNNING
+from slipgrasp.core.kernel.planar.laws.own_law import ANSWERED, ASKED
+from slipgrasp.core.kernel.planar.run import (
     ROWS_BEFORE_PAUSE,
     TICKS_BEFORE_PAUSE,
     rows_in,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from slipgrasp.core.awake_clock import AwakeClock
-from slipgrasp.core.kernel.compiler import prepare_units, share_ready
+from slipgrasp.core.kernel.compilation.compiler import prepare_units, share_ready
 from slipgrasp.core.run.engine import declare_space
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from slipgrasp.core.kernel.records import Floats, Record
-from slipgrasp.core.kernel.space import advance as kernel
-from slipgrasp.core.kernel.space.model import pack_model
-from slipgrasp.core.kernel.space.run import last_row, make_run
-from slipgrasp.core.kernel.space.state import parts_of
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.spatial import advance as kernel
+from slipgrasp.core.kernel.spatial.model import pack_model
+from slipgrasp.core.kernel.spatial.run import last_row, make_run
+from slipgrasp.core.kernel.spatial.state import parts_of
 from slipgrasp.core.run.schedule import Timetable, is_acting
 from slipgrasp.core.run.spatial_schedule import SpatialSchedule
 from slipgrasp.core.scenario import Change, Scenario

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from slipgrasp.core.kernel.space.model import Rim, Surface
+from slipgrasp.core.kernel.spatial.model import Rim, Surface
 from slipgrasp.core.run.schedule import EDGE_WIDTH, Timetable
 from slipgrasp.core.scenario import Change, Scenario
 from slipgrasp.core.scenario.spatial import SpatialScenario, is_there

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.records import Record, make_record
-from slipgrasp.core.kernel.space.command import spatial_believe
-from slipgrasp.core.kernel.space.flow import spatial_plant
-from slipgrasp.core.kernel.space.model import pack_model
-from slipgrasp.core.kernel.space.sensing import SENSES
-from slipgrasp.core.kernel.space.state import STATE, parts_of
-from slipgrasp.core.kernel.space.workspace import (
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import Record, make_record
+from slipgrasp.core.kernel.spatial.command import spatial_believe
+from slipgrasp.core.kernel.spatial.flow import spatial_plant
+from slipgrasp.core.kernel.spatial.model import pack_model
+from slipgrasp.core.kernel.spatial.sensing import SENSES
+from slipgrasp.core.kernel.spatial.state import STATE, parts_of
+from slipgrasp.core.kernel.spatial.workspace import (
     DISCRETE,
     SLIP,
     SLIPS_ALONG_TANGENTS,

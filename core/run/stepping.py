@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from slipgrasp.core.kernel.records import Floats
+from slipgrasp.core.kernel.compilation.records import Floats
 from slipgrasp.core.run.law_code import Shape, answer_views, seer
 from slipgrasp.core.scenario.own_laws import OUTSIDE, own_law
 

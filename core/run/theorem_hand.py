@@ -7,12 +7,12 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.flow import solve_plant, update_command, update_mechanics
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import Record, make_record
-from slipgrasp.core.kernel.state import STATE, parts_of
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import Record, make_record
+from slipgrasp.core.kernel.planar.flow import solve_plant, update_command, update_mechanics
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.planar.state import STATE, parts_of
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import ControllerParameters, Scenario
 from slipgrasp.core.trace.trace import Trace

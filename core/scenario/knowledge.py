@@ -18,8 +18,8 @@ class Knowledge:
     """Which parameters of the hand and the object a controller does not know.
 
     Each of the others reaches every control law, custom ones too, with its true value at every
-    instant, through timed changes and patches (`slipgrasp.core.kernel.law.believe`). Pushes and
-    errors of sensors are no parameters of the hand or the object.
+    instant, through timed changes and patches (`slipgrasp.core.kernel.planar.law.believe`). Pushes
+    and errors of sensors are no parameters of the hand or the object.
 
     Attributes:
         estimated: Keys of the parameters of which it has an estimate instead.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from slipgrasp.core.kernel.jump import (
+from slipgrasp.core.kernel.planar.jump import (
     CHATTERING,
     EVENT_STALL,
     INCONSISTENT,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slipgrasp.core.kernel.records import Record
+from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.trace.types import RunWarning
 
 _COUNTED = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.normal_form import NormalForm, tree_of
+from slipgrasp.core.kernel.compilation.normal_form import NormalForm, tree_of
 from slipgrasp.core.run.engine import PlanarEngine
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.space_engine import SpatialEngine

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.elementary import FUNCTIONS, measure_errors, run
-from slipgrasp.core.kernel import elementary
-from slipgrasp.core.kernel.compiler import OPTIONS
+from slipgrasp.core.kernel.compilation.compiler import OPTIONS
+from slipgrasp.core.kernel.numerics import elementary
 
 REPOSITORY = Path(__file__).parents[2]
 

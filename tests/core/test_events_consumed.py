@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.guards import (
+from slipgrasp.core.kernel.planar.guards import (
     ENDING_BAND,
     ESTIMATE_BAND,
     FORCE_BAND,

@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 from numba import types
 
-from slipgrasp.core.kernel.cache import code_path, read_code, write_code
-from slipgrasp.core.kernel.compiler import all_units, compiled
-from slipgrasp.core.kernel.fingerprint import fingerprint
+from slipgrasp.core.kernel.compilation.cache import code_path, read_code, write_code
+from slipgrasp.core.kernel.compilation.compiler import all_units, compiled
+from slipgrasp.core.kernel.compilation.fingerprint import fingerprint
 from slipgrasp.core.run.simulator import prepare_kernel
 
 pytestmark = pytest.mark.slow
 
 REPOSITORY = Path(__file__).parents[2]
 
-ASK = "from slipgrasp.core.kernel.cache import cache_root; print(cache_root())"
+ASK = "from slipgrasp.core.kernel.compilation.cache import cache_root; print(cache_root())"
 RUN = """
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.run.provenance import present_provenance

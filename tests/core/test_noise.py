@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slipgrasp.core.kernel import noise
-from slipgrasp.core.kernel.compiler import OPTIONS, call
-from slipgrasp.core.kernel.records import make_record
+from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
+from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.numerics import noise
 from tests.references.noise import normal_numbers
 
 # Of Random123's file kat_vectors: counter, key and result.

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.kernel import packing
-from slipgrasp.core.kernel.compiler import all_units
-from slipgrasp.core.kernel.normal_form import NormalForm, tree_of
+from slipgrasp.core.kernel.compilation.compiler import all_units
+from slipgrasp.core.kernel.compilation.normal_form import NormalForm, tree_of
+from slipgrasp.core.kernel.planar import packing
 from slipgrasp.core.run.numerics import compute_name, normal_form, numerics_name
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -294,13 +294,13 @@ def test_a_recording_verifies_bit_for_bit_after_words_are_edited_and_code_is_mov
     scenario = with_values(load_scenario(preset), {"simulation.duration": 0.05})
     recording = tmp_path / "run.mcap"
     write_recording(simulate(scenario), recording)
-    tree("core/kernel/steps.py", "from __future__", "# Every step.\nfrom __future__")
-    tree("core/kernel/space/steps.py", "from __future__", "# Every step.\nfrom __future__")
+    tree("core/kernel/planar/steps.py", "from __future__", "# Every step.\nfrom __future__")
+    tree("core/kernel/spatial/steps.py", "from __future__", "# Every step.\nfrom __future__")
     tree("core/scenario/laws.py", "Learning by least squares", "It learns by least squares")
-    noise = tree.folder / "slipgrasp" / "core" / "kernel" / "noise.py"
+    noise = tree.folder / "slipgrasp" / "core" / "kernel" / "numerics" / "noise.py"
     text = noise.read_text(encoding="utf-8")
     (product,) = PRODUCT.findall(text)
-    names = "from slipgrasp.core.kernel.elementary import "
+    names = "from slipgrasp.core.kernel.numerics.elementary import "
     text = text.replace(product, "").replace(names, f"{names}_wide_product, ")
     noise.write_text(text, encoding="utf-8")
     elementary = noise.with_name("elementary.py")
@@ -315,10 +315,10 @@ def test_a_recording_verifies_bit_for_bit_after_words_are_edited_and_code_is_mov
 @pytest.mark.slow
 def test_a_number_of_the_kernel_or_an_operator_beside_it_gives_another_name(tree):
     compiled = tuple(compute_name(in_space=in_space) for in_space in (False, True))
-    tree("core/kernel/noise.py", "+ 0.5) * 2.0**-52", "+ 0.25) * 2.0**-52")
+    tree("core/kernel/numerics/noise.py", "+ 0.5) * 2.0**-52", "+ 0.25) * 2.0**-52")
     plane, space = names_of(path=tree.folder)
     assert plane != compiled[0] and space != compiled[1]
-    tree("core/kernel/noise.py", "+ 0.25) * 2.0**-52", "+ 0.5) * 2.0**-52")
+    tree("core/kernel/numerics/noise.py", "+ 0.25) * 2.0**-52", "+ 0.5) * 2.0**-52")
     tree("core/run/spatial_schedule.py", "math.sqrt(x * x + y * y)", "math.sqrt(x * x - y * y)")
     plane, space = names_of(path=tree.folder)
     assert plane == compiled[0] and space != compiled[1]

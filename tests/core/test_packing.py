@@ -7,9 +7,15 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from slipgrasp.core.kernel.model import FACTS, FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.space.model import pack_model as pack_spatial_model
+from slipgrasp.core.kernel.planar.model import (
+    FACTS,
+    FRICTION,
+    LINK_MASS,
+    OBJECT_INERTIA,
+    OBJECT_MASS,
+)
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.spatial.model import pack_model as pack_spatial_model
 from slipgrasp.core.run.schedule import Schedule
 from slipgrasp.core.scenario import CONTROL_LAWS, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame
@@ -221,8 +227,8 @@ def test_unknowns_are_found_by_the_places_of_their_keys():
 
 def test_a_record_that_is_packed_again_is_as_one_that_is_new():
     """Nothing of another scenario is left in it: a page uses one record for all its runs."""
-    from slipgrasp.core.kernel.compiler import call
-    from slipgrasp.core.kernel.packing import pack
+    from slipgrasp.core.kernel.compilation.compiler import call
+    from slipgrasp.core.kernel.planar.packing import pack
 
     for first, second in (("shake-test", "paper-case-1"), ("poured-mass", "shake-test")):
         model = packed(SCENARIOS[first])

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from slipgrasp.core.kernel.cache import code_path, read_code
-from slipgrasp.core.kernel.compiler import kept_code
+from slipgrasp.core.kernel.compilation.cache import code_path, read_code
+from slipgrasp.core.kernel.compilation.compiler import kept_code
 from slipgrasp.core.run.simulator import prepare_kernel
 
 REPOSITORY = Path(__file__).parents[2]
@@ -22,8 +22,8 @@ WITHOUT_ROUNDING = {"memset", "memcpy", "memmove"}
 
 # Haswell has fused multiply-adds; the code is not run, so that any x86-64 will do.
 COMPILE = """
-from slipgrasp.core.kernel import advance, compiler
-from slipgrasp.core.kernel.entry import compile_entry
+from slipgrasp.core.kernel.planar import advance, compiler
+from slipgrasp.core.kernel.compilation.entry import compile_entry
 for symbol in compiler._UNITS:
     compiler.add_symbol(symbol, 1)
 for unit in compiler._UNITS.values():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from slipgrasp.core.kernel import quadratic
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.records import make_record
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.numerics import quadratic
 from tests.references.grasp import minimise
 from tests.state_evaluation import from_python
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from slipgrasp.core.kernel import quadratic, sticking
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.methods import BS32, DOPRI5, RK43
-from slipgrasp.core.kernel.packing import make_table, pack_model, whole_faces
-from slipgrasp.core.kernel.records import make_record
-from slipgrasp.core.kernel.state import STATE
-from slipgrasp.core.kernel.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.numerics import quadratic, sticking
+from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, RK43
+from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
+from slipgrasp.core.kernel.planar.state import STATE
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core.test_quadratic import pose, random_problem, solve

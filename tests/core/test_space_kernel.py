@@ -7,16 +7,16 @@ algorithms: the kernel eliminates contact by contact, the reference assembles an
 import numpy as np
 import pytest
 
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.jump import RUNNING, TORQUE_NOT_FINITE
-from slipgrasp.core.kernel.records import make_record
-from slipgrasp.core.kernel.space.command import spatial_command
-from slipgrasp.core.kernel.space.contact_problem import (
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.planar.jump import RUNNING, TORQUE_NOT_FINITE
+from slipgrasp.core.kernel.spatial.command import spatial_command
+from slipgrasp.core.kernel.spatial.contact_problem import (
     FEW_STARTS,
     MANY_STARTS,
     SELECTION_ROOM,
 )
-from slipgrasp.core.kernel.space.selection import NONE_CONSISTENT, SELECTED, spatial_answer
+from slipgrasp.core.kernel.spatial.selection import NONE_CONSISTENT, SELECTED, spatial_answer
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.hands import general_gains

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from slipgrasp.core.kernel.space.flow import LEAST_SPEED
-from slipgrasp.core.kernel.space.rosenbrock import COUPLING, DIAGONAL, ROS34PW2
+from slipgrasp.core.kernel.numerics.rosenbrock import COUPLING, DIAGONAL, ROS34PW2
+from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome

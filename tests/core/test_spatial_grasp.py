@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from slipgrasp.core.kernel.compiler import call
-from slipgrasp.core.kernel.records import make_record
-from slipgrasp.core.kernel.space.grasp import spatial_grasp
-from slipgrasp.core.kernel.space.workspace import GRASP, MAX_FORCES
+from slipgrasp.core.kernel.compilation.compiler import call
+from slipgrasp.core.kernel.compilation.records import make_record
+from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
+from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_FORCES
 
 SAME_FORCE = 1e-6  # of two ways to one solution, share of the forces
 TICKS = 40

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.kernel.space.state import parts_of
+from slipgrasp.core.kernel.spatial.state import parts_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
-from slipgrasp.core.kernel import advance
+from slipgrasp.core.kernel.planar import advance
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.display_name import name_run

@@ -1,0 +1,279 @@
+"""How the kernel is compiled: in units, each apart, the first time on two processors.
+
+A unit is called through its symbol by the others, as with the object files of a C program,
+so that the compiler sees every unit once. (Where numba's functions simply call each
+other, each is compiled again with each of its callers, which takes minutes here.) Within a
+unit, small functions are inlined as usual. The machine code of a unit is kept on disk until
+something that decides it changes: to edit a control law recompiles the one or two units in
+which the law is inlined, to edit a docstring recompiles nothing.
+
+With the environment variable SLIPGRASP_KERNEL=python nothing is compiled: Python runs the kernel,
+thousands of times slower and with the same bits, so that a debugger stops in it
+and a coverage report counts its lines.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite.binding import add_symbol
+from numba import types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+from slipgrasp.core.kernel.compilation.cache import (
+    INTERPRETED,
+    ROOT_VARIABLE,
+    cache_root,
+    code_path,
+    only_process,
+    read_code,
+    write_code,
+)
+from slipgrasp.core.kernel.compilation.entry import ENTRY_OPTIONS, Entry, compile_entry
+from slipgrasp.core.kernel.compilation.fingerprint import fingerprint
+from slipgrasp.core.kernel.compilation.records import Record
+
+OPTIONS: dict[str, Any] = {"error_model": "numpy"}
+_FEW_UNITS = 2
+_LOCK = threading.Lock()
+
+
+class Unit:
+    """A function compiled apart; ``entry`` is its machine code once it is loaded."""
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        self.function = function
+        self.signature = signature
+        self.symbol = f"slipgrasp_{function.__name__}"
+        self.entry: Callable[..., Any] | None = None
+
+    @cached_property
+    def name(self) -> str:
+        """Under which its machine code is kept."""
+        digest = fingerprint(self.function, self.signature, OPTIONS | ENTRY_OPTIONS)
+        return f"{self.function.__name__}-{digest}"
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether its machine code lies on disk."""
+        return code_path(self.name).exists()
+
+    def compile(self) -> Entry:
+        """Compiles the unit and keeps its machine code."""
+        entry = compile_entry(self.function, self.signature, OPTIONS)
+        library = entry.library.serialize_using_object_code()
+        write_code(self.name, pickle.dumps((entry.name, library)))
+        return entry
+
+    def load(self) -> None:
+        """Makes the unit ready to be called, from Python and by other units."""
+        code = read_code(self.name)
+        address = self.compile().address if code is None else _link(code)
+        add_symbol(self.symbol, address)
+        kinds = [_ctype(kind) for kind in self.signature.args]
+        prototype = ctypes.CFUNCTYPE(_ctype(self.signature.return_type), *kinds)
+        self.entry = prototype(address)
+
+
+def _link(code: bytes) -> int:
+    """Address of machine code from the disk."""
+    name, library = pickle.loads(code)
+    with global_compiler_lock:
+        linked = cpu_target.target_context.codegen().unserialize_library(library)
+        return int(linked.get_pointer_to_function(name))
+
+
+_UNITS: dict[str, Unit] = {}
+_DECLARED: dict[Callable[..., Any], tuple[Any, ...]] = {}
+
+
+def compiled_apart(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Declares a unit with its signature: numba types, or dtypes of records; callees come first.
+
+    In the kernel the decorated name is called like any function; from Python by `call`.
+    """
+
+    def declare(function: Callable[..., Any]) -> Any:
+        _DECLARED[function] = (result, *arguments)
+        if INTERPRETED:
+            return function
+        kinds = [a if isinstance(a, types.Type) else record_type(a) for a in arguments]
+        unit = Unit(function, result(*kinds))
+        assert unit.symbol not in _UNITS, f"two units are called {unit.symbol}"
+        _UNITS[unit.symbol] = unit
+        return types.ExternalFunction(unit.symbol, unit.signature)
+
+    return declare
+
+
+def function_of(unit: Any) -> Any:
+    """The Python function of a unit, given what its name stands for."""
+    symbol = getattr(unit, "symbol", None)
+    return _UNITS[symbol].function if symbol in _UNITS else unit
+
+
+def declared_types(function: Callable[..., Any]) -> tuple[Any, ...]:
+    """What a unit was declared with, its result first; nothing for other functions."""
+    return _DECLARED.get(function, ())
+
+
+@cache
+def record_type(dtype: np.dtype[np.void]) -> types.Type:
+    """The type of a record; kept, for numba reads hundreds of fields for each."""
+    return numba.from_dtype(dtype)
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """Declares a function that is compiled into the units that call it.
+
+    Always inlined: passing the arrays of a record to a function costs more than the call.
+    """
+    if INTERPRETED:
+        return function
+    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(
+        function
+    )
+
+
+def call(unit: Any, *arguments: Any) -> Any:
+    """Calls a unit from Python, without the GIL; loads the kernel first if need be."""
+    if INTERPRETED:
+        with np.errstate(all="ignore"):
+            return unit(*arguments)
+    entry = _UNITS[unit.symbol].entry
+    if entry is None:
+        prepare_units()
+        return call(unit, *arguments)
+    return entry(*[address_of(a) if isinstance(a, Record) else a for a in arguments])
+
+
+def prepare_units(report: Callable[[float], None] | None = None) -> None:
+    """Loads or compiles all units, each once; safe from any thread and any process.
+
+    Where several must be compiled, a second process starts from the last unit while this one
+    starts from the first; what it leaves in the cache is only loaded here.
+
+    Args:
+        report: Called with the share of units that are ready, 0 to 1.
+    """
+
+    def tell() -> None:
+        if report is not None:
+            report(share_ready())
+
+    with _LOCK:
+        if _missing_units():
+            with only_process(meanwhile=tell):
+                _load_units(tell)
+        else:
+            _load_units(lambda: None)
+
+
+def _load_units(tell: Callable[[], None]) -> None:
+    """Loads every unit, compiling what is not kept; calls ``tell`` before each."""
+    second = _start_second_process() if len(_missing_units()) > _FEW_UNITS else None
+    for unit in all_units():
+        if unit.entry is None:
+            tell()
+            unit.load()
+    if second is not None:
+        second.kill()
+        second.wait()
+
+
+def share_ready() -> float:
+    """Share of the units that are loaded or lie compiled on disk, 0 to 1."""
+    return 1.0 - len(_missing_units()) / max(len(_UNITS), 1)
+
+
+def _missing_units() -> list[Unit]:
+    """Units that are still to be compiled."""
+    return [unit for unit in all_units() if unit.entry is None and not unit.is_kept]
+
+
+def all_units() -> tuple[Unit, ...]:
+    """All units that are declared so far, callees first."""
+    return tuple(_UNITS.values())
+
+
+@contextmanager
+def entered_by(enter: Callable[[Unit], Callable[..., Any]]) -> Iterator[None]:
+    """Within it, what Python calls of the kernel is run by another engine.
+
+    Args:
+        enter: Gives for a unit what is called in its place, with addresses of records and numbers.
+    """
+    prepare_units()
+    before = {unit: unit.entry for unit in all_units()}
+    try:
+        for unit in before:
+            unit.entry = enter(unit)
+        yield
+    finally:
+        for unit, entry in before.items():
+            unit.entry = entry
+
+
+def kept_code() -> list[Path]:
+    """Files of the units whose machine code lies on disk."""
+    return [code_path(unit.name) for unit in _UNITS.values() if unit.is_kept]
+
+
+def compile_from_the_end() -> None:
+    """What the second process does: compiles units into the cache, the last one first."""
+    for unit in all_units():
+        # Nothing is called here: any address satisfies the linker.
+        add_symbol(unit.symbol, 1)
+    for unit in reversed(_UNITS.values()):
+        if not unit.is_kept:
+            unit.compile()
+
+
+def _start_second_process() -> subprocess.Popen[bytes] | None:
+    modules = ", ".join(dict.fromkeys(unit.function.__module__ for unit in _UNITS.values()))
+    command = (
+        f"import {modules}; "
+        "from slipgrasp.core.kernel.compilation.compiler import compile_from_the_end as go; go()"
+    )
+    path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
+    environment = {**os.environ, "PYTHONPATH": path, ROOT_VARIABLE: str(cache_root())}
+    nothing = subprocess.DEVNULL
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-c", command],
+            env=environment,
+            stdin=nothing,
+            stdout=nothing,
+            stderr=nothing,
+        )
+    except OSError:
+        return None
+
+
+_CTYPES = {
+    types.int64: ctypes.c_int64,
+    types.float64: ctypes.c_double,
+    types.void: None,
+}
+
+
+def _ctype(kind: Any) -> Any:
+    return ctypes.c_void_p if isinstance(kind, types.Record) else _CTYPES[kind]
+
+
+def address_of(record: Record) -> int:
+    """Where a record lies in memory; it must outlive the call."""
+    return np.frombuffer(record, np.uint8).ctypes.data

@@ -1,0 +1,64 @@
+"""What a function refers to by name, whatever numba has made of it: the kernel's own notion.
+
+Shared by what names machine code (`slipgrasp.core.kernel.compilation.fingerprint`) and what names
+the numerics (`slipgrasp.core.kernel.compilation.normal_form`).
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from functools import cached_property
+from types import CodeType, FunctionType
+from typing import Any
+
+from numba.core.dispatcher import Dispatcher
+
+
+def names_known_to(function: FunctionType) -> dict[str, Any]:
+    """Values of the names that a function takes from its module and from functions around it."""
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    return {**function.__globals__, **{name: cell.cell_contents for name, cell in cells}}
+
+
+def references_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Every name that a function's code asks for and that has a value, in the order of its code.
+
+    A field of a record that happens to have the name of something else counts with it.
+    """
+    known = names_known_to(function)
+    for code in _codes(function.__code__):
+        for name in (*code.co_names, *code.co_freevars):
+            if name in known:
+                yield name, known[name]
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """A code object and those of the functions inside it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
+
+
+def code_lines(code: CodeType, *, documented: bool) -> Iterator[str]:
+    """What of a code object decides what it does; the docstring is its first constant."""
+    yield f"{code.co_argcount} {code.co_names} {code.co_varnames} {code.co_code.hex()}"
+    for constant in code.co_consts[1 if documented else 0 :]:
+        if isinstance(constant, CodeType):
+            yield from code_lines(constant, documented=False)
+        else:
+            yield repr(constant)
+
+
+def plain(value: Any) -> Any:
+    """The Python function behind what wraps one; anything else as it is."""
+    if isinstance(value, Dispatcher):
+        return value.py_func
+    if isinstance(value, property):
+        return value.fget
+    if isinstance(value, staticmethod | classmethod):
+        return value.__func__
+    if isinstance(value, cached_property):
+        return value.func
+    return inspect.unwrap(value) if callable(value) else value

@@ -1,0 +1,203 @@
+"""The kernel as one WebAssembly file: the units' own LLVM IR, lowered to wasm32 and linked.
+
+    python -m slipgrasp.core.kernel.compilation.webassembly build/slipgrasp.wasm
+
+The file imports nothing; what it exports and how memory is laid out is told in
+docs/webassembly.md, and by the file itself, as JSON in its section ``slipgrasp``. It needs the
+extra ``wasm``.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from llvmlite import binding
+
+from slipgrasp.core.kernel.compilation.cache import read_code, write_code
+from slipgrasp.core.kernel.compilation.compiler import Unit, all_units
+from slipgrasp.core.kernel.planar import advance as _all_that_is_called  # noqa: F401
+from slipgrasp.core.kernel.planar.jump import LEFT_FACE, REACHED, RUNNING
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.packing import STRETCH
+from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS
+from slipgrasp.core.scenario.table import TABLE, choice_fields, places
+from slipgrasp.core.trace.trace import SIGNALS
+
+SECTION = "slipgrasp"
+RECORDS: Mapping[str, np.dtype] = {
+    "table": TABLE,
+    "stretch": STRETCH,
+    "model": MODEL,
+    "run": PROGRESS,
+    "outlet": OUTLET,
+}
+
+_TRIPLE = "wasm32-unknown-unknown"
+_FEATURES = "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext"
+_STACK_BYTES = 1 << 20
+# Compilers bring this function along: a product of 128 bits, by which LLVM sees whether the
+# length of a loop overflows.
+_PRODUCT = """
+define void @__multi3(ptr %out, i64 %a, i64 %a_high, i64 %b, i64 %b_high) {
+  %a0 = and i64 %a, 4294967295
+  %a1 = lshr i64 %a, 32
+  %b0 = and i64 %b, 4294967295
+  %b1 = lshr i64 %b, 32
+  %p00 = mul i64 %a0, %b0
+  %p01 = mul i64 %a0, %b1
+  %p10 = mul i64 %a1, %b0
+  %p11 = mul i64 %a1, %b1
+  %carry = lshr i64 %p00, 32
+  %middle = add i64 %p01, %carry
+  %middle0 = and i64 %middle, 4294967295
+  %middle1 = lshr i64 %middle, 32
+  %other = add i64 %p10, %middle0
+  %other1 = lshr i64 %other, 32
+  %cross = mul i64 %a, %b_high
+  %cross_high = mul i64 %a_high, %b
+  %sum0 = add i64 %p11, %middle1
+  %sum1 = add i64 %sum0, %other1
+  %sum2 = add i64 %sum1, %cross
+  %high = add i64 %sum2, %cross_high
+  %low = mul i64 %a, %b
+  store i64 %low, ptr %out
+  %next = getelementptr i8, ptr %out, i32 8
+  store i64 %high, ptr %next
+  ret void
+}
+"""
+
+
+def build(path: Path) -> None:
+    """Writes the file.
+
+    Args:
+        path: Where to; its folder is made.
+
+    Raises:
+        SystemExit: If the linker fails or is not installed, with what it says.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    units = all_units()
+    with tempfile.TemporaryDirectory() as name:
+        objects = [Path(name) / f"{unit.symbol}.o" for unit in units]
+        for unit, file in zip(units, objects, strict=True):
+            file.write_bytes(object_code(unit))
+            # The compiler asks for the address of what another unit calls.
+            if unit.entry is None:
+                unit.load()
+        product = Path(name) / "product.o"
+        machine = _machine()
+        product.write_bytes(machine.emit_object(_parse(_PRODUCT, machine)))
+        _link([*objects, product], [unit.symbol for unit in units], path)
+    section = _custom_section(SECTION, json.dumps(describe_memory()).encode())
+    path.write_bytes(path.read_bytes() + section)
+
+
+def object_code(unit: Unit) -> bytes:
+    """A unit as an object file for wasm32, kept beside its machine code for this processor."""
+    name = f"{unit.name}-wasm32"
+    kept = read_code(name)
+    if kept is None:
+        kept = _lower(unit)
+        write_code(name, kept)
+    return kept
+
+
+def _lower(unit: Unit) -> bytes:
+    compiled = unit.compile()
+    text = compiled.library.get_llvm_str()
+    # The name in full has characters of Python's that a symbol may not have.
+    text = text.replace(f'@"{compiled.name}"', f"@{unit.symbol}")
+    text = text.replace(f"@{compiled.name}(", f"@{unit.symbol}(")
+    machine = _machine()
+    module = _parse(text, machine)
+    for value in (*module.functions, *module.global_variables):
+        if not value.is_declaration and value.name != unit.symbol:
+            value.linkage = "internal"
+    module.verify()
+    # Sees that no unit fails, and drops what numba would tell Python if one did.
+    tuning = binding.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_vectorization = tuning.loop_unrolling = False
+    builder = binding.create_pass_builder(machine, tuning)
+    builder.getModulePassManager().run(module, builder)
+    return machine.emit_object(module)
+
+
+def _parse(text: str, machine: binding.TargetMachine) -> binding.ModuleRef:
+    """A module for another machine than the one it was made for."""
+    module = binding.parse_assembly(text)
+    module.triple, module.data_layout = _TRIPLE, str(machine.target_data)
+    return module
+
+
+def _machine() -> binding.TargetMachine:
+    binding.initialize_all_targets()
+    binding.initialize_all_asmprinters()
+    target = binding.Target.from_triple(_TRIPLE)
+    return target.create_target_machine(cpu="generic", features=_FEATURES, opt=3, reloc="static")
+
+
+def _link(objects: Sequence[Path], exports: Sequence[str], path: Path) -> None:
+    command = [sys.executable, "-m", "ziglang", "wasm-ld", "--no-entry", "--strip-all"]
+    command += [f"--export={name}" for name in (*exports, "__heap_base")]
+    command += ["-z", f"stack-size={_STACK_BYTES}", "--stack-first", "-o", str(path)]
+    command += map(str, objects)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SystemExit(f"slipgrasp.wasm: the linker of the extra wasm fails: {done.stderr}")
+
+
+def describe_memory() -> dict[str, Any]:
+    """What a reader of the memory needs, as plain values.
+
+    Sizes and fields of the records, places of the table, statuses of the run, and the signals
+    of a row of the trace in their order.
+    """
+    return {
+        "records": {
+            name: {"size": layout.itemsize, "fields": _describe_fields(layout)}
+            for name, layout in RECORDS.items()
+        },
+        "places": {key: list(place) for key, place in places().items()},
+        "choices": choice_fields(),
+        "statuses": {"running": RUNNING, "reached": REACHED, "left_face": LEFT_FACE},
+        "row": [[signal.name, signal.per] for signal in SIGNALS],
+    }
+
+
+def _describe_fields(layout: np.dtype) -> dict[str, list[Any]]:
+    """Offset in bytes, type and shape of every field that is no record itself."""
+    described = {}
+    for name, (inner, offset, *_) in (layout.fields or {}).items():
+        base, shape = inner.subdtype or (inner, ())
+        if base.names is None:
+            described[name] = [offset, base.str, list(shape)]
+    return described
+
+
+def _custom_section(name: str, content: bytes) -> bytes:
+    """A section of a WebAssembly file that engines pass over: id 0, length, name, content."""
+    body = _leb128(len(name)) + name.encode() + content
+    return b"\0" + _leb128(len(body)) + body
+
+
+def _leb128(number: int) -> bytes:
+    """An unsigned integer, seven bits a byte, the lowest first."""
+    encoded = bytearray()
+    while number >= 0x80:
+        encoded.append(number & 0x7F | 0x80)
+        number >>= 7
+    encoded.append(number)
+    return bytes(encoded)
+
+
+if __name__ == "__main__":
+    build(Path(sys.argv[1]))

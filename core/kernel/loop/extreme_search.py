@@ -1,0 +1,132 @@
+"""The search for extremes of forces inside one step.
+
+Where the slopes of the step were taken its forces are known. Only if one of these values is nearly
+a new extreme of the run, and lies inside the step or at an end where the force turns towards the
+inside, the continuous extension of the method is searched for the extreme itself.
+
+The planar and the spatial kernel share it: `slipgrasp.core.kernel.planar.extremes` and
+`slipgrasp.core.kernel.spatial.extremes` say which guards are forces and how one is evaluated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.dip_search import GOLDEN
+from slipgrasp.core.kernel.numerics.methods import method_of
+
+# A value is searched around where it comes this near to the extreme so far, as a share of the
+# range of the values in the step.
+NEAR = 0.25
+FLAT = 1e-9  # of 1 and the value: what changes less in a step only repeats its rounding
+WIDTH = 3e-4  # of the search, as a share of the step
+ROUND = 1.5  # how much more curved a force may be than its values imply
+BESIDE = 1e-3  # how far from an end of a step it is seen which way a force changes, as a share
+
+
+@compiled
+def least_inside(
+    model: Record,
+    run: Record,
+    h: float,
+    j: int,
+    sign: float,
+    start: float,
+    end: float,
+    record: float,
+    value_inside: Any,
+) -> float:
+    """The least value of ``sign`` times guard ``j`` inside the step; inf if it is no new extreme.
+
+    Args:
+        model: Constants of the run.
+        run: The run, with the step just taken and samples of the guard at its slopes.
+        h: Size of the step [s].
+        j: Number of the guard.
+        sign: 1 for its least value, -1 for its greatest.
+        start: Value of the guard at the start of the step.
+        end: Value at its end.
+        record: The least value so far in the run.
+        value_inside: Its value at a share of the step.
+    """
+    step, method = run.step, method_of(model, run.step)
+    step.samples[0, j], step.samples[method.last, j] = start, end
+    least, largest, place = np.inf, -np.inf, 0
+    for k in range(method.num_ordered):
+        value = sign * step.samples[method.ordered[k], j]
+        largest = max(largest, value)
+        if value < least:
+            least, place = value, k
+    spread = largest - least
+    if not (spread > FLAT * (1.0 + abs(least)) and least < record + NEAR * spread):
+        return np.inf
+    final = method.num_ordered - 1
+    ends = min(sign * start, sign * end)
+    if place not in (0, final):
+        # Slopes are taken at states of low order, where a force may seem extreme.
+        share = method.nodes[method.ordered[place]]
+        if not sign * value_inside(model, run, h, j, share) < ends:
+            place = 0 if sign * start < sign * end else final
+    if place in (0, final):
+        if not _may_turn_inside(model, step, j):
+            return np.inf
+        share = BESIDE if place == 0 else 1.0 - BESIDE
+        if not sign * value_inside(model, run, h, j, share) < ends - FLAT * (1.0 + abs(ends)):
+            return np.inf
+    # For the same reason the extreme may lie beyond the next nodes.
+    low, high = method.ordered[max(place - 3, 0)], method.ordered[min(place + 3, final)]
+    shares = method.nodes[low], method.nodes[high]
+    return _search(model, run, h, j, sign, shares[0], shares[1], value_inside)
+
+
+@compiled
+def _may_turn_inside(model: Record, step: Record, j: int) -> bool:
+    """Whether guard ``j``, extreme at an end of the step, may be more so next to it.
+
+    A parabola through both ends has its extreme between them where it rises or falls by less than
+    its curvature. The curvature is the largest that any value inside implies, times `ROUND`: the
+    first slopes of a step are taken at states of low order.
+    """
+    method, samples = method_of(model, step), step.samples
+    start = samples[0, j]
+    rise = samples[method.last, j] - start
+    for k in range(1, method.num_ordered - 1):
+        row = method.ordered[k]
+        share = method.nodes[row]
+        beside = abs(samples[row, j] - (start + share * rise))
+        if abs(rise) * share * (1.0 - share) < ROUND * beside:
+            return True
+    return False
+
+
+@compiled
+def _search(
+    model: Record,
+    run: Record,
+    h: float,
+    j: int,
+    sign: float,
+    low: float,
+    high: float,
+    value_inside: Any,
+) -> float:
+    """The least value of ``sign`` times guard ``j`` between two shares, by golden sections."""
+    x1, x2 = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
+    y1 = sign * value_inside(model, run, h, j, x1)
+    y2 = sign * value_inside(model, run, h, j, x2)
+    least = min(y1, y2)
+    while high - low > WIDTH:
+        if y1 < y2:
+            high, x2, y2 = x2, x1, y1
+            x1 = low + GOLDEN * (high - low)
+            y1 = sign * value_inside(model, run, h, j, x1)
+        else:
+            low, x1, y1 = x1, x2, y2
+            x2 = high - GOLDEN * (high - low)
+            y2 = sign * value_inside(model, run, h, j, x2)
+        least = min(least, y1, y2)
+    return least

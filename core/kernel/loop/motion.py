@@ -1,0 +1,102 @@
+"""The desired motion of the object: the paper's, or pieces of any other.
+
+With s the time since its piece began, a coordinate c of such a piece is
+
+    polynomials[c] · (1, s, … s^5) + sine[c] sin(psi) + cosine[c] (1 - cos(psi)),
+
+psi = angles · (1, s, s^2). The last piece is a rest and never ends
+(`slipgrasp.core.kernel.loop.pieces` makes them).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.elementary import sincos
+from slipgrasp.core.scenario import MAX_SET_POINTS, MAX_TABLE_ROWS
+from slipgrasp.core.scenario.motion import SAME_TIME
+
+DEGREE = 5
+MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
+
+MOTION = np.dtype(
+    [
+        ("coasts", np.bool_),  # whether it is the paper's, by start and acceleration alone
+        ("start", np.float64, (3,)),
+        ("acceleration", np.float64, (3,)),
+        ("breaks", np.float64, (MAX_PIECES,)),  # ends of the pieces, inf from the last one on [s]
+        ("sine", np.float64, (3,)),  # [m, m, rad]
+        ("cosine", np.float64, (3,)),  # [m, m, rad]
+        ("angles", np.float64, (MAX_PIECES, 3)),  # [rad, and per power of s]
+        ("polynomials", np.float64, (MAX_PIECES, 3, DEGREE + 1)),  # [m, m, rad, per power of s]
+    ],
+    align=True,
+)
+
+
+@compiled
+def pass_breaks(motion: Record, discrete: Record, t: float) -> None:
+    """Makes the segment of the desired motion that holds from ``t`` on the present one.
+
+    A break a rounding after ``t`` is at ``t``: times of ticks and of breaks are sums.
+    """
+    while motion.breaks[discrete.piece] <= t + SAME_TIME:
+        discrete.piece += 1
+
+
+@compiled
+def desired_motion(
+    motion: Record, piece: int, t: float, coordinate: int
+) -> tuple[float, float, float]:
+    """Desired position, velocity, acceleration of one coordinate on a piece of the motion.
+
+    The piece is given, not found from ``t``, so that values at a break are one-sided.
+    """
+    if motion.coasts:
+        return _coast(motion, piece, t, coordinate)
+    s = t - motion.breaks[piece - 1] if piece > 0 else t
+    return _on_piece(motion, piece, s, coordinate)
+
+
+@compiled
+def _coast(motion: Record, piece: int, t: float, coordinate: int) -> tuple[float, float, float]:
+    """Eq. 64: three pieces of constant acceleration, then rest."""
+    begin = motion.start[coordinate]
+    slope = motion.acceleration[coordinate]
+    first, second, third = motion.breaks[0], motion.breaks[1], motion.breaks[2]
+    if piece == 0:
+        return begin + 0.5 * slope * t * t, slope * t, slope
+    speed = slope * first
+    begin += 0.5 * slope * first * first
+    if piece == 1:
+        return begin + speed * (t - first), speed, 0.0
+    begin += speed * (second - first)
+    if piece == 2:
+        s = t - second
+        return begin + speed * s - 0.5 * slope * s * s, speed - slope * s, -slope
+    s = third - second
+    return begin + speed * s - 0.5 * slope * s * s, 0.0, 0.0
+
+
+@compiled
+def _on_piece(motion: Record, piece: int, s: float, coordinate: int) -> tuple[float, float, float]:
+    """A polynomial by Horner's rule, and what oscillates with the angle psi."""
+    position, velocity, bend = 0.0, 0.0, 0.0
+    for k in range(DEGREE, -1, -1):
+        bend = bend * s + velocity
+        velocity = velocity * s + position
+        position = position * s + motion.polynomials[piece, coordinate, k]
+    acceleration = 2.0 * bend
+    a, b = motion.sine[coordinate], motion.cosine[coordinate]
+    if a != 0.0 or b != 0.0:
+        curve = motion.angles[piece, 2]
+        rate = motion.angles[piece, 1] + 2.0 * curve * s
+        psi = motion.angles[piece, 0] + s * (motion.angles[piece, 1] + s * curve)
+        sine, cosine = sincos(psi)
+        along, across = a * cosine + b * sine, b * cosine - a * sine
+        position += a * sine + b * (1.0 - cosine)
+        velocity += rate * along
+        acceleration += 2.0 * curve * along + rate * rate * across
+    return position, velocity, acceleration

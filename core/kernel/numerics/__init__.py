@@ -1,0 +1,1 @@
+"""Arithmetic of the kernel: elementary functions, linear algebra, noise, integration methods."""

@@ -1,0 +1,213 @@
+"""Dense linear algebra of small systems: elimination with row exchanges, orthogonal rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Floats, Integers
+
+ORTHOGONAL = 1e-15
+MAX_SWEEPS = 30
+INDEPENDENT = 1e-3  # share of a row that the others must not contain
+LESSENED = 0.1  # share of the square of a row from which on too few digits are left
+
+
+@compiled
+def factor_dense(matrix: Floats, size: int, order: Integers) -> float:
+    """LU factors of a matrix in its place, rows in ``order``; returns its determinant."""
+    determinant = 1.0
+    for k in range(size):
+        order[k] = k
+    for k in range(size):
+        best = k
+        for row in range(k + 1, size):
+            if abs(matrix[row, k]) > abs(matrix[best, k]):
+                best = row
+        if best != k:
+            determinant = -determinant
+            kept = order[k]
+            order[k] = order[best]
+            order[best] = kept
+            for column in range(size):
+                value = matrix[k, column]
+                matrix[k, column] = matrix[best, column]
+                matrix[best, column] = value
+        pivot = matrix[k, k]
+        determinant *= pivot
+        inverse = 1.0 / pivot
+        for row in range(k + 1, size):
+            factor = matrix[row, k] * inverse
+            matrix[row, k] = factor
+            for column in range(k + 1, size):
+                matrix[row, column] -= factor * matrix[k, column]
+    return determinant
+
+
+@compiled
+def solve_dense(
+    factors: Floats, size: int, order: Integers, right: Floats, solution: Floats
+) -> None:
+    """Solution of the factored system; ``right`` and ``solution`` are two arrays."""
+    for k in range(size):
+        total = right[order[k]]
+        for column in range(k):
+            total -= factors[k, column] * solution[column]
+        solution[k] = total
+    for k in range(size - 1, -1, -1):
+        total = solution[k]
+        for column in range(k + 1, size):
+            total -= factors[k, column] * solution[column]
+        solution[k] = total / factors[k, k]
+
+
+@compiled
+def solve_dense_transposed(
+    factors: Floats, size: int, order: Integers, right: Floats, solution: Floats
+) -> None:
+    """Solution of the transposed system; ``right`` is overwritten."""
+    for k in range(size):
+        total = right[k]
+        for row in range(k):
+            total -= factors[row, k] * right[row]
+        right[k] = total / factors[k, k]
+    for k in range(size - 1, -1, -1):
+        total = right[k]
+        for row in range(k + 1, size):
+            total -= factors[row, k] * right[row]
+        right[k] = total
+    for k in range(size):
+        solution[order[k]] = right[k]
+
+
+@compiled
+def invert_dense(matrix: Floats, size: int, order: Integers) -> bool:
+    """Puts the inverse in the place of a matrix (Gauss and Jordan); False where it has none."""
+    for k in range(size):
+        best = k
+        for row in range(k + 1, size):
+            if abs(matrix[row, k]) > abs(matrix[best, k]):
+                best = row
+        if not abs(matrix[best, k]) > 0.0:
+            return False
+        order[k] = best
+        if best != k:
+            for column in range(size):
+                value = matrix[k, column]
+                matrix[k, column] = matrix[best, column]
+                matrix[best, column] = value
+        inverse = 1.0 / matrix[k, k]
+        matrix[k, k] = 1.0
+        for column in range(size):
+            matrix[k, column] *= inverse
+        for row in range(size):
+            if row == k:
+                continue
+            factor = matrix[row, k]
+            matrix[row, k] = 0.0
+            for column in range(size):
+                matrix[row, column] -= factor * matrix[k, column]
+    for k in range(size - 1, -1, -1):
+        if order[k] == k:
+            continue
+        for row in range(size):
+            value = matrix[row, k]
+            matrix[row, k] = matrix[row, order[k]]
+            matrix[row, order[k]] = value
+    return True
+
+
+@compiled
+def make_rows_orthonormal(rows: Floats, count: int, length: int, kept: Floats) -> bool:
+    """Turns rows into unit vectors that are orthogonal (Gram and Schmidt).
+
+    What stands in the last column, such as a right side, is combined alike, but does not count.
+    Where rows nearly depend on one another they are left as they are: False. ``kept`` is room.
+    """
+    last = rows.shape[1] - 1
+    for p in range(count):
+        for k in range(length):
+            kept[p, k] = rows[p, k]
+        kept[p, last] = rows[p, last]
+        before = _take_off_rows(rows, p, length)
+        after = _squared(rows, p, length)
+        if not after > INDEPENDENT * INDEPENDENT * before:
+            _put_back(rows, p + 1, length, kept)
+            return False
+        if after < LESSENED * before:
+            # What is left of little has lost digits: once more.
+            _take_off_rows(rows, p, length)
+            after = _squared(rows, p, length)
+        inverse = 1.0 / np.sqrt(after)
+        for k in range(length):
+            rows[p, k] *= inverse
+        rows[p, last] *= inverse
+    return True
+
+
+@compiled
+def _take_off_rows(rows: Floats, p: int, length: int) -> float:
+    """Takes the parts along the unit rows before it off row ``p``; its square length until then."""
+    last, before = rows.shape[1] - 1, _squared(rows, p, length)
+    for q in range(p):
+        part = 0.0
+        for k in range(length):
+            part += rows[p, k] * rows[q, k]
+        for k in range(length):
+            rows[p, k] -= part * rows[q, k]
+        rows[p, last] -= part * rows[q, last]
+    return before
+
+
+@compiled
+def _squared(rows: Floats, p: int, length: int) -> float:
+    total = 0.0
+    for k in range(length):
+        total += rows[p, k] * rows[p, k]
+    return total
+
+
+@compiled
+def _put_back(rows: Floats, count: int, length: int, kept: Floats) -> None:
+    last = rows.shape[1] - 1
+    for p in range(count):
+        for k in range(length):
+            rows[p, k] = kept[p, k]
+        rows[p, last] = kept[p, last]
+
+
+@compiled
+def make_rows_orthogonal(rows: Floats, count: int, length: int) -> None:
+    """Turns rows pairwise until all are orthogonal (one-sided Jacobi).
+
+    The rows of G become those of J G = diag(sigma) V^T, J orthogonal. The last column, such as a
+    right side, is turned with them, but does not count.
+    """
+    last = rows.shape[1] - 1
+    for _ in range(MAX_SWEEPS):
+        turned = 0
+        for p in range(count - 1):
+            for q in range(p + 1, count):
+                alpha = beta = gamma = 0.0
+                for k in range(length):
+                    alpha += rows[p, k] * rows[p, k]
+                    beta += rows[q, k] * rows[q, k]
+                    gamma += rows[p, k] * rows[q, k]
+                if not gamma * gamma > ORTHOGONAL * ORTHOGONAL * alpha * beta:
+                    continue
+                turned = 1
+                zeta = (beta - alpha) / (2.0 * gamma)
+                tangent = 1.0 / (abs(zeta) + np.sqrt(1.0 + zeta * zeta))
+                if zeta < 0.0:
+                    tangent = -tangent
+                cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+                sine = cosine * tangent
+                for k in range(length):
+                    a, b = rows[p, k], rows[q, k]
+                    rows[p, k] = cosine * a - sine * b
+                    rows[q, k] = sine * a + cosine * b
+                a, b = rows[p, last], rows[q, last]
+                rows[p, last] = cosine * a - sine * b
+                rows[q, last] = sine * a + cosine * b
+        if turned == 0:
+            return

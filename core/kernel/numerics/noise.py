@@ -1,0 +1,87 @@
+"""Standard normal numbers from a seed: the noise of any tick alone, in any order.
+
+Salmon, Moraes, Dror, Shaw, *Parallel random numbers: as easy as 1, 2, 3*, SC11 (2011): Philox
+4x32-10 turns a counter and a key into four words of 32 bits and keeps no state. Two words make
+one number through the quantile of the normal distribution, which takes one uniform number each:
+every normal number has its place in the counter.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_COORDINATES, Record
+from slipgrasp.core.kernel.numerics.elementary import inverse_normal
+
+MAX_CHANNELS = 3 * MAX_COORDINATES
+ROUNDS = 10
+
+# Noise of all that is measured at one tick.
+NOISE = np.dtype([("numbers", np.float64, (MAX_CHANNELS + 1,))], align=True)
+
+Words: TypeAlias = tuple[int, int, int, int]
+
+_WORD = (1 << 32) - 1
+_MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
+_KEY_STEPS = (0x9E3779B9, 0xBB67AE85)
+
+
+STATE_NOISE, FORCE_NOISE, DELAY_NOISE = range(3)
+"""What numbers are drawn for: each has a stream of its own."""
+
+
+@compiled_apart(types.void, NOISE, types.int64, types.int64, types.int64, types.int64)
+def draw_noise(noise: Record, seed: int, stream: int, tick: int, count: int) -> None:
+    """Writes the first ``count`` numbers of a tick.
+
+    Args:
+        noise: Where they are written.
+        seed: Of the run, below 2^63.
+        stream: What they are for.
+        tick: Which tick of the run, from 0.
+        count: How many are needed; one more is written where this is odd.
+    """
+    key = seed & _WORD, seed >> 32
+    for pair in range((count + 1) // 2):
+        words = philox((pair, stream, tick & _WORD, tick >> 32), key)
+        noise.numbers[2 * pair] = _normal(words[0], words[1])
+        noise.numbers[2 * pair + 1] = _normal(words[2], words[3])
+
+
+@compiled_apart(types.float64, types.int64, types.int64, types.int64, types.int64)
+def draw_number(seed: int, stream: int, place: int, event: int) -> float:
+    """The number of one event at one place, such as a contact."""
+    counter = place, stream, event & _WORD, event >> 32
+    words = philox(counter, (seed & _WORD, seed >> 32))
+    return _normal(words[0], words[1])
+
+
+@compiled
+def philox(counter: Words, key: tuple[int, int]) -> Words:
+    """Philox 4x32-10: four words of 32 bits from a counter and a key of such words."""
+    a, b, c, d = counter
+    first, second = key
+    for _ in range(ROUNDS):
+        high_a, low_a = _wide_product(_MULTIPLIERS[0], a)
+        high_c, low_c = _wide_product(_MULTIPLIERS[1], c)
+        a, b, c, d = high_c ^ b ^ first, low_c, high_a ^ d ^ second, low_a
+        first, second = (first + _KEY_STEPS[0]) & _WORD, (second + _KEY_STEPS[1]) & _WORD
+    return a, b, c, d
+
+
+@compiled
+def _wide_product(x: int, y: int) -> tuple[int, int]:
+    """Upper and lower word of the product of two words, which may run over the sign bit."""
+    product = x * y
+    return (product >> 32) & _WORD, product & _WORD
+
+
+@compiled
+def _normal(high: int, low: int) -> float:
+    """From 52 of the bits of two words; the half keeps the uniform number between 0 and 1."""
+    uniform = (float((high << 20) | (low >> 12)) + 0.5) * 2.0**-52
+    return inverse_normal(uniform)

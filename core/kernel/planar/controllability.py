@@ -1,0 +1,87 @@
+"""What the joint torques can do in the present phase: rank and range of B~ (Eq. 18).
+
+B~ = [W; -D] J_c^-T, and J_c is invertible: its range is that of G = [W; -D of the slipping
+contacts], with the true friction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.kernel.planar.wrench import assemble_rows
+
+DEPENDENT = 1e-10
+APART = 1e-6  # [m]
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
+def find_controllable(model: Record, discrete: Record, work: Record) -> int:
+    """Writes the share of each object coordinate that torques can produce to ``work.shares``.
+
+    The shares are the diagonal of B~ B~^+: 1 where a coordinate can be accelerated
+    whatever else is asked, less where it is tied to others.
+
+    Returns:
+        The rank of B~.
+    """
+    if _all_stick_apart(model, discrete, work.kin):
+        for k in range(3):
+            work.shares[k] = 1.0
+        return 3
+    basis = work.room.basis
+    rows = assemble_rows(work.kin, model.truth, discrete.phases, work.room)
+    rank = 0
+    for column in range(2 * model.num_fingers):
+        rank += _keep_independent(basis, rows, rank, column)
+        if rank == rows:
+            break
+    for k in range(3):
+        share = 0.0
+        for i in range(rank):
+            share += square(basis[i, k])
+        work.shares[k] = 1.0 if rank == rows else share
+    return rank
+
+
+@compiled
+def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
+    """Whether all contacts stick, two of them clearly apart: these two can exert any wrench."""
+    farthest = 0.0
+    for i in range(model.num_fingers):
+        if discrete.phases[i] != 0:
+            return False
+        dx, dy = kin.arms[i, 0] - kin.arms[0, 0], kin.arms[i, 1] - kin.arms[0, 1]
+        farthest = max(farthest, abs(dx), abs(dy))
+    return farthest > APART
+
+
+@compiled
+def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
+    """Moves a vector behind the ``count`` orthonormal ones if it is independent of them.
+
+    Returns:
+        1 if it is, else 0.
+    """
+    whole, rest = 0.0, 0.0
+    for k in range(length):
+        whole += square(vectors[candidate, k])
+    for _ in range(2):
+        for i in range(count):
+            part = 0.0
+            for k in range(length):
+                part += vectors[i, k] * vectors[candidate, k]
+            for k in range(length):
+                vectors[candidate, k] -= part * vectors[i, k]
+    for k in range(length):
+        rest += square(vectors[candidate, k])
+    if rest <= square(DEPENDENT) * whole:
+        return 0
+    for k in range(length):
+        vectors[count, k] = vectors[candidate, k] / np.sqrt(rest)
+    return 1

@@ -1,0 +1,144 @@
+"""Guards of a planar hand that sink below their level and recover within one step."""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.dip_search import NEAR, comes_near, search_step
+from slipgrasp.core.kernel.numerics.methods import method_of
+from slipgrasp.core.kernel.planar.flow import flow
+from slipgrasp.core.kernel.planar.guards import (
+    NEAR_SINGULAR,
+    NORMAL_FORCE,
+    PER_CONTACT,
+    PHASE,
+    SINGULAR,
+    VIOLATION_BAND,
+    band_of,
+    guard_value,
+    sample_guards,
+)
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.run import PROGRESS
+from slipgrasp.core.kernel.planar.state import estimate_at, slip_velocity_at
+from slipgrasp.core.kernel.planar.stepper import interpolate, prepare_interpolant
+
+
+@compiled
+def _coordinate(model: Record, discrete: Record, j: int) -> int:
+    """The coordinate of the state that guard ``j`` watches; -1 where it watches something else."""
+    n = model.num_fingers
+    if j < PER_CONTACT * n:
+        i = j // PER_CONTACT
+        slips = j % PER_CONTACT == PHASE and discrete.phases[i] != 0
+        return slip_velocity_at(n, i) if slips else -1
+    k = j - PER_CONTACT * n - 1
+    return estimate_at(n, k) if k >= 0 and discrete.clamps[k] == 0 else -1
+
+
+@compiled
+def value_inside(model: Record, run: Record, h: float, j: int, share: float) -> float:
+    """Value of guard ``j`` at a share of the step."""
+    step, room = run.step, run.selection
+    prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
+    interpolate(model, step, share, step.stage)
+    coordinate = _coordinate(model, run.discrete, j)
+    if coordinate >= 0:
+        return guard_value(model, run.discrete, j, step.stage.x[coordinate])
+    t = run.now + share * h
+    flow(model, run.discrete, t, step.stage, room.derivative, run.work)
+    row = method_of(model, step).last + 1  # of a slope that only the interpolant uses
+    sample_guards(model, run.discrete, run.work, step.samples, row)
+    return step.samples[row, j]
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64, types.int64)
+def _find_least(model: Record, run: Record, h: float, j: int) -> float:
+    """The share of the step at which guard ``j`` is past its level; 0 if it is nowhere."""
+    noise, _ = band_of(model, run.discrete, run.guards.ends, j)
+    return search_step(model, run, h, j, noise, value_inside)
+
+
+@compiled
+def _dip_of(model: Record, run: Record, h: float, j: int) -> float:
+    """The share of the step at which guard ``j``, whose samples are kept, is past its level."""
+    guards = run.guards
+    if not comes_near(model, run.step, j, guards.starts[j], guards.ends[j], guards.levels[j]):
+        return 0.0
+    return _find_least(model, run, h, j)
+
+
+@compiled
+def _dip_of_coordinate(model: Record, run: Record, h: float, j: int) -> float:
+    """The share of the step at which guard ``j``, which watches a coordinate, is past its level.
+
+    The slopes of a coordinate are known: they give its values at the nodes of the step.
+    """
+    guards, step, method = run.guards, run.step, method_of(model, run.step)
+    coordinate = _coordinate(model, run.discrete, j)
+    least = min(guards.starts[j], guards.ends[j]) - guards.levels[j]
+    steepest = 0.0
+    for row in range(method.last + 1):
+        steepest = max(steepest, abs(step.slopes[row].x[coordinate]))
+    if not least < NEAR * h * steepest:
+        return 0.0
+    value, before = step.start.x[coordinate], 0
+    step.samples[0, j] = guards.starts[j]
+    for k in range(1, method.num_ordered):
+        row = method.ordered[k]
+        width = h * (method.nodes[row] - method.nodes[before])
+        slopes = step.slopes[before].x[coordinate] + step.slopes[row].x[coordinate]
+        value += 0.5 * width * slopes
+        step.samples[row, j] = guard_value(model, run.discrete, j, value)
+        before = row
+    step.samples[method.last, j] = guards.ends[j]
+    return _find_least(model, run, h, j)
+
+
+@compiled
+def _jump_inside(model: Record, run: Record) -> float:
+    """The share of the step at which the law is on the other side of a jump; 0 if nowhere."""
+    last, method = run.guards.count - 1, method_of(model, run.step)
+    if run.guards.fired[last] == 0:
+        for k in range(1, method.num_ordered - 1):
+            row = method.ordered[k]
+            infeasible = 1 if run.step.samples[row, last] > VIOLATION_BAND else 0
+            if infeasible != run.guards.infeasible:
+                return method.nodes[row]
+    return 0.0
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def find_dip(model: Record, run: Record, h: float) -> float:
+    """When, in a step of size ``h`` just taken, a guard is past its level; 0 if none is [s].
+
+    At the end no guard is past its level, or the event has been located there; the first of its
+    falls may still lie before. The end of a face is not looked at: a slip velocity keeps its sign
+    within a phase.
+    """
+    guards, phases = run.guards, run.discrete.phases
+    found, slips = 0.0, False
+    for i in range(model.num_fingers):
+        base = PER_CONTACT * i
+        if phases[i] == 0:
+            found = max(found, _dip_of(model, run, h, base + PHASE))
+        else:
+            slips = True
+            found = max(found, _dip_of_coordinate(model, run, h, base + PHASE))
+            found = max(found, _dip_of(model, run, h, base + NORMAL_FORCE))
+        nearest = min(guards.starts[base + SINGULAR], guards.ends[base + SINGULAR])
+        if nearest < NEAR_SINGULAR:
+            found = max(found, _dip_of(model, run, h, base + SINGULAR))
+    first = PER_CONTACT * model.num_fingers
+    if slips:
+        found = max(found, _dip_of(model, run, h, first))
+    if model.law.period == 0.0:
+        for j in range(first + 1, guards.count - 1):
+            if run.discrete.clamps[j - first - 1] == 0:
+                found = max(found, _dip_of_coordinate(model, run, h, j))
+            else:
+                found = max(found, _dip_of(model, run, h, j))
+        found = max(found, _jump_inside(model, run))
+    return found * h

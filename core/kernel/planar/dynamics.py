@@ -1,0 +1,183 @@
+"""Finger dynamics seen at the fingertips, link by link (docs/model.md, Reduced form).
+
+A finger whose tip has the acceleration a (without the bias b) needs the force
+f = J^-T (M q'' + h) = Lambda a + f_0 from its joints, in the inertial frame. Lambda
+(symmetric) and f_0 are sums over links of mass times a unit part; the unit parts serve the
+true model, the believed model and the regressor alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.planar.kinematics import Finger, stored_finger
+from slipgrasp.core.kernel.planar.state import Y, velocity_at
+
+REST_RATE = 0.01  # of a joint, below which dry friction fades [rad/s]
+
+# Apparent inertia and bias force of the fingers at their tips.
+TIP_DYNAMICS = np.dtype(
+    [
+        ("inertia", np.float64, (MAX_FINGERS, 3)),  # Lambda: xx, xy, yy [kg]
+        ("bias", np.float64, (MAX_FINGERS, 2)),  # f_0 [N]
+    ],
+    align=True,
+)
+
+# What every link adds per mass: apparent inertia [1] and bias force [N/kg]; finger, link, entry.
+UNIT_DYNAMICS = np.dtype(
+    [
+        ("inertia", np.float64, (MAX_FINGERS, 2, 3)),
+        ("bias", np.float64, (MAX_FINGERS, 2, 2)),
+    ],
+    align=True,
+)
+
+
+@compiled
+def joint_space_unit(
+    hand: Record, i: int, link: int, finger: Finger
+) -> tuple[float, float, float, float, float]:
+    """Inertia M_11, M_12, M_22 and bias h_1, h_2 of one link with a mass of 1 kg."""
+    centre, own = hand.link_centres[i, link], hand.link_moments[i, link]
+    if link == 0:
+        return own, 0.0, 0.0, hand.gravity * centre * finger.cosine1, 0.0
+    first, rate1, rate2 = hand.link_lengths[i, 0], finger.rate1, finger.rate2
+    weight = hand.gravity * centre * finger.cosine12
+    coupling = first * centre * finger.cosine2
+    centrifugal = first * centre * finger.sine2
+    return (
+        first * first + own + 2.0 * coupling,
+        own + coupling,
+        own,
+        hand.gravity * first * finger.cosine1
+        + weight
+        - centrifugal * (2.0 * rate1 + rate2) * rate2,
+        weight + centrifugal * rate1 * rate1,
+    )
+
+
+@compiled
+def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
+    """Fills ``unit`` for the present positions and velocities."""
+    for i in range(hand.num_fingers):
+        finger = stored_finger(kin, i)
+        for link in range(2):
+            m11, m12, m22, h1, h2 = joint_space_unit(hand, i, link, finger)
+            bx, by = finger.bias_x, finger.bias_y
+            xx, xy, yy, fx, fy = seen_at_tip(finger, m11, m12, m22, h1, h2, bx, by)
+            unit.inertia[i, link, 0], unit.inertia[i, link, 1] = xx, xy
+            unit.inertia[i, link, 2] = yy
+            unit.bias[i, link, 0], unit.bias[i, link, 1] = fx, fy
+
+
+@compiled
+def joint_space(
+    hand: Record, masses: Floats, i: int, finger: Finger
+) -> tuple[float, float, float, float, float]:
+    """Inertia M_11, M_12, M_22 and bias h_1, h_2 of finger ``i``, links ``(n, 2)`` [kg]."""
+    a11, a12, a22, a1, a2 = joint_space_unit(hand, i, 0, finger)
+    b11, b12, b22, b1, b2 = joint_space_unit(hand, i, 1, finger)
+    a, b = masses[i, 0], masses[i, 1]
+    return (
+        a * a11 + b * b11,
+        a * a12 + b * b12,
+        a * a22 + b * b22,
+        a * a1 + b * b1,
+        a * a2 + b * b2,
+    )
+
+
+@compiled
+def seen_at_tip(
+    finger: Finger,
+    m11: float,
+    m12: float,
+    m22: float,
+    h1: float,
+    h2: float,
+    bx: float,
+    by: float,
+) -> tuple[float, float, float, float, float]:
+    """Lambda_xx, Lambda_xy, Lambda_yy and f_0 from M and h, for a tip whose bias is b."""
+    i00, i01 = finger.inverse00, finger.inverse01
+    i10, i11 = finger.inverse10, finger.inverse11
+    # Joint accelerations by which the tip has the acceleration b, and what torques they take.
+    b1, b2 = i00 * bx + i01 * by, i10 * bx + i11 * by
+    t1, t2 = h1 + m11 * b1 + m12 * b2, h2 + m12 * b1 + m22 * b2
+    # M J^-1, the joint torques per tip acceleration.
+    x1, x2 = m11 * i00 + m12 * i10, m12 * i00 + m22 * i10
+    y1, y2 = m11 * i01 + m12 * i11, m12 * i01 + m22 * i11
+    return (
+        i00 * x1 + i10 * x2,
+        i00 * y1 + i10 * y2,
+        i01 * y1 + i11 * y2,
+        i00 * t1 + i10 * t2,
+        i01 * t1 + i11 * t2,
+    )
+
+
+@compiled
+def combine_links(truth: Record, unit: Record, total: Record) -> None:
+    """Sums the links of every finger, weighted with their masses, into ``total``."""
+    for i in range(truth.num_fingers):
+        first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
+        for k in range(3):
+            total.inertia[i, k] = first * unit.inertia[i, 0, k] + second * unit.inertia[i, 1, k]
+        for k in range(2):
+            total.bias[i, k] = first * unit.bias[i, 0, k] + second * unit.bias[i, 1, k]
+
+
+@compiled
+def joint_friction(hand: Record, i: int, rate: float) -> float:
+    """Torque of friction against one joint of finger ``i`` that turns with a rate [N m].
+
+    Viscous, and dry with a smooth passage through rest, so that no joint sticks.
+    """
+    dry = hand.joint_friction[i] * rate / np.sqrt(rate * rate + REST_RATE * REST_RATE)
+    return hand.joint_damping[i] * rate + dry
+
+
+@compiled
+def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
+    """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
+    for i in range(hand.num_fingers):
+        first = joint_friction(hand, i, kin.joint_velocities[i, 0])
+        second = joint_friction(hand, i, kin.joint_velocities[i, 1])
+        for axis in range(2):
+            total.bias[i, axis] += kin.inverses[i, 0, axis] * first
+            total.bias[i, axis] += kin.inverses[i, 1, axis] * second
+
+
+@compiled
+def joint_friction_power(hand: Record, kin: Record) -> float:
+    """Power lost to friction in the joints [W]."""
+    total = 0.0
+    for i in range(hand.num_fingers):
+        for joint in range(2):
+            rate = kin.joint_velocities[i, joint]
+            total += joint_friction(hand, i, rate) * rate
+    return total
+
+
+@compiled
+def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tuple[float, float]:
+    """Kinetic and potential energy [J] of object and fingers, heights from y = 0."""
+    kinetic, potential = 0.0, hand.gravity * truth.object_inertia[0] * state.x[Y]
+    for k in range(3):
+        rate = state.x[velocity_at(k)]
+        kinetic += 0.5 * truth.object_inertia[k] * rate * rate
+    for i in range(hand.num_fingers):
+        rate1, rate2 = kin.joint_velocities[i, 0], kin.joint_velocities[i, 1]
+        joint_height = hand.bases[i, 1]
+        for link in range(2):
+            mass = truth.link_masses[i, link]
+            m11, m12, m22, _, _ = joint_space_unit(hand, i, link, stored_finger(kin, i))
+            square = m11 * rate1 * rate1 + 2.0 * m12 * rate1 * rate2 + m22 * rate2 * rate2
+            height = joint_height + hand.link_centres[i, link] * kin.links[i, link, 1]
+            kinetic += 0.5 * mass * square
+            potential += hand.gravity * mass * height
+            joint_height += hand.link_lengths[i, link] * kin.links[i, link, 1]
+    return kinetic, potential

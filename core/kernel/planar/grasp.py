@@ -1,0 +1,230 @@
+"""Choice of the internal (grasp) force where one can be chosen (docs/model.md, Grasp force).
+
+Two sticking fingers have one internal force, whose least size inside both cones has a closed
+form. Beyond that, and where this force breaks another limit, it is a quadratic program.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Floats, Integers, Record
+from slipgrasp.core.kernel.numerics.elementary import hypot
+from slipgrasp.core.kernel.numerics.quadratic import largest_violation, solve_quadratic
+from slipgrasp.core.kernel.planar.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.workspace import WORKSPACE
+from slipgrasp.core.kernel.planar.wrench import assemble_rows
+
+# Where not all limits can be met: how little the violation weighs in each row. It is found to
+# a relative accuracy of the square of this.
+SLACK = 1e-4
+
+
+@compiled
+def choose_grasp_force(
+    forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
+) -> float:
+    """Adds the least internal force that puts every contact inside its cone, but those on it.
+
+    Each cone |F_x| <= (mu / safety) F_n is two half-lines of the multiplier of this
+    internal force; the least multiplier in their intersection is taken. Where they do not
+    meet, the one with the least violation.
+
+    Args:
+        forces: ``(n, 2)`` contact forces without internal force; the result is added here.
+        direction: ``(2n,)`` internal force, spanning the one-dimensional null space.
+        believed: Masses and friction the controller believes in.
+        safety: Factor >= 1 by which the cones are narrowed.
+        on_cone: ``(n,)``, not 0 where the force is asked on its cone.
+
+    Returns:
+        The largest violation of a narrowed cone [N], 0 if all are met.
+    """
+    low, high = -np.inf, np.inf
+    blocked = False
+    for line in range(2 * believed.num_fingers):
+        if on_cone[line // 2] != 0:
+            continue
+        slope, offset = _cone_side(forces, direction, believed, safety, line)
+        if slope > 0.0:
+            high = min(high, offset / slope)
+        elif slope < 0.0:
+            low = max(low, offset / slope)
+        elif offset < 0.0:
+            blocked = True
+    multiplier, violation = min(max(0.0, low), high), 0.0
+    if low > high or blocked:
+        multiplier, violation = _least_violation(forces, direction, believed, safety, on_cone)
+    for i in range(believed.num_fingers):
+        forces[i, 0] += multiplier * direction[2 * i]
+        forces[i, 1] += multiplier * direction[2 * i + 1]
+    return violation
+
+
+@compiled
+def _cone_side(
+    forces: Floats, direction: Floats, believed: Record, safety: float, line: int
+) -> tuple[float, float]:
+    """One side of a cone as slope * multiplier <= offset."""
+    i = line // 2
+    sign = 1.0 if line % 2 == 0 else -1.0
+    limit = believed.friction[i] / safety
+    slope = sign * direction[2 * i] - limit * direction[2 * i + 1]
+    return slope, limit * forces[i, 1] - sign * forces[i, 0]
+
+
+@compiled
+def _largest_violation(
+    forces: Floats,
+    direction: Floats,
+    believed: Record,
+    safety: float,
+    on_cone: Integers,
+    multiplier: float,
+) -> float:
+    largest = -np.inf
+    for line in range(2 * believed.num_fingers):
+        if on_cone[line // 2] == 0:
+            slope, offset = _cone_side(forces, direction, believed, safety, line)
+            largest = max(largest, slope * multiplier - offset)
+    return largest
+
+
+@compiled
+def _least_violation(
+    forces: Floats, direction: Floats, believed: Record, safety: float, on_cone: Integers
+) -> tuple[float, float]:
+    """Where the largest of the lines is least: a crossing of two of them, or no squeeze at all."""
+    lines = 2 * believed.num_fingers
+    best = 0.0
+    least = _largest_violation(forces, direction, believed, safety, on_cone, 0.0)
+    for a in range(lines):
+        for b in range(a):
+            if on_cone[a // 2] != 0 or on_cone[b // 2] != 0:
+                continue
+            slope_a, offset_a = _cone_side(forces, direction, believed, safety, a)
+            slope_b, offset_b = _cone_side(forces, direction, believed, safety, b)
+            if slope_a == slope_b:
+                continue
+            crossing = (offset_a - offset_b) / (slope_a - slope_b)
+            value = _largest_violation(forces, direction, believed, safety, on_cone, crossing)
+            if value < least:
+                best, least = crossing, value
+    return best, least
+
+
+@compiled_apart(types.int64, MODEL, WORKSPACE)
+def minimise_forces(model: Record, work: Record) -> int:
+    """The least contact forces that exert the wanted wrench within all limits.
+
+    The part of F^ that the wrench prescribes is orthogonal to the internal part: the least
+    F^ has the least internal force. Where the limits contradict each other, the largest
+    violation is made as small as can be; it is left in ``room.violation`` [N].
+
+    Returns:
+        1, or 0 where the rows of G depend on each other.
+    """
+    problem, room = work.quadratic, work.room
+    _pose_wrench(model, work)
+    problem.rows = problem.equalities
+    for i in range(model.num_fingers):
+        _limit_force(model.law, work, i)
+        _limit_torques(model.law, work, i)
+    room.violation = 0.0
+    if solve_quadratic(problem) == 0:
+        if problem.count < problem.equalities:
+            return 0
+        _share_violation(problem)
+        solve_quadratic(problem)
+        problem.columns -= 1
+        room.violation = largest_violation(problem)
+    for i in range(model.num_fingers):
+        room.contact_force[i, 0] = problem.solution[2 * i]
+        room.contact_force[i, 1] = problem.solution[2 * i + 1]
+    return 1
+
+
+@compiled
+def _pose_wrench(model: Record, work: Record) -> None:
+    """G F^ = (d, 0) as equalities."""
+    problem, room, columns = work.quadratic, work.room, 2 * model.num_fingers
+    rows = assemble_rows(work.kin, work.believed, room.on_cone, room)
+    problem.columns, problem.equalities = columns, rows
+    for row in range(rows):
+        for column in range(columns):
+            problem.normals[row, column] = room.basis[column, row]
+        problem.bounds[row] = room.right_side[row]
+
+
+@compiled
+def _limit_force(law: Record, work: Record, i: int) -> None:
+    """Cone of a contact that is asked inside it, least and largest normal force of any."""
+    if work.room.on_cone[i] == 0:
+        cone = work.believed.friction[i] / law.grip_safety
+        _require(work.quadratic, i, 1.0, cone, 0.0)
+        _require(work.quadratic, i, -1.0, cone, 0.0)
+    _require(work.quadratic, i, 0.0, 1.0, law.minimum_normal_force)
+    if law.maximum_normal_force < np.inf:
+        _require(work.quadratic, i, 0.0, -1.0, -law.maximum_normal_force)
+
+
+@compiled
+def _limit_torques(law: Record, work: Record, i: int) -> None:
+    """|tau| <= limit for both joints, in newtons: divided by the lever of the force."""
+    if law.torque_limit == np.inf:
+        return
+    for joint in range(2):
+        along, across, free = _torque_of_force(work, i, joint)
+        lever = hypot(along, across)
+        along, across, free = along / lever, across / lever, free / lever
+        limit = law.torque_limit / lever
+        _require(work.quadratic, i, along, across, -limit - free)
+        _require(work.quadratic, i, -along, -across, free - limit)
+
+
+@compiled
+def _torque_of_force(work: Record, i: int, joint: int) -> tuple[float, float, float]:
+    """Torque of a joint: per unit of F_x and of F_n, and what the finger itself needs."""
+    jx, jy = work.kin.jacobians[i, 0, joint], work.kin.jacobians[i, 1, joint]
+    ax, ay = to_inertial_frame(work.kin, i, 1.0, 0.0)
+    nx, ny = to_inertial_frame(work.kin, i, 0.0, 1.0)
+    free = jx * work.room.believed_force[i, 0] + jy * work.room.believed_force[i, 1]
+    return jx * ax + jy * ay, jx * nx + jy * ny, free
+
+
+@compiled
+def _require(problem: Record, i: int, along: float, normal: float, bound: float) -> None:
+    """Along * F_x + normal * F_n >= bound at contact i."""
+    row = problem.rows
+    for column in range(problem.columns):
+        problem.normals[row, column] = 0.0
+    problem.normals[row, 2 * i], problem.normals[row, 2 * i + 1] = along, normal
+    problem.bounds[row] = bound
+    problem.rows = row + 1
+
+
+@compiled
+def _share_violation(problem: Record) -> None:
+    """One unknown more by which every inequality may be missed, dear compared with forces."""
+    for row in range(problem.rows):
+        problem.normals[row, problem.columns] = SLACK if row >= problem.equalities else 0.0
+    problem.columns += 1
+
+
+@compiled_apart(types.void, MODEL, WORKSPACE)
+def keep_limits(model: Record, work: Record) -> None:
+    """Chooses again where the forces inside the cones of two fingers break another limit."""
+    law, forces = model.law, work.room.contact_force
+    for i in range(model.num_fingers):
+        normal = forces[i, 1]
+        if not law.minimum_normal_force <= normal <= law.maximum_normal_force:
+            minimise_forces(model, work)
+            return
+        for joint in range(2):
+            along, across, free = _torque_of_force(work, i, joint)
+            if abs(along * forces[i, 0] + across * normal + free) > law.torque_limit:
+                minimise_forces(model, work)
+                return

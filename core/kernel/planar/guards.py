@@ -1,0 +1,287 @@
+"""Conditions that end a phase: each is positive inside and falls through its level at the event.
+
+Per contact: the phase itself (distance to the cone in stick, signed slip velocity in slip),
+normal force, end of the face or of its friction, finger not singular. Then the determinant
+of M~ (Painleve), per unknown its distance to a bound, or the rate that holds it there, and
+whether the limits of the grasp force can still, or still not, be met all at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.state import STATE, estimate_at, slip_at, slip_velocity_at
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+
+PHASE, NORMAL_FORCE, FACE, SINGULAR = range(4)
+PER_CONTACT = 4
+MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1 + MAX_UNKNOWNS + 1
+
+FORCE_BAND, FORCE_NOISE = 4e-10, 1e-11
+VELOCITY_BAND, VELOCITY_NOISE = 1e-9, 1e-13
+# As wide as the edge of a patch (slipgrasp.core.run.schedule): tips that cross theirs together
+# do so at once.
+SLIP_BAND, SLIP_NOISE = 1e-11, 1e-15
+# Of an estimate at its bound, and of the rate that holds it there.
+ESTIMATE_BAND = 1e-9
+WIDEST_BAND = 1e-2  # of a force of 10^7 N
+# These two end the run and cannot fire again.
+ENDING_BAND = 1e-12
+VIOLATION_BAND = 1e-9  # [N]
+NEAR_SINGULAR = 0.05  # sin^2 q2, where a finger is nearly straight or folded
+
+# Values of all guards and what is known of them.
+GUARDS = np.dtype(
+    [
+        ("count", np.int64),
+        ("values", np.float64, (MAX_GUARDS,)),
+        ("starts", np.float64, (MAX_GUARDS,)),  # values at the start of the step
+        ("ends", np.float64, (MAX_GUARDS,)),  # and at its end
+        ("levels", np.float64, (MAX_GUARDS,)),
+        ("fired", np.int64, (MAX_GUARDS,)),
+        ("infeasible", np.int64),  # 1 where the limits of the grasp force contradict each other
+    ],
+    align=True,
+)
+
+
+@compiled
+def present_friction(model: Record, discrete: Record, i: int) -> float:
+    """The friction coefficient that bounds, or sets, the force of contact i in its phase."""
+    truth = model.truth
+    return truth.static_friction[i] if discrete.phases[i] == 0 else truth.friction[i]
+
+
+@compiled
+def friction_margin(model: Record, discrete: Record, work: Record, i: int) -> float:
+    """Mu F_n - |F_x| of contact i [N], positive inside the cone."""
+    return present_friction(model, discrete, i) * work.forces[i, 1] - abs(work.forces[i, 0])
+
+
+@compiled
+def guard_value(model: Record, discrete: Record, j: int, coordinate: float) -> float:
+    """Value of a guard that watches one coordinate of the state.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases.
+        j: Number of the guard: of a slipping contact's phase, or of an estimate.
+        coordinate: The slip velocity [m/s], or the estimate.
+    """
+    first = PER_CONTACT * model.num_fingers
+    if j < first:
+        return discrete.phases[j // PER_CONTACT] * coordinate
+    k = j - first - 1
+    low, high = coordinate - model.unknowns.minimum[k], model.unknowns.maximum[k] - coordinate
+    return min(low, high)
+
+
+@compiled
+def _update_values(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """Values of all guards at the state that ``work`` holds."""
+    n = model.num_fingers
+    guards.count = PER_CONTACT * n + 1 + model.num_unknowns + 1
+    for i in range(n):
+        base = PER_CONTACT * i
+        if discrete.phases[i] == 0:
+            guards.values[base + PHASE] = friction_margin(model, discrete, work, i)
+        else:
+            guards.values[base + PHASE] = guard_value(
+                model, discrete, base + PHASE, state.x[slip_velocity_at(n, i)]
+            )
+        slip = state.x[slip_at(i)]
+        guards.values[base + NORMAL_FORCE] = work.forces[i, 1]
+        guards.values[base + FACE] = min(
+            model.hand.slip_maximum[i] - slip, slip - model.hand.slip_minimum[i]
+        )
+        guards.values[base + SINGULAR] = work.kin.extension[i]
+    base = PER_CONTACT * n
+    guards.values[base] = work.factors.determinant
+    for k in range(model.num_unknowns):
+        j = base + 1 + k
+        if discrete.clamps[k] == 0:
+            guards.values[j] = guard_value(model, discrete, j, state.x[estimate_at(n, k)])
+        else:
+            guards.values[j] = discrete.clamps[k] * work.rates[k]
+    same = model.law.period > 0.0 or _is_infeasible(work.room.violation) == guards.infeasible
+    guards.values[guards.count - 1] = 1.0 if same else -1.0
+
+
+@compiled
+def _is_infeasible(violation: float) -> int:
+    return 1 if violation > VIOLATION_BAND else 0
+
+
+@compiled
+def sample_guards(model: Record, discrete: Record, work: Record, samples: Floats, row: int) -> None:
+    """Keeps, of a state inside a step, the values of those guards that no slope tells.
+
+    Those of forces, of singular fingers and matrices, of rates at bounds; of the last guard
+    the violation itself. Each stands at its own number in ``samples[row]``.
+    """
+    n = model.num_fingers
+    for i in range(n):
+        base = PER_CONTACT * i
+        if discrete.phases[i] == 0:
+            samples[row, base + PHASE] = friction_margin(model, discrete, work, i)
+        samples[row, base + NORMAL_FORCE] = work.forces[i, 1]
+        samples[row, base + SINGULAR] = work.kin.extension[i]
+    base = PER_CONTACT * n
+    samples[row, base] = work.factors.determinant
+    for k in range(model.num_unknowns):
+        if discrete.clamps[k] != 0:
+            samples[row, base + 1 + k] = discrete.clamps[k] * work.rates[k]
+    samples[row, base + 1 + model.num_unknowns] = work.room.violation
+
+
+@compiled
+def band_of(model: Record, discrete: Record, values: Floats, j: int) -> tuple[float, float]:
+    """Noise and band of guard j: within its band a value does not tell its sign.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases, and which estimates rest on a bound.
+        values: Of all guards.
+        j: Number of the guard.
+    """
+    num_of_contacts = PER_CONTACT * model.num_fingers
+    if j >= num_of_contacts:
+        if j == num_of_contacts:
+            return 0.0, ENDING_BAND
+        return 0.0, ESTIMATE_BAND if j <= num_of_contacts + model.num_unknowns else 0.0
+    i, kind = j // PER_CONTACT, j % PER_CONTACT
+    if kind == FACE:
+        return SLIP_NOISE, SLIP_BAND
+    if kind == SINGULAR:
+        return 0.0, ENDING_BAND
+    if kind == PHASE and discrete.phases[i] != 0:
+        return VELOCITY_NOISE, VELOCITY_BAND
+    scale = 1.0 + abs(values[PER_CONTACT * i + NORMAL_FORCE])
+    return FORCE_NOISE * scale, FORCE_BAND * scale
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def arm_guards(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """After a jump: a guard that starts inside its band may sink to twice the band before it fires.
+
+    Without this, a contact that starts to slip, or rests exactly on its cone, fires again
+    at the same instant by rounding.
+    """
+    guards.infeasible = _is_infeasible(work.room.violation)
+    _update_values(model, discrete, state, work, guards)
+    for j in range(guards.count):
+        value = guards.values[j]
+        guards.starts[j], guards.levels[j] = value, 0.0
+        if value < WIDEST_BAND:
+            _, band = band_of(model, discrete, guards.values, j)
+            if value <= band:
+                guards.levels[j] = min(-2.0 * band, value - band)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def is_past_event(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> int:
+    """1 if any guard is below its level by more than noise."""
+    _update_values(model, discrete, state, work, guards)
+    for j in range(guards.count):
+        if _is_past(model, discrete, guards, j):
+            return 1
+    return 0
+
+
+@compiled
+def _is_past(model: Record, discrete: Record, guards: Record, j: int) -> bool:
+    """Whether guard ``j`` is below its level by more than noise."""
+    below = guards.levels[j] - guards.values[j]
+    if not below > 0.0:
+        return False
+    noise, _ = band_of(model, discrete, guards.values, j)
+    return below > noise
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def find_fired(model: Record, discrete: Record, state: Record, work: Record, guards: Record) -> int:
+    """1 if any guard is past its level at the end of a step; marks those, which fired in it."""
+    evaluate_ends(model, discrete, state, work, guards)
+    found = 0
+    for j in range(guards.count):
+        guards.fired[j] = 1 if _is_past(model, discrete, guards, j) else 0
+        found |= guards.fired[j]
+    return found
+
+
+@compiled
+def evaluate_ends(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """Values of all guards at the state that ``work`` holds, as those at the end of a step."""
+    _update_values(model, discrete, state, work, guards)
+    for j in range(guards.count):
+        guards.ends[j] = guards.values[j]
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
+def find_overlooked(model: Record, discrete: Record, guards: Record) -> int:
+    """1 if a guard that did not fire in the whole step is past its level at the event in it.
+
+    Such guards are marked too: the first event is theirs, or at the same time.
+    """
+    found = 0
+    for j in range(guards.count):
+        if guards.fired[j] == 0 and _is_past(model, discrete, guards, j):
+            guards.fired[j] = 1
+            found = 1
+    return found
+
+
+@compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def least_fired(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> float:
+    """The least distance to its level, at this state, among the guards that fired in this step."""
+    _update_values(model, discrete, state, work, guards)
+    least = np.inf
+    for j in range(guards.count):
+        if guards.fired[j] == 1:
+            least = min(least, guards.values[j] - guards.levels[j])
+    return least
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, GUARDS)
+def is_past_band(model: Record, discrete: Record, guards: Record) -> int:
+    """1 if a guard that fired is below its level by more than its band."""
+    for j in range(guards.count - 1):
+        _, band = band_of(model, discrete, guards.values, j)
+        if guards.fired[j] == 1 and guards.levels[j] - guards.values[j] > band:
+            return 1
+    return 0
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, GUARDS)
+def pass_step(model: Record, discrete: Record, guards: Record) -> None:
+    """After a step without event: guards that have left their band are back at level 0."""
+    for j in range(guards.count):
+        guards.starts[j] = guards.ends[j]
+        if guards.levels[j] < 0.0:
+            _, band = band_of(model, discrete, guards.ends, j)
+            if guards.ends[j] > band:
+                guards.levels[j] = 0.0
+
+
+@compiled
+def keep_first_fired(guards: Record, least: float) -> None:
+    """Of the fired guards keeps those at their level here; the others would come later."""
+    for j in range(guards.count):
+        guards.ends[j] = guards.values[j]
+        if guards.values[j] - guards.levels[j] > max(0.0, least):
+            guards.fired[j] = 0

@@ -1,0 +1,230 @@
+"""Planar kinematics of fingers and contacts (docs/model.md, Contact geometry)."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.numerics.elementary import atan2, sincos, square
+from slipgrasp.core.kernel.planar.state import ANGLE, X, Y, slip_at, slip_velocity_at, velocity_at
+
+LEAST_SINE = 1e-2  # nearer to a straight or folded finger rounding decides on its forces
+
+# One finger whose tip is at a contact: directions of its links, bend, J^-1, joint velocities, the
+# acceleration of its tip with the joints' accelerations at 0, and sin^2 q2 less its least value.
+Finger = namedtuple(
+    "Finger",
+    "cosine1 sine1 cosine12 sine12 cosine2 sine2 "
+    "inverse00 inverse01 inverse10 inverse11 rate1 rate2 bias_x bias_y extension",
+)
+
+# Positions and velocities of fingers and contacts in one state, in the inertial frame.
+KINEMATICS = np.dtype(
+    [
+        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # unit vectors along the links
+        ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q2
+        ("joint_velocities", np.float64, (MAX_FINGERS, 2)),  # [rad/s]
+        ("jacobians", np.float64, (MAX_FINGERS, 2, 2)),  # J of the fingertip
+        ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # J^-1
+        ("arms", np.float64, (MAX_FINGERS, 2)),  # r_i, contact relative to the centre of mass [m]
+        ("tangents", np.float64, (MAX_FINGERS, 2)),  # t_i = -x_c; the normal n is (t_y, -t_x)
+        ("tip_velocities", np.float64, (MAX_FINGERS, 2)),  # [m/s]
+        ("bias", np.float64, (MAX_FINGERS, 2)),  # b_i of Eq. 16 [m/s^2]
+        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q2 less its least allowed value
+    ],
+    align=True,
+)
+
+
+@compiled
+def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
+    """Fills ``kin`` from pose, slip and their velocities (Eq. 13-16).
+
+    The fingers follow from inverse kinematics on a fixed elbow branch, so the position
+    constraint holds to rounding at all times.
+    """
+    sine, cosine = sincos(state.x[ANGLE])
+    omega = state.x[velocity_at(ANGLE)]
+    for i in range(hand.num_fingers):
+        slip, slip_velocity = state.x[slip_at(i)], state.x[slip_velocity_at(hand.num_fingers, i)]
+        tx, ty, rx, ry = place_contact(hand, i, slip, cosine, sine)
+        kin.tangents[i, 0], kin.tangents[i, 1] = tx, ty
+        kin.arms[i, 0], kin.arms[i, 1] = rx, ry
+        vx = state.x[velocity_at(X)] - omega * ry + slip_velocity * tx
+        vy = state.x[velocity_at(Y)] + omega * rx + slip_velocity * ty
+        kin.tip_velocities[i, 0], kin.tip_velocities[i, 1] = vx, vy
+        dx, dy = state.x[X] + rx - hand.bases[i, 0], state.x[Y] + ry - hand.bases[i, 1]
+        finger = solve_finger(hand, i, dx, dy, vx, vy)
+        _store_finger(hand, i, dx, dy, finger, kin)
+        _store_bias(kin, i, finger, omega, slip_velocity)
+
+
+@compiled
+def _store_bias(kin: Record, i: int, finger: Finger, omega: float, slip_velocity: float) -> None:
+    rx, ry, tx, ty = kin.arms[i, 0], kin.arms[i, 1], kin.tangents[i, 0], kin.tangents[i, 1]
+    kin.bias[i, 0] = finger.bias_x - omega * (omega * rx + 2.0 * slip_velocity * ty)
+    kin.bias[i, 1] = finger.bias_y - omega * (omega * ry - 2.0 * slip_velocity * tx)
+
+
+@compiled
+def mistake_lengths(nominal: Record, state: Record, kin: Record) -> None:
+    """Jacobians and biases of fingers that are taken for longer or shorter than they are.
+
+    Args:
+        nominal: Lengths as they are believed.
+        state: As ``kin`` belongs to it.
+        kin: Up to date; angles and rates of the joints stay as they are measured.
+    """
+    omega = state.x[velocity_at(ANGLE)]
+    for i in range(nominal.num_fingers):
+        finger = _mistaken_finger(nominal, kin, i)
+        first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
+        dx = first * finger.cosine1 + second * finger.cosine12
+        dy = first * finger.sine1 + second * finger.sine12
+        _store_finger(nominal, i, dx, dy, finger, kin)
+        slip_velocity = state.x[slip_velocity_at(nominal.num_fingers, i)]
+        _store_bias(kin, i, finger, omega, slip_velocity)
+
+
+@compiled
+def _mistaken_finger(nominal: Record, kin: Record, i: int) -> Finger:
+    """Finger ``i`` at its true joint angles and rates, with the lengths that are believed."""
+    true = stored_finger(kin, i)
+    first, second = nominal.link_lengths[i, 0], nominal.link_lengths[i, 1]
+    dx = first * true.cosine1 + second * true.cosine12
+    dy = first * true.sine1 + second * true.sine12
+    scale = 1.0 / (first * second * true.sine2)
+    own, total = first * square(true.rate1), second * square(true.rate1 + true.rate2)
+    return Finger(
+        true.cosine1,
+        true.sine1,
+        true.cosine12,
+        true.sine12,
+        true.cosine2,
+        true.sine2,
+        scale * second * true.cosine12,
+        scale * second * true.sine12,
+        -scale * dx,
+        -scale * dy,
+        true.rate1,
+        true.rate2,
+        own * true.cosine1 + total * true.cosine12,
+        own * true.sine1 + total * true.sine12,
+        true.extension,
+    )
+
+
+@compiled
+def place_contact(
+    hand: Record, i: int, slip: float, cosine: float, sine: float
+) -> tuple[float, float, float, float]:
+    """Tangent and arm (t_x, t_y, r_x, r_y) of contact ``i`` on the turned object."""
+    px = hand.anchors[i, 0] + slip * hand.tangents[i, 0]
+    py = hand.anchors[i, 1] + slip * hand.tangents[i, 1]
+    return (
+        cosine * hand.tangents[i, 0] - sine * hand.tangents[i, 1],
+        sine * hand.tangents[i, 0] + cosine * hand.tangents[i, 1],
+        cosine * px - sine * py,
+        sine * px + cosine * py,
+    )
+
+
+@compiled
+def solve_finger(hand: Record, i: int, dx: float, dy: float, vx: float, vy: float) -> Finger:
+    """Inverse kinematics of finger ``i``, whose tip is at (dx, dy) from its base and moves."""
+    first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
+    squared = dx * dx + dy * dy
+    c2 = (squared - first * first - second * second) / (2.0 * first * second)
+    extension = 1.0 - c2 * c2
+    s2 = hand.elbows[i] * np.sqrt(max(extension, 1e-300))
+    # The first link points along the rotation that takes (l1 + l2 c2, l2 s2) to (dx, dy).
+    along, across = first + second * c2, second * s2
+    inverse = 1.0 / squared
+    c1, s1 = (along * dx + across * dy) * inverse, (along * dy - across * dx) * inverse
+    c12, s12 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
+    # The tip relative to the second joint is l2 (c12, s12), relative to the base (dx, dy).
+    scale = 1.0 / (first * second * s2)
+    i00, i01 = scale * second * c12, scale * second * s12
+    i10, i11 = -scale * dx, -scale * dy
+    rate1, rate2 = i00 * vx + i01 * vy, i10 * vx + i11 * vy
+    own, total = first * square(rate1), second * square(rate1 + rate2)
+    bias_x, bias_y = own * c1 + total * c12, own * s1 + total * s12
+    return Finger(
+        c1,
+        s1,
+        c12,
+        s12,
+        c2,
+        s2,
+        i00,
+        i01,
+        i10,
+        i11,
+        rate1,
+        rate2,
+        bias_x,
+        bias_y,
+        extension - square(LEAST_SINE),
+    )
+
+
+@compiled
+def _store_finger(hand: Record, i: int, dx: float, dy: float, finger: Finger, kin: Record) -> None:
+    """Writes a finger, but for its bias, and its Jacobian to ``kin``."""
+    second = hand.link_lengths[i, 1]
+    kin.links[i, 0, 0], kin.links[i, 0, 1] = finger.cosine1, finger.sine1
+    kin.links[i, 1, 0], kin.links[i, 1, 1] = finger.cosine12, finger.sine12
+    kin.bends[i, 0], kin.bends[i, 1] = finger.cosine2, finger.sine2
+    kin.jacobians[i, 0, 0], kin.jacobians[i, 0, 1] = -dy, -second * finger.sine12
+    kin.jacobians[i, 1, 0], kin.jacobians[i, 1, 1] = dx, second * finger.cosine12
+    kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = finger.inverse00, finger.inverse01
+    kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = finger.inverse10, finger.inverse11
+    kin.joint_velocities[i, 0], kin.joint_velocities[i, 1] = finger.rate1, finger.rate2
+    kin.extension[i] = finger.extension
+
+
+@compiled
+def stored_finger(kin: Record, i: int) -> Finger:
+    """Finger ``i`` of kinematics that are up to date, the bias with the part of the object."""
+    return Finger(
+        kin.links[i, 0, 0],
+        kin.links[i, 0, 1],
+        kin.links[i, 1, 0],
+        kin.links[i, 1, 1],
+        kin.bends[i, 0],
+        kin.bends[i, 1],
+        kin.inverses[i, 0, 0],
+        kin.inverses[i, 0, 1],
+        kin.inverses[i, 1, 0],
+        kin.inverses[i, 1, 1],
+        kin.joint_velocities[i, 0],
+        kin.joint_velocities[i, 1],
+        kin.bias[i, 0],
+        kin.bias[i, 1],
+        kin.extension[i],
+    )
+
+
+@compiled
+def joint_angle(kin: Record, i: int, joint: int) -> float:
+    """Angle of a joint [rad], the second relative to the first."""
+    if joint == 0:
+        return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
+    return atan2(kin.bends[i, 1], kin.bends[i, 0])
+
+
+@compiled
+def to_contact_frame(kin: Record, i: int, x: float, y: float) -> tuple[float, float]:
+    """C_i^T times a vector: its parts along x_c (tangential) and along n (normal)."""
+    tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+    return -tx * x - ty * y, ty * x - tx * y
+
+
+@compiled
+def to_inertial_frame(kin: Record, i: int, along: float, normal: float) -> tuple[float, float]:
+    """C_i times a vector given by its tangential and normal parts."""
+    tx, ty = kin.tangents[i, 0], kin.tangents[i, 1]
+    return -tx * along + ty * normal, -ty * along - tx * normal

@@ -1,0 +1,111 @@
+"""What the control laws share (docs/model.md, Controller).
+
+The law sees the state, the phase it believes in and the estimates; true masses and
+friction reach it only through `Truth` sets in which the unknown entries are replaced.
+"""
+
+from __future__ import annotations
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Integers, Record
+from slipgrasp.core.kernel.loop.motion import desired_motion
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.numerics.lyapunov import coupled_value
+from slipgrasp.core.kernel.planar.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.planar.state import estimate_at, slip_at, slip_velocity_at, velocity_at
+
+LEAST_BRAKE = 0.01  # share of slip_stop, so that no slip creeps on
+
+
+@compiled
+def believe(law: Record, truth: Record, unknowns: Record, state: Record, believed: Record) -> None:
+    """Fills ``believed`` with what the controller knows and what it estimates."""
+    n = truth.num_fingers
+    believed.num_fingers = n
+    for k in range(3):
+        believed.object_inertia[k] = truth.object_inertia[k]
+    for i in range(n):
+        believed.friction[i] = truth.friction[i]
+        for link in range(2):
+            believed.link_masses[i, link] = law.link_mass_ratio * truth.link_masses[i, link]
+    for k in range(unknowns.count):
+        kind, finger, value = unknowns.kinds[k], unknowns.fingers[k], state.x[estimate_at(n, k)]
+        if kind == OBJECT_MASS:
+            believed.object_inertia[0] = value
+            believed.object_inertia[1] = value
+        elif kind == OBJECT_INERTIA:
+            believed.object_inertia[2] = value
+        elif kind == FRICTION:
+            believed.friction[finger] = value
+        elif kind == LINK_MASS:
+            believed.link_masses[finger, unknowns.links[k]] = value
+
+
+@compiled
+def demand_acceleration(
+    law: Record, motion: Record, piece: int, t: float, state: Record, belief: Integers, room: Record
+) -> None:
+    """V = x''_des + K_v e' + K_p e, with 0 for contacts that are believed to stick.
+
+    Where a contact sticks is where its slip is wanted: its e is 0 until it slips.
+    Slipping contacts are asked to brake by ``slip_stop`` more, so that their slip ends in
+    finite time (composite law; 0 in the others).
+    """
+    n = law.num_fingers
+    for k in range(3):
+        position, velocity, acceleration = desired_motion(motion, piece, t, k)
+        room.error[k] = position - state.x[k]
+        room.error_rate[k] = velocity - state.x[velocity_at(k)]
+        room.demand[k] = (
+            acceleration
+            + law.velocity_gains[k] * room.error_rate[k]
+            + law.position_gains[k] * room.error[k]
+        )
+    for i in range(n):
+        k = 3 + i
+        room.error[k] = 0.0
+        room.error_rate[k] = -state.x[slip_velocity_at(n, i)]
+        room.demand[k] = 0.0
+        if belief[i] != 0:
+            room.error[k] = -state.x[slip_at(i)]
+            room.demand[k] = (
+                law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
+            )
+            if law.slip_stop > 0.0:
+                # Little more than stops it until the next torque can act: the rest would push
+                # the others, and turn the slip round where torques act late.
+                speed = max(belief[i] * state.x[slip_velocity_at(n, i)], 0.0)
+                stopping = speed / (law.period + law.latency)
+                brake = min(law.slip_stop, stopping + LEAST_BRAKE * law.slip_stop)
+                room.demand[k] -= belief[i] * brake
+
+
+@compiled
+def lyapunov_value(
+    law: Record, truth: Record, unknowns: Record, state: Record, room: Record
+) -> float:
+    """V of Eq. 44 for the errors in ``room``."""
+    value, n = 0.0, law.num_fingers
+    for k in range(3 + n):
+        e, rate = room.error[k], room.error_rate[k]
+        value += law.lyapunov_11[k] * e * e + 2.0 * law.lyapunov_12[k] * e * rate
+        value += law.lyapunov_22[k] * rate * rate
+    if law.couples:
+        value += coupled_value(law, room.error, room.error_rate, 3 + n)
+    for k in range(unknowns.count):
+        deviation = true_value(truth, unknowns, k) - state.x[estimate_at(n, k)]
+        value += square(deviation) / law.adaptation_gains[k]
+    return value
+
+
+@compiled
+def true_value(truth: Record, unknowns: Record, k: int) -> float:
+    """True value of unknown k."""
+    kind, finger = unknowns.kinds[k], unknowns.fingers[k]
+    if kind == OBJECT_MASS:
+        return truth.object_inertia[0]
+    if kind == OBJECT_INERTIA:
+        return truth.object_inertia[2]
+    if kind == FRICTION:
+        return truth.friction[finger]
+    return truth.link_masses[finger, unknowns.links[k]]

@@ -1,0 +1,82 @@
+"""What every control law does: command a torque, and learn (docs/model.md, Controllers).
+
+A law sees the state as it is measured, the phases it believes in and what it believes of the
+masses and of friction, in the workspace; it writes tip forces, or rates of its estimates. Which
+law does what is decided by the facts of `slipgrasp.core.scenario.laws.ControlLaw`. What every
+evaluation of the theorems asks for is inlined; the other laws are compiled apart.
+"""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.laws.certainty_equivalence import command_forces
+from slipgrasp.core.kernel.planar.laws.composite import COMPOSITE_MEMORY, learn
+from slipgrasp.core.kernel.planar.laws.grip_reflex import squeeze_harder
+from slipgrasp.core.kernel.planar.laws.pd_gravity import command_grip
+from slipgrasp.core.kernel.planar.laws.theorem_3 import gradient_rates
+from slipgrasp.core.kernel.planar.laws.theorem_4 import pull_back
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.state import STATE, estimate_at
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+
+
+@compiled
+def command(model: Record, discrete: Record, work: Record) -> int:
+    """Writes the commanded torque as tip forces u = J^-T tau to ``work.tip_forces``.
+
+    Returns:
+        1, or 0 where the law has no unique answer.
+    """
+    law = model.law
+    if law.facts.is_own:
+        work.room.violation = 0.0
+        for i in range(model.num_fingers):
+            work.tip_forces[i, 0] = work.tip_forces[i, 1] = 0.0  # it commands at ticks alone
+        return 1
+    if law.facts.uses_friction:
+        return command_forces(model, discrete, work)
+    grip = law.grip_force
+    if law.facts.reacts_to_slip:
+        grip += discrete.added_grip
+    return command_grip(model, work, grip)
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
+def adapt(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Rates of the estimates before projection (Eq. 24 / 28), at the measured x''."""
+    count = model.num_unknowns
+    if not model.law.facts.learns:
+        for k in range(count):
+            work.rates[k] = 0.0
+        return
+    gradient_rates(model, discrete, work)
+    sigma = pull_back(model.law, state, count) if model.law.facts.pulls_back else 0.0
+    for k in range(count):
+        estimate = state.x[estimate_at(model.num_fingers, k)]
+        work.rates[k] = model.law.adaptation_gains[k] * work.rates[k] - sigma * estimate
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, COMPOSITE_MEMORY)
+def adapt_at_tick(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """Rates of the estimates until the next tick of sampled control; here laws with a memory learn.
+
+    The grip also answers here to slip.
+
+    Args:
+        model: Constants of the run.
+        discrete: What the controller believes, and what the grip reflex has added.
+        state: As measured.
+        work: Evaluated there, under the torque that acts; the rates are written to it.
+        memory: Of a law that has one.
+    """
+    if model.law.facts.has_memory:
+        learn(model, discrete, state, work, memory)
+        return
+    if model.law.facts.reacts_to_slip:
+        squeeze_harder(model, discrete)
+    adapt(model, discrete, state, work)

@@ -1,0 +1,69 @@
+"""PD control of the object with gravity compensation and a fixed grip: no model of the motion.
+
+The fingertips share M_o (K_p e + K_v e') and the object's weight with the least forces, on top
+of a normal force of the same size at every contact; the joints carry their links. Masses are
+those the controller believes in at the start.
+"""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.kinematics import to_inertial_frame
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.workspace import WORKSPACE
+from slipgrasp.core.kernel.planar.wrench import share_wrench
+
+
+@compiled_apart(types.int64, MODEL, WORKSPACE, types.float64)
+def command_grip(model: Record, work: Record, grip: float) -> int:
+    """Torque of PD control with a grip, as tip forces u = J^-T tau in ``work.tip_forces``.
+
+    The smallest contact forces F with W F = d that are nearest to the grip F_g: those of
+    W^+ (d - W F_g) on top of F_g.
+
+    Args:
+        model: Constants of the run.
+        work: At the measured state; the tip forces are written to it.
+        grip: Normal force F_g at every contact [N].
+
+    Returns:
+        1, or 0 where all contacts coincide.
+    """
+    n, kin, room = model.num_fingers, work.kin, work.room
+    law, body = model.law, work.believed.object_inertia
+    for k in range(3):
+        feedback = (
+            law.position_gains[k] * room.error[k] + law.velocity_gains[k] * room.error_rate[k]
+        )
+        room.right_side[k] = body[k] * feedback
+    room.right_side[1] += body[1] * model.hand.gravity
+    for i in range(n):
+        fx, fy = to_inertial_frame(kin, i, 0.0, grip)
+        room.right_side[0] -= fx
+        room.right_side[1] -= fy
+        room.right_side[2] -= kin.arms[i, 0] * fy - kin.arms[i, 1] * fx
+    regular = share_wrench(kin, n, room)
+    room.violation = 0.0
+    for i in range(n):
+        room.contact_force[i, 1] += grip
+        fx, fy = to_inertial_frame(kin, i, room.contact_force[i, 0], room.contact_force[i, 1])
+        wx, wy = _weight_force(model.nominal, work.believed, kin, i)
+        work.tip_forces[i, 0] = fx + wx
+        work.tip_forces[i, 1] = fy + wy
+    return regular
+
+
+@compiled
+def _weight_force(hand: Record, believed: Record, kin: Record, i: int) -> tuple[float, float]:
+    """What the joints of finger ``i`` must give, as a tip force, to carry its links."""
+    first, second = believed.link_masses[i, 0], believed.link_masses[i, 1]
+    outer = hand.gravity * second * hand.link_centres[i, 1] * kin.links[i, 1, 0]
+    lever = first * hand.link_centres[i, 0] + second * hand.link_lengths[i, 0]
+    inner = hand.gravity * lever * kin.links[i, 0, 0] + outer
+    return (
+        kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer,
+        kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer,
+    )

@@ -1,0 +1,29 @@
+"""Theorem 3: the estimates follow the gradient of the Lyapunov function (Eq. 24)."""
+
+from __future__ import annotations
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.linear import solve_transposed
+from slipgrasp.core.kernel.numerics.lyapunov import add_couplings
+from slipgrasp.core.kernel.planar.reduced import multiply_regressor
+
+
+@compiled
+def weigh_error(law: Record, factors: Record, room: Record) -> None:
+    """R = M~^-T E^T P xi of Eq. 46, from the factors of the estimated M~."""
+    size = 3 + law.num_fingers
+    for k in range(size):
+        room.weighted_error[k] = (
+            law.lyapunov_12[k] * room.error[k] + law.lyapunov_22[k] * room.error_rate[k]
+        )
+    if law.couples:
+        add_couplings(law, room.error, room.error_rate, size, room.weighted_error)
+    solve_transposed(factors, law.num_fingers, room.weighted_error)
+
+
+@compiled
+def gradient_rates(model: Record, discrete: Record, work: Record) -> None:
+    """Writes U^T M~^-T E^T P xi to ``work.rates`` ``(p,)``: Eq. 24 without its gain."""
+    weigh_error(model.law, work.estimated_factors, work.room)
+    multiply_regressor(model, discrete, work, work.room.weighted_error, work.rates)

@@ -1,0 +1,76 @@
+"""Where the law expects the hand to be when the torque that it commands now will act.
+
+With a latency the torques of the meantime are commanded already. The law's own model tells
+what they do: M~^ x'' = B~^ tau - h~^ at the measured state, integrated once and twice over the
+latency. Kinematics and phases are kept, but no slip is expected to turn back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.numerics.linear import solve
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.reduced import apply_tip_forces, assemble_bias, torques_to_forces
+from slipgrasp.core.kernel.planar.state import STATE, reduced_at
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+
+# What the law expects.
+PREDICTION = np.dtype(
+    [
+        ("impulses", np.float64, (2, MAX_FINGERS, 2)),  # torques integrated once, twice
+        ("state", STATE),
+    ],
+    align=True,
+)
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, PREDICTION)
+def predict(
+    model: Record, discrete: Record, state: Record, work: Record, prediction: Record
+) -> None:
+    """Writes the expected state to ``prediction.state``.
+
+    Args:
+        model: Constants of the run; the latency is the time that is looked ahead.
+        discrete: Beliefs of the controller.
+        state: As measured.
+        work: The law's model, evaluated there.
+        prediction: With the impulses of the torques that will act until then.
+    """
+    n, lead, ahead = model.num_fingers, model.law.latency, prediction.state
+    for k in range(model.num_states):
+        ahead.x[k] = state.x[k]
+    for k in range(3 + n):
+        at, rate = reduced_at(n, k)
+        ahead.x[at] += lead * state.x[rate]
+    for order in range(2):
+        _integrate(model, discrete, work, prediction, order)
+        for k in range(3 + n):
+            at, rate = reduced_at(n, k)
+            ahead.x[rate if order == 0 else at] += work.column[k]
+    for i in range(n):
+        at, rate = reduced_at(n, 3 + i)
+        if discrete.beliefs[i] == 0 or ahead.x[rate] * discrete.beliefs[i] < 0.0:
+            ahead.x[rate] = 0.0
+            ahead.x[at] = state.x[at]
+
+
+@compiled
+def _integrate(
+    model: Record, discrete: Record, work: Record, prediction: Record, order: int
+) -> None:
+    """Integral of x'' over the latency, once for order 0 and twice for 1, in ``work.column``."""
+    n, kin, lead = model.num_fingers, work.kin, model.law.latency
+    span = lead if order == 0 else 0.5 * lead * lead
+    torques_to_forces(kin, n, prediction.impulses[order], work.tip_forces)
+    apply_tip_forces(kin, work.believed, discrete.beliefs, work.tip_forces, work.column)
+    assemble_bias(
+        kin, work.believed_dynamics, work.believed, model.hand.gravity, discrete.beliefs, work.bias
+    )
+    for k in range(3 + n):
+        work.column[k] -= span * work.bias[k]
+    solve(work.estimated_factors, n, work.column)

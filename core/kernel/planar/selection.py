@@ -1,0 +1,260 @@
+"""Which phases agree with the torque that acts (docs/model.md, Phase selection)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Integers, Record
+from slipgrasp.core.kernel.numerics.linear import solve
+from slipgrasp.core.kernel.planar.flow import flow
+from slipgrasp.core.kernel.planar.guards import FORCE_BAND, friction_margin
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.state import STATE, slip_velocity_at
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+
+SELECTED, AMBIGUOUS, NONE_CONSISTENT, NONE_REGULAR = range(4)
+_CONSISTENT, _WRONG, _PULLS, _IRREGULAR = range(4)
+
+REST_SPEED = 3e-9
+PROBE_TIME = 1e-6
+MARGIN_SLOPE = 1e-5
+
+
+# Intermediate values of a selection.
+SELECTION_ROOM = np.dtype(
+    [
+        ("previous", np.int64, (MAX_FINGERS,)),
+        ("beliefs", np.int64, (MAX_FINGERS,)),  # before the selection
+        ("best", np.int64, (MAX_FINGERS,)),
+        ("free", np.int64, (MAX_FINGERS,)),  # 1 where the slip velocity is zero
+        ("loose", np.int64, (MAX_FINGERS,)),  # 1 where static friction is overcome
+        ("open", np.int64, (MAX_FINGERS,)),  # 1 where a contact of the candidate opens
+        ("gaps", np.float64, (MAX_FINGERS,)),  # how it accelerates apart [m/s^2]
+        ("derivative", STATE),
+        ("selected", np.int64),  # 1 where it and the workspace are those of the selected phases
+        ("probe", STATE),
+        ("probed", np.int64),  # 1 where the derivative is that of the probe
+        ("doubtful", np.int64, (MAX_FINGERS,)),  # 1 where the value alone does not decide
+        ("values", np.float64, (MAX_FINGERS,)),  # distance inside the candidate of those [N]
+    ],
+    align=True,
+)
+
+
+@compiled
+def distance_inside(model: Record, discrete: Record, work: Record, i: int) -> tuple[float, float]:
+    """How far contact i is inside its candidate phase, and the band in which this says nothing.
+
+    Both in newtons: in slip it is the force that would have to be added to friction for it to
+    stick, so that stick and slip leave their bands together.
+    """
+    band = FORCE_BAND * (1.0 + work.forces[i, 1])
+    if discrete.phases[i] == 0:
+        return friction_margin(model, discrete, work, i), band
+    n, unit = model.num_fingers, work.column
+    for k in range(3 + n):
+        unit[k] = 1.0 if k == 3 + i else 0.0
+    solve(work.factors, n, unit)
+    return discrete.phases[i] * work.acceleration[3 + i] / abs(unit[3 + i]), band
+
+
+@compiled
+def _moves_inward(
+    model: Record,
+    discrete: Record,
+    t: float,
+    state: Record,
+    work: Record,
+    room: Record,
+) -> bool:
+    """Decides doubtful contacts by the time derivative along the candidate's own flow.
+
+    Sticking may stay on its cone but not leave it; slip must be pushed on.
+    """
+    room.probed = 1
+    for j in range(model.num_states):
+        room.probe.x[j] = state.x[j] + PROBE_TIME * room.derivative.x[j]
+    flow(model, discrete, t + PROBE_TIME, room.probe, room.derivative, work)
+    for i in range(model.num_fingers):
+        if room.doubtful[i] == 0:
+            continue
+        value, _ = distance_inside(model, discrete, work, i)
+        slope = (value - room.values[i]) / PROBE_TIME
+        least = MARGIN_SLOPE * (1.0 + work.forces[i, 1])
+        if slope < -least or (discrete.phases[i] != 0 and not slope > least):
+            return False
+    return True
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE, SELECTION_ROOM)
+def _judge(
+    model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
+) -> int:
+    """Whether the candidate in ``discrete`` is consistent."""
+    n = model.num_fingers
+    flow(model, discrete, t, state, room.derivative, work)
+    if not work.factors.determinant > 0.0:
+        return _IRREGULAR
+    for i in range(n):
+        if not work.forces[i, 1] > 0.0:
+            return _PULLS
+    doubts, room.probed = False, 0
+    for i in range(n):
+        room.doubtful[i] = 0
+        if room.free[i] == 0:
+            continue
+        value, band = distance_inside(model, discrete, work, i)
+        if value < -band:
+            return _WRONG
+        if value <= band:
+            room.doubtful[i] = 1
+            room.values[i] = value
+            doubts = True
+    if doubts and not _moves_inward(model, discrete, t, state, work, room):
+        return _WRONG
+    return _CONSISTENT
+
+
+@compiled
+def _set_candidate(model: Record, discrete: Record, room: Record, code: int, instant: int) -> int:
+    """Sets candidate number ``code`` (0 = all free contacts stick) and returns its rank."""
+    score = 0
+    n = model.num_fingers
+    for i in range(n):
+        if room.free[i] == 0:
+            continue
+        digit = code % 3
+        code //= 3
+        discrete.phases[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+        if digit == 0:
+            score += n + 1 if room.loose[i] == 0 else -n - 1
+        elif discrete.phases[i] == room.previous[i]:
+            score += 1
+    if instant == 1:
+        _set_phases(discrete, discrete.phases, discrete.phases, n)
+    return score
+
+
+@compiled
+def _has_static_excess(model: Record, i: int) -> bool:
+    """Whether contact i has more friction in stick than in slip."""
+    return model.truth.static_friction[i] > model.truth.friction[i]
+
+
+@compiled
+def _differ_by_static_excess(model: Record, phases: Integers, others: Integers) -> bool:
+    """Whether one has stick and the other slip, and only at contacts with static excess."""
+    for i in range(model.num_fingers):
+        if phases[i] != others[i] and (
+            phases[i] * others[i] != 0 or not _has_static_excess(model, i)
+        ):
+            return False
+    return True
+
+
+@compiled
+def _find_loose(
+    model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
+) -> None:
+    """Marks the contacts whose static friction is overcome while all free ones stick."""
+    flow(model, discrete, t, state, room.derivative, work)
+    for i in range(model.num_fingers):
+        value, band = distance_inside(model, discrete, work, i)
+        held = room.free[i] == 0 or value > band or not _has_static_excess(model, i)
+        room.loose[i] = 0 if held else 1
+
+
+@compiled
+def _set_phases(discrete: Record, phases: Integers, beliefs: Integers, n: int) -> None:
+    for i in range(n):
+        discrete.phases[i] = phases[i]
+        discrete.beliefs[i] = beliefs[i]
+
+
+@compiled_apart(
+    types.int64,
+    MODEL,
+    DISCRETE,
+    types.float64,
+    STATE,
+    types.int64,
+    types.int64,
+    WORKSPACE,
+    SELECTION_ROOM,
+)
+def select_phases(
+    model: Record,
+    discrete: Record,
+    t: float,
+    state: Record,
+    instant: int,
+    exhaustive: int,
+    work: Record,
+    room: Record,
+) -> int:
+    """Finds the consistent phases and sets ``discrete.phases`` to them.
+
+    Several consistent: more sticking contacts first, then the previous direction. Where a
+    contact has more friction in stick than in slip this is no ambiguity: it slips if its static
+    friction is overcome while all stick, and rests otherwise.
+
+    Args:
+        model: Constants of the run.
+        discrete: Phases before; the plant's are overwritten, and the belief if ``instant``.
+        t: Time [s].
+        state: State; slip velocities of contacts at rest count as zero.
+        instant: 1 where the controller recognises each candidate phase at once, so that
+            each is tested under its own torque; 0: all under the present torque.
+        exhaustive: 1 to look on after all free contacts may stick, to count ambiguity.
+        work: Record, left at the last candidate tested.
+        room: Intermediate values.
+
+    Returns:
+        SELECTED or AMBIGUOUS, else why there is none: then phases and belief are unchanged.
+    """
+    n = model.num_fingers
+    combinations, excess, room.selected = 1, False, 0
+    for i in range(n):
+        room.previous[i] = discrete.phases[i]
+        room.beliefs[i] = discrete.beliefs[i]
+        room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0
+        room.loose[i] = 0
+        excess = excess or _has_static_excess(model, i)
+        combinations *= 3 if room.free[i] == 1 else 1
+    found, ambiguous, best_score, verdict_found = 0, False, 0, NONE_CONSISTENT
+    for code in range(combinations):
+        score = _set_candidate(model, discrete, room, code, instant)
+        verdict = _judge(model, discrete, t, state, work, room)
+        if verdict == _CONSISTENT:
+            found += 1
+            if found > 1 and not _differ_by_static_excess(model, discrete.phases, room.best):
+                ambiguous = True
+            if found == 1 or score > best_score:
+                best_score = score
+                for i in range(n):
+                    room.best[i] = discrete.phases[i]
+            if code == 0 and exhaustive == 0:
+                room.selected = 1 - room.probed
+                break
+        elif verdict == _IRREGULAR:
+            verdict_found = NONE_REGULAR
+        elif verdict == _WRONG and code == 0 and excess:
+            _find_loose(model, discrete, t, state, work, room)
+    if found == 0:
+        _set_phases(discrete, room.previous, room.beliefs, n)
+        return verdict_found
+    _set_phases(discrete, room.best, room.best if instant == 1 else room.beliefs, n)
+    return AMBIGUOUS if ambiguous else SELECTED
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, STATE, WORKSPACE, SELECTION_ROOM)
+def is_consistent(
+    model: Record, discrete: Record, t: float, state: Record, work: Record, room: Record
+) -> int:
+    """1 if the present phases are consistent under the torque of the present belief, else 0."""
+    n = model.num_fingers
+    for i in range(n):
+        room.free[i] = 1 if abs(state.x[slip_velocity_at(n, i)]) < REST_SPEED else 0
+    return 1 if _judge(model, discrete, t, state, work, room) == _CONSISTENT else 0

@@ -1,0 +1,211 @@
+"""What the controller measures of the state at a tick, and which contacts it believes to slip."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_COORDINATES, MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import exp
+from slipgrasp.core.kernel.numerics.noise import (
+    DELAY_NOISE,
+    FORCE_NOISE,
+    NOISE,
+    STATE_NOISE,
+    draw_noise,
+    draw_number,
+)
+from slipgrasp.core.kernel.planar.state import STATE, reduced_at, slip_velocity_at
+
+SAME_TIME = 1e-9
+
+# What is measured, and what the filters and detectors remember.
+SENSES = np.dtype(
+    [
+        ("measured", STATE),
+        ("acceleration", np.float64, (MAX_COORDINATES,)),  # x'' as measured
+        ("torques", np.float64, (MAX_FINGERS, 2)),  # that belong to it [N m]
+        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
+        ("time", np.float64),  # of the tick before [s]
+        ("num_ticks", np.int64),  # measured so far
+        ("num_filtered", np.int64),  # velocities the filter has seen
+        ("noise", NOISE),  # of the latest tick: positions, velocities, accelerations
+        ("doubt", np.float64, (MAX_FINGERS,)),  # how long a belief has been contradicted [s]
+        ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
+        ("sums", np.float64, (MAX_FINGERS, 2)),  # of velocities against the belief [m/s]
+        ("num_detected", np.int64, (MAX_FINGERS,)),  # changes of the belief so far
+        ("forces", np.float64, (MAX_FINGERS, 2)),  # on the object: along tangent and normal [N]
+        ("num_forces", np.int64),  # their filter has seen
+    ],
+    align=True,
+)
+
+
+@compiled
+def measure(model: Record, senses: Record, state: Record, torques: Floats, now: float) -> None:
+    """Measures positions and velocities, and differences velocities if need be.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        state: True state.
+        torques: ``(n, 2)`` that acted since the tick before [N m].
+        now: Time [s].
+    """
+    sensors, size = model.sensors, 3 + model.num_fingers
+    for k in range(model.num_states):
+        senses.measured.x[k] = state.x[k]
+    if sensors.noisy == 1:
+        draw_noise(senses.noise, sensors.seed, STATE_NOISE, senses.num_ticks, 3 * size)
+        for k in range(size):
+            at, rate = reduced_at(model.num_fingers, k)
+            senses.measured.x[at] += sensors.position_noise * senses.noise.numbers[k]
+            senses.measured.x[rate] += sensors.velocity_noise * senses.noise.numbers[size + k]
+    if sensors.true_accelerations == 0:
+        _difference(model, senses, torques, now)
+    else:
+        senses.num_filtered = 0
+    senses.num_ticks += 1
+
+
+@compiled
+def _difference(model: Record, senses: Record, torques: Floats, now: float) -> None:
+    """Velocity differences and the torques, through one low-pass filter of first order.
+
+    It starts as the mean of all differences so far.
+    """
+    elapsed, size, seen = now - senses.time, 3 + model.num_fingers, senses.num_filtered
+    share = 1.0
+    if seen > 1:
+        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
+    for k in range(size):
+        _, rate = reduced_at(model.num_fingers, k)
+        velocity = senses.measured.x[rate]
+        if seen > 0:
+            slope = (velocity - senses.velocities[k]) / elapsed
+            senses.acceleration[k] += share * (slope - senses.acceleration[k])
+        senses.velocities[k] = velocity
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
+    senses.time = now
+    senses.num_filtered += 1
+
+
+@compiled
+def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
+    """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        forces: ``(n, 2)`` of the fingertips on the object, F_x (against the tangent), F_n [N].
+    """
+    sensors, n = model.sensors, model.num_fingers
+    senses.num_forces += 1
+    share = model.law.period / (sensors.force_filter_time + model.law.period)
+    share = max(share, 1.0 / senses.num_forces)
+    if sensors.force_noise > 0.0:
+        # Laws of one's own, which alone see it, need no noise of accelerations any more.
+        tick = senses.num_ticks - 1  # counted already
+        draw_noise(senses.noise, sensors.seed, FORCE_NOISE, tick, 2 * n)
+    for i in range(n):
+        for axis in range(2):
+            force = -forces[i, 0] if axis == 0 else forces[i, 1]
+            force += sensors.force_bias[axis]
+            if sensors.force_noise > 0.0:
+                force += sensors.force_noise * senses.noise.numbers[2 * i + axis]
+            senses.forces[i, axis] += share * (force - senses.forces[i, axis])
+
+
+@compiled
+def detect_slip(model: Record, discrete: Record, senses: Record, now: float) -> None:
+    """Beliefs for this tick: the true phases, or those that lasted longer than the delay."""
+    n, sensors = model.num_fingers, model.sensors
+    for i in range(n):
+        seen = discrete.phases[i]
+        if sensors.true_phases == 0 and sensors.sums_slip == 1:
+            _sum_slip(model, discrete, senses, now, i)
+            continue
+        if sensors.true_phases == 0:
+            velocity = senses.measured.x[slip_velocity_at(n, i)]
+            seen = 0
+            if abs(velocity) > sensors.slip_threshold:
+                seen = 1 if velocity > 0.0 else -1
+        if seen == discrete.beliefs[i]:
+            senses.doubt[i] = now
+        elif sensors.true_phases == 1 or now - senses.doubt[i] > _delay(senses, sensors, i):
+            discrete.beliefs[i] = seen
+            senses.doubt[i] = now
+            senses.since[i] = now
+            senses.num_detected[i] += 1
+
+
+@compiled
+def _delay(senses: Record, sensors: Record, i: int) -> float:
+    """How long the next change of contact ``i`` must last to be believed, less a rounding [s]."""
+    delay = sensors.slip_delay
+    if sensors.slip_delay_deviation > 0.0:
+        event = senses.num_detected[i]
+        number = draw_number(sensors.seed, DELAY_NOISE, i, event)
+        delay = max(0.0, delay + sensors.slip_delay_deviation * number)
+    return delay - SAME_TIME
+
+
+@compiled
+def _sum_slip(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
+    """Belief in the slip of one contact by two cumulative sums (Page's test).
+
+    In stick one sum per direction grows by what the velocity exceeds half the threshold; in slip
+    one by what it falls short of that. A sum that passes its bound changes the belief.
+    """
+    sensors, belief = model.sensors, discrete.beliefs[i]
+    velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i)]
+    level = 0.5 * sensors.slip_threshold
+    delay = _delay(senses, sensors, i) + SAME_TIME
+    bound = max(sensors.least_sum, level * delay / model.law.period)
+    for side in range(2):
+        sign = 1 - 2 * side
+        growth = sign * velocity - level if belief == 0 else level - belief * velocity
+        senses.sums[i, side] = max(0.0, senses.sums[i, side] + growth)
+    if max(senses.sums[i, 0], senses.sums[i, 1]) > bound:
+        forward = senses.sums[i, 0] > senses.sums[i, 1]
+        discrete.beliefs[i] = 0 if belief != 0 else (1 if forward else -1)
+        senses.sums[i, 0] = senses.sums[i, 1] = 0.0
+        senses.since[i] = now
+        senses.num_detected[i] += 1
+
+
+@compiled
+def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
+    """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
+    sensors, size = model.sensors, 3 + model.num_fingers
+    if sensors.true_accelerations == 0:
+        return
+    for k in range(size):
+        senses.acceleration[k] = work.acceleration[k]
+        if sensors.noisy == 1:
+            noise = senses.noise.numbers[2 * size + k]
+            senses.acceleration[k] += sensors.acceleration_noise * noise
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            senses.torques[i, joint] = discrete.torques[i, joint]
+
+
+@compiled
+def trust(model: Record, senses: Record) -> float:
+    """Noise of a filtered difference in the long run, over that of the present one: 0 to 1."""
+    if model.sensors.true_accelerations == 1:
+        return 1.0
+    period = model.law.period
+    return min(1.0, (senses.num_filtered - 1) * period / (model.sensors.filter_time + period))
+
+
+@compiled
+def trust_in_contact(model: Record, senses: Record, now: float, i: int) -> float:
+    """How much of the filtered force of contact ``i`` dates from its present phase, 0 to 1."""
+    if model.sensors.true_accelerations == 1:
+        return 1.0
+    if model.sensors.filter_time == 0.0:
+        return 1.0 if now > senses.since[i] else 0.0
+    return 1.0 - exp((senses.since[i] - now) / model.sensors.filter_time)

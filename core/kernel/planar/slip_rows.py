@@ -1,0 +1,250 @@
+"""Rows inside a slip, so that a short one is seen as well as a long one.
+
+How long a slip will be is known when it is over. Until then states are kept at instants that halve
+the distance of the output times again and again, every other one is dropped whenever there are too
+many, and at its end as many become rows as it lacks. They lie on the method's own interpolant and
+are evaluated apart: nothing that the run computes, or adds up, knows of them.
+
+`follow` and `leave` ask for what differs between the plane and space: how a state inside a step is
+sampled, how what stays fixed between jumps is copied, how a row is evaluated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.flow import forget_mechanics
+from slipgrasp.core.kernel.planar.guards import is_past_event
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.rows import AT, column_of, evaluate_row, fill_row
+from slipgrasp.core.kernel.planar.run import (
+    OUTLET,
+    OUTPUT_ROUNDING,
+    PROGRESS,
+    copy_discrete,
+)
+from slipgrasp.core.kernel.planar.stepper import interpolate, prepare_interpolant
+from slipgrasp.core.kernel.planar.tally import count_row_forces
+
+LEAST_ROWS = 49  # of every slip, beside the one at its beginning
+LEAST_DISTANCE = 1e-6  # of two instants [s]
+GIVEN_BACK = 1e-10  # [J]
+MAX_ADDED_ROWS = 5000  # in a run: one that chatters has no end of slips
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
+def follow_slip(model: Record, run: Record, outlet: Record, h: float) -> None:
+    """Keeps states inside the step just taken while a contact is in the beginning of its slip."""
+    if run.slip.level == 0:
+        forget_mechanics(run.slip.work)
+    follow(model, run, outlet, h, _sample, copy_discrete)
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.int64)
+def leave_slip(model: Record, run: Record, outlet: Record, at_end: int) -> None:
+    """Writes the rows that a slip lacks: where a phase has changed, or the stretch ends."""
+    lost = column_of(model, AT.dissipated_energy)
+    leave(model, run, outlet, at_end, lost, _evaluate, copy_discrete)
+
+
+@compiled
+def _sample(model: Record, run: Record, h: float, fraction: float, state: Record) -> None:
+    """The state inside the step just taken."""
+    prepare_interpolant(model, run.discrete, run.now, h, run.step, run.slip.work)
+    interpolate(model, run.step, fraction, state)
+
+
+@compiled
+def _evaluate(model: Record, run: Record, row: Record) -> int:
+    """Fills a row for the state in it; 0 where that is not finite, or past an event."""
+    work = run.slip.work
+    if evaluate_row(model, row, work) == 0:
+        return 0
+    if is_past_event(model, row.discrete, row.state, work, run.guards) == 1:
+        return 0
+    fill_row(model, row, work)
+    count_row_forces(model, row, work, run.tally)
+    return 1
+
+
+@compiled
+def follow(model: Record, run: Record, outlet: Record, h: float, sample: Any, copy: Any) -> None:
+    """Keeps states inside the step just taken, with the ``sample`` and ``copy`` of its kernel."""
+    slip, rate = run.slip, model.numerics.output_rate
+    if outlet.keeps_rows == 0 or (slip.level == 0 and not _begin(model, run, outlet)):
+        return
+    wanted, rows = _wanted_rows(model, slip), outlet.num_rows - slip.since
+    if rows >= wanted:
+        _let_go(model, slip)
+    # A step that has enough of them at twice the distance needs none of those between.
+    while slip.level > 0 and h * rate * (1 << (slip.level - 1)) > wanted:
+        _drop_every_other(model, slip, copy)
+    while slip.level > 0:
+        parts = 1 << slip.level
+        t = slip.next / (rate * parts)
+        if t >= run.now + h - OUTPUT_ROUNDING:
+            return
+        if slip.next % parts != 0:
+            k = slip.count
+            sample(model, run, h, (t - run.now) / h, slip.states[k])
+            copy(model, run.discrete, slip.discrete[k])
+            slip.instants[k] = slip.next
+            slip.count = k + 1
+        slip.next += 1
+        if slip.count + rows > 2 * wanted:
+            _drop_every_other(model, slip, copy)
+
+
+@compiled
+def _wanted_rows(model: Record, slip: Record) -> int:
+    """How many rows the present slips need from when the states began, if they ended now."""
+    seen = LEAST_ROWS
+    for i in range(model.num_fingers):
+        if slip.phases[i] != 0:
+            seen = min(seen, slip.seen[i])
+    return LEAST_ROWS - seen
+
+
+@compiled
+def _begin(model: Record, run: Record, outlet: Record) -> bool:
+    """Begins where a contact slips that has too few rows yet."""
+    slip, is_due = run.slip, False
+    for i in range(model.num_fingers):
+        slip.phases[i] = run.discrete.phases[i]
+        is_due = is_due or (slip.phases[i] != 0 and slip.seen[i] < LEAST_ROWS)
+    rate = model.numerics.output_rate
+    if not is_due or slip.added >= MAX_ADDED_ROWS or 2.0 * rate * LEAST_DISTANCE > 1.0:
+        return False
+    slip.level, slip.count, slip.since = 1, 0, outlet.num_rows
+    # Rows at output times inside the step just taken are there already.
+    length = run.row.length
+    while slip.since > 0 and outlet.rows[(slip.since - 1) * length] > run.now:
+        slip.since -= 1
+    while rate * (2 << slip.level) * LEAST_DISTANCE <= 1.0:
+        slip.level += 1
+    slip.next = int(run.now * rate * (1 << slip.level)) + 1
+    return True
+
+
+@compiled
+def _drop_every_other(model: Record, slip: Record, copy: Any) -> None:
+    """Twice the distance; once it is that of the output times, these alone are enough."""
+    count = 0
+    for k in range(slip.count):
+        if slip.instants[k] % 2 == 0:
+            slip.instants[count] = slip.instants[k] // 2
+            for j in range(model.num_states):
+                slip.states[count].x[j] = slip.states[k].x[j]
+            copy(model, slip.discrete[k], slip.discrete[count])
+            count += 1
+    slip.count, slip.next = count, (slip.next + 1) // 2
+    slip.level -= 1
+    if slip.level == 0:
+        _let_go(model, slip)
+
+
+@compiled
+def _let_go(model: Record, slip: Record) -> None:
+    """No more of the slips that go on."""
+    slip.level = slip.count = 0
+    for i in range(model.num_fingers):
+        slip.seen[i] = LEAST_ROWS
+
+
+@compiled
+def leave(
+    model: Record,
+    run: Record,
+    outlet: Record,
+    at_end: int,
+    lost: int,
+    evaluate: Any,
+    copy: Any,
+) -> None:
+    """Writes the rows that a slip lacks: all of one that ends, half of one that goes on.
+
+    Args:
+        model: Constants of the run.
+        run: The run.
+        outlet: Where the rows are written.
+        at_end: 1 where the stretch ends.
+        lost: Column of the energy that friction has dissipated.
+        evaluate: Fills a row of the run, says whether it has.
+        copy: Copies what stays fixed between jumps.
+    """
+    slip, n = run.slip, model.num_fingers
+    if slip.level > 0:
+        wanted, rows, is_over = 0, outlet.num_rows - slip.since, at_end == 1
+        for i in range(n):
+            goes_on = at_end == 0 and run.discrete.phases[i] == slip.phases[i]
+            is_over = is_over or not goes_on
+            if slip.phases[i] != 0:
+                least = LEAST_ROWS // 2 if goes_on else LEAST_ROWS
+                wanted = max(wanted, least - slip.seen[i] - rows)
+        if not is_over:
+            return
+        rows += _add_rows(model, run, outlet, min(wanted, slip.count), lost, evaluate, copy)
+        for i in range(n):
+            slip.seen[i] += rows
+        slip.level = slip.count = 0
+    for i in range(n):
+        if run.discrete.phases[i] == 0 or run.discrete.phases[i] != slip.phases[i]:
+            slip.seen[i] = 0
+
+
+@compiled
+def _add_rows(
+    model: Record,
+    run: Record,
+    outlet: Record,
+    wanted: int,
+    lost: int,
+    evaluate: Any,
+    copy: Any,
+) -> int:
+    """Evaluates some of the states, evenly chosen; returns how many are rows now."""
+    slip, row, added = run.slip, run.slip.row, 0
+    rate = model.numerics.output_rate * (1 << slip.level)
+    for k in range(slip.count):
+        if (k + 1) * wanted // slip.count == k * wanted // slip.count:
+            continue
+        row.time = slip.instants[k] / rate
+        for j in range(model.num_states):
+            row.state.x[j] = slip.states[k].x[j]
+        copy(model, slip.discrete[k], row.discrete)
+        if evaluate(model, run, row) == 1:
+            added += _insert(outlet, slip.since, row, lost)
+    slip.added += added
+    return added
+
+
+@compiled
+def _insert(outlet: Record, first: int, row: Record, lost: int) -> int:
+    """Puts a row where its time, which stands first in it, belongs among the latest ones.
+
+    Not one after the last row: where that is missing, the run ends before it. Nor one beside which
+    friction would give energy back, by column ``lost``: it never does, but where the law has kinks
+    the interpolant is worse than the step.
+
+    Returns:
+        How many rows that are: 1 or 0.
+    """
+    rows, length, place = outlet.rows, row.length, outlet.num_rows
+    while place > first and rows[(place - 1) * length] > row.time:
+        place -= 1
+    if place == outlet.num_rows:
+        return 0
+    if place > 0 and row.values[lost] < rows[(place - 1) * length + lost] - GIVEN_BACK:
+        return 0
+    if rows[place * length + lost] < row.values[lost] - GIVEN_BACK:
+        return 0
+    for k in range(outlet.num_rows * length - 1, place * length - 1, -1):
+        rows[k + length] = rows[k]
+    for k in range(length):
+        rows[place * length + k] = row.values[k]
+    outlet.num_rows += 1
+    return 1

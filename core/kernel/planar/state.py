@@ -1,0 +1,104 @@
+"""The integrated state x: what stands where in it. No other module knows.
+
+With n fingers and p unknowns, x = (q_o, q_o', s, s', phi^, E_in, E_f):
+
+    q_o    pose of the object, x, y and angle (3) [m, m, rad]
+    q_o'   its velocity (3) [m/s, m/s, rad/s]
+    s      slip of every fingertip along its face (n) [m]
+    s'     slip velocity (n) [m/s]
+    phi^   estimates of the unknowns (p) [SI]
+    E_in   energy supplied by torques, pulses and timed changes [J]
+    E_f    energy dissipated by friction, of contacts and joints [J]
+
+A derivative of the state stands in the same places.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+
+# Coordinates of the object; each is its own place.
+X, Y, ANGLE = range(3)
+_VELOCITY, _SLIP, _ENERGIES = 3, 6, 2
+
+MAX_STATE = _SLIP + 2 * MAX_FINGERS + MAX_UNKNOWNS + _ENERGIES
+
+STATE = np.dtype([("x", np.float64, (MAX_STATE,))], align=True)
+
+
+@compiled
+def count_states(n: int, p: int) -> int:
+    """Length of the state of n fingers with p unknowns."""
+    return _SLIP + 2 * n + p + _ENERGIES
+
+
+class StateParts(NamedTuple):
+    """Views of the parts of a state: writing to them changes it."""
+
+    pose: Floats  # (3,)
+    velocity: Floats  # (3,)
+    slip: Floats  # (n,)
+    slip_velocity: Floats  # (n,)
+    estimates: Floats  # (p,)
+
+
+def parts_of(state: Record, n: int, p: int) -> StateParts:
+    """The parts of a state of n fingers with p unknowns, for Python to read and to set."""
+    x, speeds, estimates = state.x, _SLIP + n, _SLIP + 2 * n
+    return StateParts(
+        pose=x[:_VELOCITY],
+        velocity=x[_VELOCITY:_SLIP],
+        slip=x[_SLIP:speeds],
+        slip_velocity=x[speeds:estimates],
+        estimates=x[estimates : estimates + p],
+    )
+
+
+@compiled
+def velocity_at(k: int) -> int:
+    """Where the velocity of coordinate k of the object stands."""
+    return _VELOCITY + k
+
+
+@compiled
+def slip_at(i: int) -> int:
+    """Where the slip of contact i stands."""
+    return _SLIP + i
+
+
+@compiled
+def slip_velocity_at(n: int, i: int) -> int:
+    """Where the slip velocity of contact i stands."""
+    return _SLIP + n + i
+
+
+@compiled
+def reduced_at(n: int, k: int) -> tuple[int, int]:
+    """Where reduced coordinate k (pose, then slip) and its velocity stand."""
+    if k < _VELOCITY:
+        return k, velocity_at(k)
+    return slip_at(k - _VELOCITY), slip_velocity_at(n, k - _VELOCITY)
+
+
+@compiled
+def estimate_at(n: int, k: int) -> int:
+    """Where the estimate of unknown k stands."""
+    return _SLIP + 2 * n + k
+
+
+@compiled
+def supplied_at(model: Record) -> int:
+    """Where the energy supplied stands."""
+    return model.num_states - 2
+
+
+@compiled
+def dissipated_at(model: Record) -> int:
+    """Where the energy dissipated by friction stands."""
+    return model.num_states - 1

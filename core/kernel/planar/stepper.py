@@ -1,0 +1,261 @@
+"""One step of an explicit Runge-Kutta method, its error, and values inside the step.
+
+Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4-II.6.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.numerics.linear import Triple
+from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES, method_of
+from slipgrasp.core.kernel.planar.flow import flow, forget_mechanics
+from slipgrasp.core.kernel.planar.guards import MAX_GUARDS, sample_guards
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.state import (
+    ANGLE,
+    MAX_STATE,
+    STATE,
+    X,
+    Y,
+    dissipated_at,
+    slip_at,
+    supplied_at,
+    velocity_at,
+)
+from slipgrasp.core.kernel.planar.sticking import moves_object_alone, sticking_acceleration
+from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
+
+# Share of the allowed error from which a higher order is worth its cost.
+QUIET = 0.03
+
+# A step from ``start`` to ``end`` with its slopes.
+STEP = np.dtype(
+    [
+        ("rank", np.int64),  # of the method by which it is taken
+        ("start", STATE),
+        ("end", STATE),
+        ("slopes", STATE, (MAX_SLOPES,)),
+        ("stage", STATE),
+        ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
+        ("prepared", np.int64),  # 1 where the terms are those of this step
+        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
+        # Squared torques there, where they follow the state [N^2 m^2].
+        ("efforts", np.float64, (MAX_SLOPES,)),
+    ],
+    align=True,
+)
+
+
+@compiled
+def effort_rate(model: Record, work: Record) -> float:
+    """Sum of the squared joint torques that the law gives for the state just evaluated.
+
+    0 under sampled control, where they are held.
+    """
+    total, jacobians, forces = 0.0, work.kin.jacobians, work.tip_forces
+    if model.law.period == 0.0:
+        for i in range(model.num_fingers):
+            for joint in range(2):
+                torque = jacobians[i, 0, joint] * forces[i, 0]
+                total += square(torque + jacobians[i, 1, joint] * forces[i, 1])
+    return total
+
+
+@compiled
+def _combine(model: Record, row: int, h: float, step: Record, target: Record) -> None:
+    """The state at which slope ``row`` is taken."""
+    size, matrix = model.num_states, method_of(model, step).matrix
+    for j in range(size):
+        target.x[j] = step.start.x[j]
+    for k in range(row):
+        weight = h * matrix[row, k]
+        if weight != 0.0:
+            for j in range(size):
+                target.x[j] += weight * step.slopes[k].x[j]
+
+
+@compiled
+def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Floats) -> None:
+    """Sum of the first ``count`` slopes, each times its weight."""
+    for j in range(size):
+        total[j] = 0.0
+    for k in range(count):
+        weight = weights[k]
+        if weight != 0.0:
+            for j in range(size):
+                total[j] += weight * step.slopes[k].x[j]
+
+
+@compiled
+def _move_object(model: Record, row: int, h: float, step: Record) -> tuple[Triple, Triple]:
+    """Pose and velocity of the object where slope ``row`` is taken."""
+    start, matrix = step.start.x, method_of(model, step).matrix
+    x, y, angle = start[X], start[Y], start[ANGLE]
+    vx, vy, omega = start[velocity_at(X)], start[velocity_at(Y)], start[velocity_at(ANGLE)]
+    for k in range(row):
+        weight, slope = h * matrix[row, k], step.slopes[k].x
+        x, y, angle = x + weight * slope[X], y + weight * slope[Y], angle + weight * slope[ANGLE]
+        vx = vx + weight * slope[velocity_at(X)]
+        vy = vy + weight * slope[velocity_at(Y)]
+        omega = omega + weight * slope[velocity_at(ANGLE)]
+    return (x, y, angle), (vx, vy, omega)
+
+
+@compiled
+def _take_sticking_stage(
+    model: Record, discrete: Record, row: int, h: float, step: Record, work: Record
+) -> None:
+    """Slope ``row`` while the object moves alone."""
+    pose, velocity = _move_object(model, row, h, step)
+    acceleration, power = sticking_acceleration(model, discrete, step.start, pose, velocity, work)
+    slope = step.slopes[row].x
+    for j in range(slip_at(0), model.num_states):
+        slope[j] = 0.0
+    for k in range(3):
+        slope[k], slope[velocity_at(k)] = velocity[k], acceleration[k]
+    slope[supplied_at(model)] = power
+
+
+@compiled
+def _end_sticking(model: Record, h: float, step: Record) -> None:
+    """The end of the step where the object moved alone."""
+    method, start, end = method_of(model, step), step.start.x, step.end.x
+    pose, velocity = _move_object(model, method.last, h, step)
+    for j in range(slip_at(0), model.num_states):
+        end[j] = start[j] + 0.0  # a slope of 0 makes no other difference than a zero positive
+    for k in range(3):
+        end[k], end[velocity_at(k)] = pose[k], velocity[k]
+    supplied = start[supplied_at(model)]
+    for k in range(method.last):
+        supplied += h * method.matrix[method.last, k] * step.slopes[k].x[supplied_at(model)]
+    end[supplied_at(model)] = supplied
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+def take_step(
+    model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
+) -> None:
+    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
+    method = method_of(model, step)
+    if moves_object_alone(model, discrete):
+        forget_mechanics(work)
+        for row in range(1, method.last):
+            _take_sticking_stage(model, discrete, row, h, step, work)
+            sample_guards(model, discrete, work, step.samples, row)
+        _end_sticking(model, h, step)
+    else:
+        for row in range(1, method.last):
+            _combine(model, row, h, step, step.end)
+            flow(model, discrete, t + method.nodes[row] * h, step.end, step.slopes[row], work)
+            sample_guards(model, discrete, work, step.samples, row)
+            if method.matrix[method.last, row] != 0.0:
+                step.efforts[row] = effort_rate(model, work)
+        _combine(model, method.last, h, step, step.end)
+    flow(model, discrete, t + h, step.end, step.slopes[method.last], work)
+    step.efforts[method.last] = effort_rate(model, work)
+    step.prepared = 0
+
+
+@compiled_apart(types.float64, MODEL, types.float64, STEP)
+def step_error(model: Record, h: float, step: Record) -> float:
+    """The error of a step over what is allowed, root mean square; not a number if anything is not.
+
+    Args:
+        model: Constants of the run.
+        h: Size of the step [s].
+        step: The step; the first terms of its interpolant are overwritten.
+    """
+    size, method = model.num_states, method_of(model, step)
+    _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
+    _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
+    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
+    total, correction = 0.0, 0.0
+    for j in range(size):
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        scale = 1.0 / (absolute + relative * largest)
+        total += square(scale * step.terms[0, j])
+        correction += square(scale * step.terms[1, j])
+    if total == 0.0:
+        return 0.0
+    return h * total / np.sqrt((total + 0.01 * correction) * size)
+
+
+@compiled
+def is_quiet(model: Record, h: float, step: Record, sticks: bool) -> bool:
+    """Whether no error of the step is more than the share QUIET of what is allowed.
+
+    The error as `step_error` has it is then not more either, and nobody divides to see it.
+
+    Args:
+        model: Constants of the run.
+        h: Size of the step [s].
+        step: The step.
+        sticks: Whether the object moved alone.
+    """
+    for j in range(slip_at(0) if sticks else supplied_at(model)):
+        if not _is_quiet_along(model, h, step, j):
+            return False
+    return _is_quiet_along(model, h, step, supplied_at(model)) and _is_quiet_along(
+        model, h, step, dissipated_at(model)
+    )
+
+
+@compiled
+def _is_quiet_along(model: Record, h: float, step: Record, j: int) -> bool:
+    """Whether the error of coordinate ``j`` is not more than the share QUIET of what is allowed."""
+    method, numerics, error = method_of(model, step), model.numerics, 0.0
+    for k in range(method.last + 1):
+        error += method.error[k] * step.slopes[k].x[j]
+    largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+    allowed = numerics.absolute_tolerance + numerics.relative_tolerance * largest
+    return abs(h * error) <= QUIET * allowed
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
+def prepare_interpolant(
+    model: Record, discrete: Record, t: float, h: float, step: Record, work: Record
+) -> None:
+    """Fills ``terms`` for `interpolate`, once; ``work`` is left somewhere inside the step."""
+    if step.prepared == 1:
+        return
+    step.prepared = 1
+    method = method_of(model, step)
+    for row in range(method.last + 1, method.num_slopes):
+        _combine(model, row, h, step, step.stage)
+        flow(model, discrete, t + method.nodes[row] * h, step.stage, step.slopes[row], work)
+    fill_terms(model, h, step)
+
+
+@compiled
+def fill_terms(model: Record, h: float, step: Record) -> None:
+    """Fills ``terms`` from all slopes, those that only the interpolant needs included."""
+    size, method = model.num_states, method_of(model, step)
+    for j in range(size):
+        difference = step.end.x[j] - step.start.x[j]
+        first, last = h * step.slopes[0].x[j], h * step.slopes[method.last].x[j]
+        step.terms[0, j] = difference
+        step.terms[1, j] = first - difference
+        step.terms[2, j] = 2.0 * difference - first - last
+    for term in range(method.num_dense):
+        _weigh_slopes(method.dense[term], method.num_slopes, size, step, step.terms[3 + term])
+        for j in range(size):
+            step.terms[3 + term, j] *= h
+
+
+@compiled
+def interpolate(model: Record, step: Record, fraction: float, state: Record) -> None:
+    """State inside the step, by the continuous extension of the method."""
+    size, last = model.num_states, method_of(model, step).num_dense + 2
+    for j in range(size):
+        state.x[j] = 0.0
+    for term in range(last, -1, -1):
+        factor = fraction if term % 2 == 0 else 1.0 - fraction
+        for j in range(size):
+            state.x[j] = factor * (state.x[j] + step.terms[term, j])
+    for j in range(size):
+        state.x[j] += step.start.x[j]

@@ -1,0 +1,356 @@
+"""Steps within tolerance, cut at the first event in them, and the rows inside them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.ledger import FAST_RATE, LEAST_LEDGER_STEP, allowed_imbalance
+from slipgrasp.core.kernel.numerics.elementary import root
+from slipgrasp.core.kernel.numerics.methods import method_of
+from slipgrasp.core.kernel.planar.dips import find_dip
+from slipgrasp.core.kernel.planar.dynamics import stored_energy
+from slipgrasp.core.kernel.planar.flow import flow, update_mechanics
+from slipgrasp.core.kernel.planar.guards import (
+    NORMAL_FORCE,
+    PER_CONTACT,
+    find_fired,
+    find_overlooked,
+    is_past_band,
+    is_past_event,
+    keep_first_fired,
+    least_fired,
+    pass_step,
+)
+from slipgrasp.core.kernel.planar.model import MODEL
+from slipgrasp.core.kernel.planar.run import (
+    OUTLET,
+    OUTPUT_ROUNDING,
+    PROGRESS,
+    emit,
+    emit_as_of,
+    evaluate_at,
+    store_row,
+)
+from slipgrasp.core.kernel.planar.state import (
+    ANGLE,
+    dissipated_at,
+    slip_velocity_at,
+    supplied_at,
+    velocity_at,
+)
+from slipgrasp.core.kernel.planar.stepper import (
+    QUIET,
+    interpolate,
+    is_quiet,
+    prepare_interpolant,
+    step_error,
+    take_step,
+)
+from slipgrasp.core.kernel.planar.sticking import moves_object_alone
+
+LEAST_STEP = 1e-13
+MAX_GROWTH = 10.0
+QUIET_STEPS = 100
+LOCATION_WIDTH = 2e-14
+# A value this small, as a share of the largest at the ends, and in its own unit, is zero.
+LOCATION_SHARE, LARGEST_ZERO = 1e-13, 1e-10
+MAX_CUTS = 50
+ROUGH = 1.0
+# Where the law jumps velocities go on, but for this and the tolerance of steps.
+VELOCITY_JUMP = 1e-9  # [m/s, rad/s]
+CROSSING = 1e-3  # a step over a jump of the law is so much shorter than one that felt its far side
+POLE = 1.0  # a normal force that far beyond its zero, where that was located, has none [N]
+AT_POLE = 2  # of run.fired: there the law asks for forces without bound
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def take_accepted_step(model: Record, run: Record, until: float) -> float:
+    """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
+    numerics, now, step = model.numerics, run.now, run.step
+    rest, sticks = until - now, moves_object_alone(model, run.discrete)
+    h = min(run.step_size, numerics.max_step)
+    while True:
+        size = rest if h >= rest * (1.0 - 1e-9) else h
+        step.rank = run.rank if sticks else model.num_methods - 1
+        take_step(model, run.discrete, now, size, step, run.work)
+        run.steps += 1
+        fast = size > LEAST_LEDGER_STEP and _turns_fast(model, run)
+        if size == rest and not fast and is_quiet(model, size, step, sticks):
+            run.step_size = max(run.step_size, 2.0 * size)
+            _count_quiet_step(run)
+            return size
+        error, roots = step_error(model, size, step), method_of(model, step).roots
+        if error <= 1.0 and fast:
+            error = max(error, _ledger_error(model, run, size))
+        is_raised = sticks and not error <= QUIET and _raise_order(model, run)
+        if error <= 1.0:
+            growth = min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), roots))
+            if not is_raised and (size < rest or growth < 1.0 or size * growth > h):
+                run.step_size = size * growth
+            return size
+        if is_raised:
+            continue
+        shrink = max(0.2, 0.9 / root(error, roots)) if error < np.inf else 0.1
+        h = size * shrink
+        if h < LEAST_STEP * max(1.0, now) and h < rest:
+            return 0.0
+
+
+@compiled
+def _raise_order(model: Record, run: Record) -> bool:
+    """The next step is taken by the method of the next higher order; False if there is none."""
+    run.quiet_steps = 0
+    if run.rank + 1 == model.num_methods:
+        return False
+    run.rank += 1
+    return True
+
+
+@compiled
+def _count_quiet_step(run: Record) -> None:
+    """After many quiet steps in a row the next lower order is tried."""
+    run.quiet_steps += 1
+    if run.quiet_steps >= QUIET_STEPS and run.rank > 0:
+        run.quiet_steps = 0
+        run.rank -= 1
+
+
+@compiled
+def _turns_fast(model: Record, run: Record) -> bool:
+    """Whether the object or a joint turns fast at the end of the step, as near singular poses.
+
+    There the kinetic energy depends on the state more than any coordinate of it tells.
+    """
+    fastest = abs(float(run.step.end.x[velocity_at(ANGLE)]))
+    for i in range(model.num_fingers):
+        for joint in range(2):
+            fastest = max(fastest, abs(float(run.work.kin.joint_velocities[i, joint])))
+    return fastest > FAST_RATE
+
+
+@compiled
+def _ledger_error(model: Record, run: Record, h: float) -> float:
+    """Energy that a step has lost or made until its middle and its end, over what is allowed."""
+    step = run.step
+    start, _ = _energy(model, run, step.start)
+    prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
+    interpolate(model, step, 0.5, step.stage)
+    middle, _ = _energy(model, run, step.stage)
+    # The last, for what looks at the end of the step finds its forces there.
+    flow(model, run.discrete, run.now + h, step.end, run.selection.derivative, run.work)
+    end, kinetic = _energy(model, run, step.end)
+    allowed = allowed_imbalance(model.numerics, kinetic, step.end.x[supplied_at(model)])
+    return max(abs(end - start), abs(middle - start)) / allowed
+
+
+@compiled
+def _energy(model: Record, run: Record, state: Record) -> tuple[float, float]:
+    """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
+    update_mechanics(model, state, run.work)
+    kinetic, potential = stored_energy(model.hand, model.truth, run.work.kin, state)
+    supplied, dissipated = state.x[supplied_at(model)], state.x[dissipated_at(model)]
+    return kinetic + potential - supplied + dissipated, kinetic
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def locate(model: Record, run: Record, h: float) -> float:
+    """Size of the step at whose end the first of the fired guards is at its level.
+
+    The step is taken again at every trial, so that the root is that of the method itself
+    and not of an interpolant. Regula falsi (Illinois) with bisection as a safeguard.
+    """
+    now, discrete, step, work, guards = run.now, run.discrete, run.step, run.work, run.guards
+    low, high, at, is_far = 0.0, h, 0.0, False
+    value_high = least_fired(model, discrete, step.end, work, guards)
+    take_step(model, discrete, now, low, step, work)
+    value_low = least_fired(model, discrete, step.end, work, guards)
+    width = LOCATION_WIDTH * max(1.0, now)
+    nothing = min(LOCATION_SHARE * max(abs(value_low), abs(value_high)), LARGEST_ZERO)
+    side = 0
+    for trial in range(100):
+        if value_low <= 0.0 or (high - low <= width and not is_far):
+            break
+        at = (low * value_high - high * value_low) / (value_high - value_low)
+        if not low < at < high or trial % 8 == 7:
+            at = 0.5 * (low + high)
+        take_step(model, discrete, now, at, step, work)
+        value = least_fired(model, discrete, step.end, work, guards)
+        if abs(value) <= nothing:
+            high = at
+            break
+        if value > 0.0:
+            low, value_low = at, value
+            value_high *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            high, value_high = at, value
+            # Near a pole of the law a force goes through its whole band within the width.
+            is_far = is_past_band(model, discrete, guards) == 1
+            value_low *= 0.5 if side == -1 else 1.0
+            side = -1
+    if value_low <= 0.0:
+        high = 0.0
+    if guards.fired[guards.count - 1] == 1:
+        # There the law jumps: the row before shows this side of it.
+        take_step(model, discrete, now, low, step, work)
+        run.location_error = step_error(model, low, step)
+        run.before_time = now + low
+        for k in range(model.num_states):
+            run.before.x[k] = step.end.x[k]
+        take_step(model, discrete, now, high, step, work)
+    else:
+        take_step(model, discrete, now, high, step, work)
+        run.location_error = step_error(model, high, step)
+    keep_first_fired(guards, least_fired(model, discrete, step.end, work, guards))
+    return high
+
+
+@compiled
+def emit_due(model: Record, run: Record, outlet: Record) -> None:
+    """Rows whose time has come are those of the present state.
+
+    Before the step that leaves it: mechanics and law of the state are still at hand.
+    """
+    while True:
+        t = run.outputs / model.numerics.output_rate
+        if t > run.now + OUTPUT_ROUNDING:
+            return
+        emit_as_of(model, run, outlet, run.now, run.step.start, t)
+        run.outputs += 1
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
+def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
+    """Rows at the output times inside the step just taken, which depends on none of them.
+
+    They lie on the continuous extension of the method; from where that is past an event on, each
+    is a shorter step of the method, and the step itself is taken again then.
+    """
+    step, rate, end = run.step, model.numerics.output_rate, run.now + h
+    t = run.outputs / rate
+    if t >= end - OUTPUT_ROUNDING:
+        return
+    prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
+    lost, is_good = dissipated_at(model), True
+    least, most = float(step.start.x[lost]), float(step.end.x[lost])
+    while t < end - OUTPUT_ROUNDING:
+        if is_good:
+            interpolate(model, step, (t - run.now) / h, step.stage)
+            least = _set_between(step.stage, lost, least, most)
+            is_good = _agrees_with_phases(model, run, t)
+        if is_good:
+            store_row(model, run, outlet)
+        else:
+            take_step(model, run.discrete, run.now, t - run.now, step, run.work)
+            least = _set_between(step.end, lost, least, most)
+            emit(model, run, outlet, t, step.end)
+        run.outputs += 1
+        t = run.outputs / rate
+    if not is_good:
+        take_step(model, run.discrete, run.now, h, step, run.work)
+
+
+@compiled
+def _set_between(state: Record, j: int, least: float, most: float) -> float:
+    """Puts coordinate ``j``, which never falls in a step, where it must lie; returns it.
+
+    Where the law has kinks, states inside a step are less accurate than the step.
+    """
+    state.x[j] = max(least, min(most, state.x[j]))
+    return float(state.x[j])
+
+
+@compiled
+def _agrees_with_phases(model: Record, run: Record, t: float) -> bool:
+    """Evaluates the state inside the step; False where it is past an event, or not finite."""
+    if evaluate_at(model, run, t, run.step.stage) == 0:
+        return False
+    return is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 0
+
+
+@compiled
+def _goes_on(model: Record, run: Record) -> bool:
+    """Whether velocities go on through the event just located; only a jump of the law can tell.
+
+    Not where the step to its far side has felt the forces there for longer than the instant.
+    """
+    if run.guards.fired[run.guards.count - 1] == 0:
+        return True
+    n, relative = model.num_fingers, model.numerics.relative_tolerance
+    for k in range(3 + n):
+        at = velocity_at(k) if k < 3 else slip_velocity_at(n, k - 3)
+        before, after = run.before.x[at], run.step.end.x[at]
+        if not abs(after - before) <= VELOCITY_JUMP + relative * abs(before):
+            return False
+    return True
+
+
+@compiled
+def _is_at_pole(model: Record, run: Record) -> bool:
+    """Whether a normal force has changed its sign through infinity and not through zero."""
+    guards = run.guards
+    for i in range(model.num_fingers):
+        j = PER_CONTACT * i + NORMAL_FORCE
+        if guards.fired[j] == 1 and guards.values[j] < -POLE:
+            return True
+    return False
+
+
+@compiled
+def _come_nearer(model: Record, run: Record, size: float) -> float:
+    """Goes up to the jump of the law in a step of this size, to pass it in a much shorter one.
+
+    Returns:
+        Size of the step; 0 where none is short enough: forces grow without bound there.
+    """
+    run.step_size = CROSSING * size
+    run.fired = AT_POLE
+    if run.step_size < LEAST_STEP * max(1.0, run.now):
+        return 0.0
+    near = run.before_time - run.now
+    if near > 0.0:
+        take_step(model, run.discrete, run.now, near, run.step, run.work)
+        return near
+    return take_accepted_step(model, run, run.now + run.step_size)
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def cut_at_event(model: Record, run: Record, h: float) -> float:
+    """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
+    size = h
+    for _ in range(MAX_CUTS):
+        run.fired = find_fired(model, run.discrete, run.step.end, run.work, run.guards)
+        if run.fired == 1:
+            size = locate(model, run, size)
+            # What is quiet again at the end of the whole step may have fired before this event.
+            while size > 0.0 and find_overlooked(model, run.discrete, run.guards) == 1:
+                size = locate(model, run, size)
+            if not _goes_on(model, run):
+                size = _come_nearer(model, run, size)
+                if size > 0.0:
+                    continue
+                return 0.0
+            at_pole = _is_at_pole(model, run)
+            if at_pole and size < LEAST_STEP * max(1.0, run.now):
+                run.fired = AT_POLE
+                return 0.0
+            if size > 0.0 and (at_pole or not run.location_error <= ROUGH):
+                # The way to the event is not smooth: it is not an event yet.
+                run.step_size = 0.5 * size
+                size = take_accepted_step(model, run, run.now + 0.5 * size)
+                if size > 0.0:
+                    continue
+                run.fired = 0
+                return 0.0
+        dip = find_dip(model, run, size) if size > 0.0 else 0.0
+        if dip == 0.0:
+            break
+        # A guard of this step is past its level there, though not at the end.
+        take_step(model, run.discrete, run.now, dip, run.step, run.work)
+        size = dip
+    if run.fired == 0:
+        pass_step(model, run.discrete, run.guards)
+    return size

@@ -1,0 +1,194 @@
+"""The torque that a control law commands in space (docs/space.md, Distribution).
+
+A law that knows the equations of motion commands tau_i = J_i^T (C_i F^_i + f^_i): the force f^
+that its model of the finger needs for the demanded acceleration, and contact forces F^ that give
+the demanded wrench. One that holds asks W F^ = d with every contact inside its cone; the paper's
+asks the slipping contacts for forces on their cones too, G = [W; -D], so that their slip follows as
+well. PD control has a grip instead (`slipgrasp.core.kernel.spatial.grip`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.planar.jump import (
+    LARGEST_TILT,
+    MODEL_SINGULAR,
+    RUNNING,
+    TORQUE_NOT_FINITE,
+    TURNED_TOO_FAR,
+)
+from slipgrasp.core.kernel.spatial.dynamics import combine_links, multiply, update_unit_dynamics
+from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
+from slipgrasp.core.kernel.spatial.grip import fill_wrench, spatial_grip
+from slipgrasp.core.kernel.spatial.kinematics import forces_to_torques, update_kinematics
+from slipgrasp.core.kernel.spatial.law import (
+    believe,
+    brake_slips,
+    leave_stuck,
+    tilt,
+    update_errors,
+)
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.plant import assemble, object_bias, own_force, to_world
+from slipgrasp.core.kernel.spatial.sensing import SENSES
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
+
+WIDER, WIDENINGS = 1.25, 10
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, SENSES, WORKSPACE)
+def spatial_believe(
+    model: Record, discrete: Record, t: float, senses: Record, work: Record
+) -> None:
+    """The controller's model of the hand as measured, in the believed phases; errors and demand."""
+    room = work.room
+    update_kinematics(model.hand, senses.measured, work.kin)
+    update_unit_dynamics(model.hand, work.kin, work.unit)
+    believe(model, discrete.estimates, work.believed)
+    combine_links(work.believed, work.unit, work.believed_dynamics)
+    for i in range(model.num_fingers):
+        for axis in range(2):
+            room.slips[i, axis] = senses.slips[i, axis]
+            room.gamma[i, axis] = senses.gamma[i, axis]
+    assemble(
+        work.kin,
+        work.believed_dynamics,
+        work.believed,
+        room.slips,
+        room.gamma,
+        work.believed_system,
+    )
+    update_errors(model, discrete.piece, t, senses.measured, room)
+    leave_stuck(model.num_fingers, room.slips, room)
+    brake_slips(model, discrete, senses.measured, room)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, types.float64, SENSES, WORKSPACE)
+def spatial_command(model: Record, discrete: Record, t: float, senses: Record, work: Record) -> int:
+    """Writes the commanded torque to ``discrete.commanded``.
+
+    Returns:
+        RUNNING, or why the law has no answer: its model is singular, its torque not finite, or the
+        object has turned so far that the coordinates of the law end.
+    """
+    law = model.law
+    spatial_believe(model, discrete, t, senses, work)
+    if not tilt(work.room) < LARGEST_TILT:
+        return TURNED_TOO_FAR
+    discrete.violation = 0.0
+    if not law.facts.uses_friction:
+        added = discrete.added_grip if law.facts.reacts_to_slip else 0.0
+        spatial_grip(model, work, law.grip_force + added)
+    elif work.believed_system.determinant == 0.0:
+        return MODEL_SINGULAR
+    else:
+        _command_forces(model, discrete, senses.measured, work)
+    total = 0.0
+    for i in range(model.num_fingers):
+        for k in range(3):
+            total += work.tip_forces[i, k]
+    if not abs(total) < np.inf:
+        return TORQUE_NOT_FINITE
+    forces_to_torques(model.hand, work.kin, work.tip_forces, discrete.commanded)
+    return RUNNING
+
+
+@compiled
+def _command_forces(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Tip forces that ask for the demanded motion by the model, with forces inside their cones."""
+    n, force, own = model.num_fingers, work.grasp.force, work.room.own_force
+    _ask_wrench(model, state, work)
+    num_rows = _fill_rows(model, work)
+    _set_limits(model, work)
+    violation = spatial_grasp(work.grasp, n, num_rows, model.law.grasp_force)
+    discrete.violation = violation
+    if violation > 0.0 and model.law.acceleration_variance > 0.0:
+        _widen_cones(model, work)
+    for i in range(n):
+        x, y, z = to_world(work.kin, i, force[3 * i], force[3 * i + 1], force[3 * i + 2])
+        work.tip_forces[i, 0] = x + own[i, 0]
+        work.tip_forces[i, 1] = y + own[i, 1]
+        work.tip_forces[i, 2] = z + own[i, 2]
+
+
+@compiled
+def _ask_wrench(model: Record, state: Record, work: Record) -> None:
+    """D = M_o v_o + h_o of the believed object, in ``right``, and f^ of every finger."""
+    room, believed, right = work.room, work.believed, work.believed_system.right
+    object_bias(state, work.believed_system, believed, model.hand.gravity, room.bias)
+    x, y, z = multiply(work.believed_system.body, room.demand[3], room.demand[4], room.demand[5])
+    for k in range(3):
+        right[k] = believed.object_mass * room.demand[k] + room.bias[k]
+    right[3], right[4], right[5] = x + room.bias[3], y + room.bias[4], z + room.bias[5]
+    for i in range(model.num_fingers):
+        fx, fy, fz = own_force(work.kin, work.believed_dynamics, i, room.demand, room.slip_demand)
+        room.own_force[i, 0], room.own_force[i, 1], room.own_force[i, 2] = fx, fy, fz
+
+
+@compiled
+def _fill_rows(model: Record, work: Record) -> int:
+    """[G | d]: the wrench, and where the law does not hold a row per slipping direction."""
+    n, rows, room = model.num_fingers, work.grasp.rows, work.room
+    fill_wrench(n, work)
+    work.grasp.softens, num_rows = model.law.softens, 6
+    if model.law.softens == 1:
+        _scale_moments(model, work)
+    if model.law.holds == 1:
+        return num_rows
+    for i in range(n):
+        for axis in range(2):
+            if room.slips[i, axis] == 0.0:
+                continue
+            for column in range(3 * n + 1):
+                rows[num_rows, column] = 0.0
+            rows[num_rows, MAX_FORCES] = 0.0
+            rows[num_rows, 3 * i + axis] = -1.0
+            rows[num_rows, 3 * i + 2] = -work.believed.friction[i] * room.gamma[i, axis]
+            num_rows += 1
+    return num_rows
+
+
+@compiled
+def _scale_moments(model: Record, work: Record) -> None:
+    """Divides the rows of moments by the mean arm of the contacts."""
+    n, rows, total = model.num_fingers, work.grasp.rows, 0.0
+    for i in range(n):
+        for k in range(3):
+            total += work.kin.arms[i, k] * work.kin.arms[i, k] / n
+    scale = 1.0 / np.sqrt(total)
+    for row in range(3, 6):
+        for column in range(3 * n):
+            rows[row, column] *= scale
+        rows[row, MAX_FORCES] *= scale
+
+
+@compiled
+def _set_limits(model: Record, work: Record) -> None:
+    law, grasp = model.law, work.grasp
+    grasp.least, grasp.most = law.minimum_normal_force, law.maximum_normal_force
+    grasp.ways = model.ways
+    for i in range(model.num_fingers):
+        grasp.cones[i, 1] = -1.0
+        for way in range(model.ways):
+            free = law.holds == 1 or work.room.slips[i, way] == 0.0
+            grasp.cones[i, way] = work.believed.friction[i] / law.grip_safety if free else -1.0
+
+
+@compiled
+def _widen_cones(model: Record, work: Record) -> None:
+    """Finds forces inside wider cones, the least wide of some in which there are any.
+
+    Where estimates scatter with noise, that no squeeze meets their cones says more of them than of
+    the hand; forces of the least violation hardly press, and let the object fall.
+    """
+    for _ in range(WIDENINGS):
+        for i in range(model.num_fingers):
+            for way in range(model.ways):
+                work.grasp.cones[i, way] *= WIDER
+        num_rows = _fill_rows(model, work)
+        if spatial_grasp(work.grasp, model.num_fingers, num_rows, model.law.grasp_force) == 0.0:
+            return

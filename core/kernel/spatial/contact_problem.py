@@ -1,0 +1,301 @@
+"""The forces of contacts that may stick or slip, by a semi-smooth Newton method.
+
+    w = G F + c,   F in its cone,   w_n = 0,   F_t = -mu F_n w_t / |w_t| where w_t != 0,
+
+w the accelerations of slip and separation. In the pyramid the tangents are taken one by one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.numerics.dense import factor_dense, solve_dense
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.plant import object_bias
+from slipgrasp.core.kernel.spatial.state import STATE
+from slipgrasp.core.kernel.spatial.ways import axes_of
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
+
+NEWTON_STEPS, FULL_STEPS, NEWTON_ERROR = 100, 30, 1e-12
+# Random starts of Newton's method: for the only bounds there are, for one of many choices of them.
+MANY_STARTS, FEW_STARTS = 64, 8
+
+# Intermediate values of a selection.
+SELECTION_ROOM = np.dtype(
+    [
+        ("free", np.int64, (MAX_FINGERS, 2)),  # of a way: 1 where the slip velocity is zero
+        ("leaving", np.int64, (MAX_FINGERS, 2)),  # 1 where a force on its cone is about to leave it
+        ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction that a free way has at most
+        ("concerned", np.int64),  # contact for which nothing is consistent, -1 if none
+        ("restarts", np.int64),  # of Newton's method
+        ("start", np.int64),  # the one from which Newton's method converged
+        ("margins", np.float64, (MAX_FINGERS, 2)),
+        ("derivative", STATE),
+        ("probe", STATE),
+        ("mobility", np.float64, (MAX_FORCES, MAX_FORCES)),  # G
+        ("offset", np.float64, (MAX_FORCES,)),  # c
+        ("force", np.float64, (MAX_FORCES,)),
+        ("opening", np.float64, (MAX_FORCES,)),  # w
+        ("matrix", np.float64, (MAX_FORCES, MAX_FORCES)),
+        ("right", np.float64, (MAX_FORCES,)),
+        ("step", np.float64, (MAX_FORCES,)),
+        ("order", np.int64, (MAX_FORCES,)),
+        ("body", np.float64, (6, 6)),  # M_o, factored
+        ("column", np.float64, (6,)),
+        ("solution", np.float64, (6,)),
+        ("responses", np.float64, (MAX_FORCES, 6)),  # M_o^-1 W, column by column
+        ("wrenches", np.float64, (MAX_FORCES, 6)),  # W, column by column
+    ],
+    align=True,
+)
+
+
+@compiled_apart(types.void, MODEL, STATE, WORKSPACE, SELECTION_ROOM)
+def spatial_contacts(model: Record, state: Record, work: Record, room: Record) -> None:
+    """G and c of the contact problem, from what does not depend on phases."""
+    n, kin, body = model.num_fingers, work.kin, room.body
+    entries = work.system.body
+    for a in range(6):
+        for b in range(6):
+            body[a, b] = 0.0
+    for a in range(3):
+        body[a, a] = model.truth.object_mass
+    body[3, 3], body[3, 4], body[3, 5] = entries[0], entries[1], entries[2]
+    body[4, 3], body[4, 4], body[4, 5] = entries[1], entries[3], entries[4]
+    body[5, 3], body[5, 4], body[5, 5] = entries[2], entries[4], entries[5]
+    factor_dense(body, 6, room.order)
+    object_bias(state, work.system, model.truth, model.hand.gravity, room.column)
+    for k in range(6):
+        room.column[k] = model.load[k] - room.column[k]
+    solve_dense(body, 6, room.order, room.column, room.right)
+    for i in range(n):
+        rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+        for k in range(3):
+            sign = 1.0 if k == 2 else -1.0
+            column = room.wrenches[3 * i + k]
+            x = sign * kin.frames[i, k, 0]
+            y = sign * kin.frames[i, k, 1]
+            z = sign * kin.frames[i, k, 2]
+            column[0], column[1], column[2] = x, y, z
+            column[3], column[4], column[5] = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x
+            solve_dense(body, 6, room.order, column, room.responses[3 * i + k])
+    for a in range(3 * n):
+        for b in range(3 * n):
+            total = 0.0
+            for k in range(6):
+                total += room.wrenches[a, k] * room.responses[b, k]
+            room.mobility[a, b] = total
+        total = 0.0
+        for k in range(6):
+            total += room.wrenches[a, k] * room.right[k]
+        room.offset[a] = total
+    for i in range(n):
+        _add_finger(work, room, i)
+
+
+@compiled
+def _add_finger(work: Record, room: Record, i: int) -> None:
+    """What the mobility of finger ``i``, the inverse of Lambda, adds to G and c."""
+    kin, inertia = work.kin, work.dynamics.inertia[i]
+    m = _inverse(inertia)
+    ux = work.tip_forces[i, 0] - work.dynamics.bias[i, 0]
+    uy = work.tip_forces[i, 1] - work.dynamics.bias[i, 1]
+    uz = work.tip_forces[i, 2] - work.dynamics.bias[i, 2]
+    ax, ay, az = _times(m, ux, uy, uz)
+    ax, ay, az = ax - kin.bias[i, 0], ay - kin.bias[i, 1], az - kin.bias[i, 2]
+    for a in range(3):
+        row = room.wrenches[3 * i + a]
+        x, y, z = row[0], row[1], row[2]
+        room.offset[3 * i + a] -= x * ax + y * ay + z * az
+        px, py, pz = _times(m, x, y, z)
+        for b in range(3):
+            other = room.wrenches[3 * i + b]
+            room.mobility[3 * i + a, 3 * i + b] += px * other[0] + py * other[1] + pz * other[2]
+
+
+@compiled
+def _inverse(m: np.ndarray) -> tuple[float, float, float, float, float, float]:
+    """The inverse of a symmetric 3x3 matrix, six entries."""
+    xx, xy, xz, yy, yz, zz = m[0], m[1], m[2], m[3], m[4], m[5]
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    scale = 1.0 / (xx * a + xy * b + xz * c)
+    return (
+        scale * a,
+        scale * b,
+        scale * c,
+        scale * (xx * zz - xz * xz),
+        scale * (xy * xz - xx * yz),
+        scale * (xx * yy - xy * xy),
+    )
+
+
+@compiled
+def _times(
+    m: tuple[float, float, float, float, float, float], x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    return (
+        m[0] * x + m[1] * y + m[2] * z,
+        m[1] * x + m[3] * y + m[4] * z,
+        m[2] * x + m[4] * y + m[5] * z,
+    )
+
+
+@compiled
+def _set_rows(model: Record, discrete: Record, room: Record, i: int) -> None:
+    """Rows of Newton's matrix for contact ``i``, residuals in newtons with sign changed."""
+    mobility, first = room.mobility, 3 * i
+    scale = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
+    _set_row_at_rest(model, room, first + 2, scale)
+    for way in range(model.ways):
+        if room.free[i, way] == 0:
+            for axis in axes_of(model, way):
+                _set_row_of_slip(model, discrete, room, i, axis)
+        elif model.ways == 2:
+            _set_row_of_pyramid(model, room, i, way)
+        else:
+            _set_rows_of_cone(model, room, i, scale)
+
+
+@compiled
+def _set_row_at_rest(model: Record, room: Record, row: int, scale: float) -> None:
+    """No acceleration: w = 0."""
+    for b in range(3 * model.num_fingers):
+        room.matrix[row, b] = scale * room.mobility[row, b]
+    room.right[row] = -scale * room.opening[row]
+
+
+@compiled
+def _set_row_of_slip(model: Record, discrete: Record, room: Record, i: int, axis: int) -> None:
+    """A slip goes on: F_t = -mu F_n g."""
+    first, g, mu = 3 * i, discrete.directions[i, axis], model.truth.friction[i]
+    row, force = first + axis, room.force
+    for b in range(3 * model.num_fingers):
+        room.matrix[row, b] = 0.0
+    room.matrix[row, row] = 1.0
+    room.matrix[row, first + 2] = mu * g
+    room.right[row] = -(force[row] + mu * force[first + 2] * g)
+
+
+@compiled
+def _set_row_of_pyramid(model: Record, room: Record, i: int, axis: int) -> None:
+    """What is free along one tangent: F_k = proj(F_k - rho w_k) on |F_k| <= mu F_n."""
+    first, mu, force = 3 * i, room.bounds[i, axis], room.force
+    row, normal = first + axis, force[first + 2]
+    scale, radius = 1.0 / room.mobility[row, row], mu * max(normal, 0.0)
+    pull = force[row] - scale * room.opening[row]
+    if abs(pull) <= radius:
+        _set_row_at_rest(model, room, row, scale)
+        return
+    sign = 1.0 if pull > 0.0 else -1.0
+    for b in range(3 * model.num_fingers):
+        room.matrix[row, b] = 0.0
+    room.matrix[row, row] = 1.0
+    if normal > 0.0:
+        room.matrix[row, first + 2] = -mu * sign
+    room.right[row] = -(force[row] - radius * sign)
+
+
+@compiled
+def _set_rows_of_cone(model: Record, room: Record, i: int, scale: float) -> None:
+    """What is free on the cone: F_t = proj(F_t - rho w_t) on |F_t| <= mu F_n."""
+    matrix, right, mobility, force = room.matrix, room.right, room.mobility, room.force
+    first, mu, opening = 3 * i, room.bounds[i, 0], room.opening
+    normal = force[first + 2]
+    y0 = force[first] - scale * opening[first]
+    y1 = force[first + 1] - scale * opening[first + 1]
+    length, radius = np.sqrt(y0 * y0 + y1 * y1), mu * max(normal, 0.0)
+    if length <= radius:
+        for k in range(2):
+            _set_row_at_rest(model, room, first + k, scale)
+        return
+    e0, e1 = y0 / length, y1 / length
+    ratio = radius / length
+    p00, p01, p11 = ratio * (1.0 - e0 * e0), -ratio * e0 * e1, ratio * (1.0 - e1 * e1)
+    for b in range(3 * model.num_fingers):
+        m0, m1 = scale * mobility[first, b], scale * mobility[first + 1, b]
+        matrix[first, b] = p00 * m0 + p01 * m1
+        matrix[first + 1, b] = p01 * m0 + p11 * m1
+    matrix[first, first] += 1.0 - p00
+    matrix[first, first + 1] -= p01
+    matrix[first + 1, first] -= p01
+    matrix[first + 1, first + 1] += 1.0 - p11
+    if normal > 0.0:
+        matrix[first, first + 2] -= mu * e0
+        matrix[first + 1, first + 2] -= mu * e1
+    right[first] = -(force[first] - radius * e0)
+    right[first + 1] = -(force[first + 1] - radius * e1)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, SELECTION_ROOM)
+def spatial_newton(model: Record, discrete: Record, room: Record) -> int:
+    """Newton's method from the forces in ``room``; 1 if it has converged."""
+    n = model.num_fingers
+    size = 3 * n
+    for trial in range(NEWTON_STEPS):
+        worst, scale = 0.0, 0.0
+        for a in range(size):
+            total = room.offset[a]
+            for b in range(size):
+                total += room.mobility[a, b] * room.force[b]
+            room.opening[a] = total
+            scale += square(room.force[a])
+        for i in range(n):
+            _set_rows(model, discrete, room, i)
+            for k in range(3):
+                worst = max(worst, abs(room.right[3 * i + k]))
+        if worst <= NEWTON_ERROR * (1.0 + np.sqrt(scale)):
+            return 1
+        if not worst < np.inf or not abs(factor_dense(room.matrix, size, room.order)) > 0.0:
+            return 0
+        solve_dense(room.matrix, size, room.order, room.right, room.step)
+        share = 1.0 if trial < FULL_STEPS else 0.5
+        for a in range(size):
+            room.force[a] += share * room.step[a]
+    return 0
+
+
+@compiled
+def solve_contacts(
+    model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
+) -> int:
+    """Newton's method from the forces of stick, then from random ones; 1 if it has converged.
+
+    Args:
+        model: Constants of the run.
+        discrete: Directions of the slips that go on.
+        work: Holds the forces of stick, start 0.
+        room: ``start`` becomes the start from which it has converged.
+        first: The first start to try.
+        starts: The last one.
+    """
+    seed = 12345
+    for start in range(starts + 1):
+        seed = _begin_newton(model, work, room, start, seed)
+        if start < first:
+            continue
+        if start > first:
+            room.restarts += 1
+        if spatial_newton(model, discrete, room) == 1:
+            room.start = start
+            return 1
+    return 0
+
+
+@compiled
+def _begin_newton(model: Record, work: Record, room: Record, start: int, seed: int) -> int:
+    """Forces of stick at start 0, random ones at others; the seed of the next start."""
+    for i in range(model.num_fingers):
+        for k in range(3):
+            if start == 0:
+                room.force[3 * i + k] = work.forces[i, k]
+                continue
+            # A linear congruence, as in Numerical Recipes: the same on every machine.
+            seed = (1664525 * seed + 1013904223) % 4294967296
+            share = seed / 4294967296.0
+            size = 1.0 + abs(float(work.forces[i, 2]))
+            room.force[3 * i + k] = size * (2.0 * share if k == 2 else share - 0.5)
+    return seed

@@ -1,0 +1,230 @@
+"""Finger dynamics seen at the fingertips in space, link by link.
+
+A finger whose tip has the acceleration a needs the force f = Lambda a + f_0 from its joints, in
+world axes. Lambda (symmetric: xx, xy, xz, yy, yz, zz) and f_0 are sums over links of mass times a
+unit part, as in the plane. The yaw axis decouples in the inertia: beside the planar finger there is
+M_yaw / radius^2 across its plane.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.planar.dynamics import joint_friction
+from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY
+
+# Apparent inertia and bias force of the fingers at their tips.
+TIP_DYNAMICS = np.dtype(
+    [
+        ("inertia", np.float64, (MAX_FINGERS, 6)),  # Lambda [kg]
+        ("bias", np.float64, (MAX_FINGERS, 3)),  # f_0 [N]
+    ],
+    align=True,
+)
+
+# What every link adds per mass; finger, link, entry.
+UNIT_DYNAMICS = np.dtype(
+    [
+        ("inertia", np.float64, (MAX_FINGERS, 2, 6)),
+        ("bias", np.float64, (MAX_FINGERS, 2, 3)),
+    ],
+    align=True,
+)
+
+
+@compiled
+def joint_inertia(
+    hand: Record, kin: Record, i: int, link: int
+) -> tuple[float, float, float, float]:
+    """M_yaw, M_22, M_23, M_33 of one link with a mass of 1 kg."""
+    centre, moment = hand.link_centres[i, link], hand.link_moments[i, link]
+    if link == 0:
+        return moment * square(kin.links[i, 0, 0]), moment, 0.0, 0.0
+    first = hand.link_lengths[i, 0]
+    coupling = first * centre * kin.bends[i, 0]
+    reach = first * kin.links[i, 0, 0] + centre * kin.links[i, 1, 0]
+    yaw = square(reach) + hand.own_moments[i, 1] * square(kin.links[i, 1, 0])
+    return yaw, first * first + moment + 2.0 * coupling, moment + coupling, moment
+
+
+@compiled
+def joint_bias(hand: Record, kin: Record, i: int, link: int) -> tuple[float, float, float]:
+    """H_1, h_2, h_3 of one link with a mass of 1 kg: gravity, centrifugal and Coriolis torques."""
+    centre, moment = hand.link_centres[i, link], hand.link_moments[i, link]
+    yaw, rate1, rate2 = kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2]
+    c1, s1 = kin.links[i, 0, 0], kin.links[i, 0, 1]
+    c12, s12 = kin.links[i, 1, 0], kin.links[i, 1, 1]
+    if link == 0:
+        slope = -2.0 * moment * c1 * s1  # of M_yaw along q2
+        return (
+            slope * rate1 * yaw,
+            hand.gravity * centre * c1 - 0.5 * slope * yaw * yaw,
+            0.0,
+        )
+    first = hand.link_lengths[i, 0]
+    weight = hand.gravity * centre * c12
+    centrifugal = first * centre * kin.bends[i, 1]
+    reach = first * c1 + centre * c12
+    own = -2.0 * hand.own_moments[i, 1] * c12 * s12
+    slope1 = -2.0 * reach * (first * s1 + centre * s12) + own  # of M_yaw along q2 and q3
+    slope2 = -2.0 * reach * centre * s12 + own
+    return (
+        (slope1 * rate1 + slope2 * rate2) * yaw,
+        hand.gravity * first * c1
+        + weight
+        - centrifugal * (2.0 * rate1 + rate2) * rate2
+        - 0.5 * slope1 * yaw * yaw,
+        weight + centrifugal * rate1 * rate1 - 0.5 * slope2 * yaw * yaw,
+    )
+
+
+@compiled
+def update_unit_dynamics(hand: Record, kin: Record, unit: Record) -> None:
+    """Fills ``unit`` for the present positions and velocities."""
+    for i in range(hand.num_fingers):
+        for link in range(2):
+            inertia = joint_inertia(hand, kin, i, link)
+            bias = joint_bias(hand, kin, i, link)
+            _see_at_tip(kin, i, inertia, bias, unit.inertia[i, link], unit.bias[i, link])
+
+
+@compiled
+def update_tip_dynamics(hand: Record, truth: Record, kin: Record, total: Record) -> None:
+    """Fills ``total`` for whole fingers at once, with less work than link by link."""
+    for i in range(hand.num_fingers):
+        first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
+        a, b = joint_inertia(hand, kin, i, 0), joint_inertia(hand, kin, i, 1)
+        c, d = joint_bias(hand, kin, i, 0), joint_bias(hand, kin, i, 1)
+        inertia = (
+            first * a[0] + second * b[0],
+            first * a[1] + second * b[1],
+            first * a[2] + second * b[2],
+            first * a[3] + second * b[3],
+        )
+        bias = (
+            first * c[0] + second * d[0],
+            first * c[1] + second * d[1],
+            first * c[2] + second * d[2],
+        )
+        _see_at_tip(kin, i, inertia, bias, total.inertia[i], total.bias[i])
+
+
+@compiled
+def _see_at_tip(
+    kin: Record,
+    i: int,
+    inertia: tuple[float, float, float, float],
+    bias: tuple[float, float, float],
+    tip_inertia: Floats,
+    tip_bias: Floats,
+) -> None:
+    """Lambda and f_0 of finger ``i`` from its M and h."""
+    yaw, m11, m12, m22 = inertia
+    h0, h1, h2 = bias
+    i00, i01 = kin.inverses[i, 0, 0], kin.inverses[i, 0, 1]
+    i10, i11 = kin.inverses[i, 1, 0], kin.inverses[i, 1, 1]
+    cosine, sine, radius = kin.yaws[i, 0], kin.yaws[i, 1], kin.reaches[i, 0]
+    # M J^-1, the pitch torques per tip acceleration outwards and upwards.
+    x1, x2 = m11 * i00 + m12 * i10, m12 * i00 + m22 * i10
+    y1, y2 = m11 * i01 + m12 * i11, m12 * i01 + m22 * i11
+    out, lift, up = i00 * x1 + i10 * x2, i00 * y1 + i10 * y2, i01 * y1 + i11 * y2
+    side = yaw / (radius * radius)
+    tip_inertia[0] = out * cosine * cosine + side * sine * sine
+    tip_inertia[1] = (out - side) * cosine * sine
+    tip_inertia[2] = lift * cosine
+    tip_inertia[3] = out * sine * sine + side * cosine * cosine
+    tip_inertia[4] = lift * sine
+    tip_inertia[5] = up
+    outwards, across = i00 * h1 + i10 * h2, h0 / radius
+    bx, by, bz = kin.curvature[i, 0], kin.curvature[i, 1], kin.curvature[i, 2]
+    ax, ay, az = multiply(tip_inertia, bx, by, bz)
+    tip_bias[0] = cosine * outwards - sine * across - ax
+    tip_bias[1] = sine * outwards + cosine * across - ay
+    tip_bias[2] = i01 * h1 + i11 * h2 - az
+
+
+@compiled
+def add_joint_friction(hand: Record, kin: Record, total: Record) -> None:
+    """Adds what the friction of the joints takes to the bias forces f_0, by J^-T."""
+    for i in range(hand.num_fingers):
+        yaw = joint_friction(hand, i, kin.rates[i, 0]) / kin.reaches[i, 0]
+        first = joint_friction(hand, i, kin.rates[i, 1])
+        second = joint_friction(hand, i, kin.rates[i, 2])
+        outwards = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
+        cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+        total.bias[i, 0] += cosine * outwards - sine * yaw
+        total.bias[i, 1] += sine * outwards + cosine * yaw
+        total.bias[i, 2] += kin.inverses[i, 0, 1] * first + kin.inverses[i, 1, 1] * second
+
+
+@compiled
+def joint_friction_power(hand: Record, kin: Record) -> float:
+    """Power lost to friction in the joints [W]."""
+    total = 0.0
+    for i in range(hand.num_fingers):
+        for joint in range(3):
+            rate = kin.rates[i, joint]
+            total += joint_friction(hand, i, rate) * rate
+    return total
+
+
+@compiled
+def multiply(matrix: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A symmetric 3x3 matrix (xx, xy, xz, yy, yz, zz) times a vector."""
+    return (
+        matrix[0] * x + matrix[1] * y + matrix[2] * z,
+        matrix[1] * x + matrix[3] * y + matrix[4] * z,
+        matrix[2] * x + matrix[4] * y + matrix[5] * z,
+    )
+
+
+@compiled
+def combine_links(truth: Record, unit: Record, total: Record) -> None:
+    """Sums the links of every finger, weighted with their masses, into ``total``."""
+    for i in range(truth.num_fingers):
+        first, second = truth.link_masses[i, 0], truth.link_masses[i, 1]
+        for k in range(6):
+            total.inertia[i, k] = first * unit.inertia[i, 0, k] + second * unit.inertia[i, 1, k]
+        for k in range(3):
+            total.bias[i, k] = first * unit.bias[i, 0, k] + second * unit.bias[i, 1, k]
+
+
+@compiled
+def world_inertia(kin: Record, inertias: Floats, entries: Floats) -> None:
+    """R I_b R^T of the object, six entries."""
+    k = 0
+    for a in range(3):
+        for b in range(a, 3):
+            total = 0.0
+            for c in range(3):
+                total += inertias[c] * (kin.rotation[a, c] * kin.rotation[b, c])
+            entries[k] = total
+            k += 1
+
+
+@compiled
+def stored_energy(hand: Record, truth: Record, kin: Record, state: Record) -> tuple[float, float]:
+    """Kinetic and potential energy [J] of object and fingers, heights from z = 0."""
+    x, rotation = state.x, kin.rotation
+    kinetic, potential = 0.0, hand.gravity * truth.object_mass * x[POSITION + 2]
+    for k in range(3):
+        about = 0.0
+        for c in range(3):
+            about += rotation[c, k] * x[SPIN + c]
+        kinetic += 0.5 * (truth.object_mass * square(x[VELOCITY + k]))
+        kinetic += 0.5 * (truth.inertias[k] * square(about))
+    for i in range(hand.num_fingers):
+        yaw, rate1, rate2 = kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2]
+        joint_height = hand.bases[i, 2]
+        for link in range(2):
+            mass = truth.link_masses[i, link]
+            m0, m11, m12, m22 = joint_inertia(hand, kin, i, link)
+            moving = m11 * rate1 * rate1 + 2.0 * m12 * rate1 * rate2 + m22 * rate2 * rate2
+            height = joint_height + hand.link_centres[i, link] * kin.links[i, link, 1]
+            kinetic += 0.5 * mass * (moving + m0 * yaw * yaw)
+            potential += hand.gravity * mass * height
+            joint_height += hand.link_lengths[i, link] * kin.links[i, link, 1]
+    return kinetic, potential

@@ -1,0 +1,119 @@
+"""The motion inside one phase: the derivative of the state, and the forces that make it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.spatial.dynamics import (
+    add_joint_friction,
+    joint_friction_power,
+    update_tip_dynamics,
+)
+from slipgrasp.core.kernel.spatial.kinematics import torques_to_forces, update_kinematics
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.plant import assemble, solve_plant
+from slipgrasp.core.kernel.spatial.state import (
+    ATTITUDE,
+    POSITION,
+    SPIN,
+    STATE,
+    VELOCITY,
+    dissipated_at,
+    path_at,
+    slip_at,
+    slip_velocity_at,
+    supplied_at,
+)
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
+
+LEAST_SPEED = 3e-9  # a slip that is slower ends [m/s]
+TOLD_SPEED = 1e-9  # below it a slip has no direction any more, in steps that are taken back [m/s]
+SURE_SPEED = 3e-8  # from here on its own velocity tells its direction [m/s]
+
+
+@compiled
+def slip_speed(n: int, state: Record, i: int) -> float:
+    """|s'| of contact ``i`` [m/s]."""
+    first = state.x[slip_velocity_at(n, i, 0)]
+    second = state.x[slip_velocity_at(n, i, 1)]
+    return np.sqrt(first * first + second * second)
+
+
+@compiled
+def set_directions(model: Record, discrete: Record, state: Record, gamma: Floats) -> None:
+    """The direction in which every contact slips; 0 in stick."""
+    n = model.num_fingers
+    for i in range(n):
+        if discrete.phases[i] == STICK:
+            gamma[i, 0] = gamma[i, 1] = 0.0
+        elif model.ways == 2 or discrete.frozen[i, 0] == 1:
+            gamma[i, 0], gamma[i, 1] = discrete.directions[i, 0], discrete.directions[i, 1]
+        else:
+            scale = 1.0 / max(slip_speed(n, state, i), TOLD_SPEED)
+            gamma[i, 0] = scale * state.x[slip_velocity_at(n, i, 0)]
+            gamma[i, 1] = scale * state.x[slip_velocity_at(n, i, 1)]
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
+def spatial_phases(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Accelerations and contact forces at a state whose kinematics and tip forces are at hand."""
+    set_directions(model, discrete, state, work.gamma)
+    assemble(work.kin, work.dynamics, model.truth, discrete.slips, work.gamma, work.system)
+    solve_plant(model, state, work)
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
+def spatial_plant(model: Record, discrete: Record, state: Record, work: Record) -> None:
+    """Kinematics, accelerations and contact forces at a state, under the torque that is held."""
+    update_kinematics(model.hand, state, work.kin)
+    update_tip_dynamics(model.hand, model.truth, work.kin, work.dynamics)
+    if model.hand.joints_rub == 1:
+        add_joint_friction(model.hand, work.kin, work.dynamics)
+    torques_to_forces(model.hand, work.kin, discrete.torques, work.tip_forces)
+    spatial_phases(model, discrete, state, work)
+
+
+@compiled
+def flow(model: Record, discrete: Record, state: Record, derivative: Record, work: Record) -> None:
+    """Derivative of the state within the present phases."""
+    spatial_plant(model, discrete, state, work)
+    set_derivative(model, state, derivative, work)
+
+
+@compiled
+def set_derivative(model: Record, state: Record, derivative: Record, work: Record) -> None:
+    """Derivative of a state that has been evaluated."""
+    n, x, rate = model.num_fingers, state.x, derivative.x
+    for k in range(3):
+        rate[POSITION + k] = x[VELOCITY + k]
+        rate[VELOCITY + k] = work.acceleration[k]
+        rate[SPIN + k] = work.acceleration[3 + k]
+    w, a, b, c = x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2], x[ATTITUDE + 3]
+    wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
+    rate[ATTITUDE] = -0.5 * (wx * a + wy * b + wz * c)
+    rate[ATTITUDE + 1] = 0.5 * (wx * w + wy * c - wz * b)
+    rate[ATTITUDE + 2] = 0.5 * (wy * w + wz * a - wx * c)
+    rate[ATTITUDE + 3] = 0.5 * (wz * w + wx * b - wy * a)
+    supplied = dissipated = 0.0
+    for k in range(3):
+        supplied += model.load[k] * x[VELOCITY + k] + model.load[3 + k] * x[SPIN + k]
+    for i in range(n):
+        along = 0.0
+        for axis in range(2):
+            speed = x[slip_velocity_at(n, i, axis)]
+            rate[slip_at(i, axis)] = speed
+            rate[slip_velocity_at(n, i, axis)] = work.slip_acceleration[i, axis]
+            along += work.gamma[i, axis] * speed
+        for k in range(3):
+            supplied += work.tip_forces[i, k] * work.kin.tip_velocities[i, k]
+        # Not |s'| where it is the same, since it has a kink where a slip ends.
+        both = model.ways == 2 and work.gamma[i, 0] != 0.0 and work.gamma[i, 1] != 0.0
+        rate[path_at(n, i)] = slip_speed(n, state, i) if both else along
+        dissipated += model.truth.friction[i] * work.forces[i, 2] * along
+    if model.hand.joints_rub == 1:
+        dissipated += joint_friction_power(model.hand, work.kin)
+    rate[supplied_at(n)] = supplied
+    rate[dissipated_at(n)] = dissipated

@@ -1,0 +1,325 @@
+"""The least contact forces that give a wrench and stay inside their cones.
+
+Minimise |F|^2 where G F = d, |F_t| <= c F_n (in the pyramid |F_x|, |F_y| <= c F_n) and F_n
+between its limits at every contact: a
+second-order cone program with few free numbers. F = origin + basis lambda, |F|^2 = |origin|^2 +
+|lambda|^2. Newton's method on the conditions of its active limits is exact; the limits that were
+active at the tick before are tried first, then they are found one by one, then by a barrier method.
+Where nothing meets all limits, the largest violation is made as small as can be.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.dense import (
+    factor_dense,
+    make_rows_orthogonal,
+    make_rows_orthonormal,
+    solve_dense,
+)
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.grasp_barrier import descend, minimise_violation
+from slipgrasp.core.kernel.spatial.grasp_limits import (
+    FEASIBLE,
+    FRICTION,
+    PER_CONTACT,
+    allowed,
+    exists,
+    limit,
+    set_force,
+    slope_of_limit,
+    tangential,
+)
+from slipgrasp.core.kernel.spatial.workspace import GRASP, MAX_FORCES
+
+RANK_SHARE = 1e-9
+NEWTON_STEPS = 30
+SHORT = 1e-8  # share of the forces: behind a shorter step of Newton's method its square is left
+MAX_CHANGES = 40
+WEAK, DAMPING = 0.1, 0.1  # sigma_0 and delta_0, moments over the mean arm
+
+
+@compiled_apart(types.void, GRASP, types.int64, types.int64)
+def spatial_origin(grasp: Record, n: int, num_rows: int) -> None:
+    """Least-norm least-squares solution of G F = d, and a basis of what is free.
+
+    Free is what G does not see and, where the law softens, what weak rows see.
+    """
+    size, rows = 3 * n, grasp.rows
+    plain = grasp.softens == 0 and make_rows_orthonormal(rows, num_rows, size, grasp.matrix)
+    if not plain:
+        make_rows_orthogonal(rows, num_rows, size)
+    largest = 0.0
+    for p in range(num_rows):
+        total = 0.0
+        for k in range(size):
+            total += rows[p, k] * rows[p, k]
+        grasp.right[p] = total
+        largest = max(largest, total)
+    for k in range(size):
+        grasp.origin[k] = 0.0
+        grasp.step[k] = 1.0
+    rank = soft = 0
+    for p in range(num_rows):
+        if not grasp.right[p] > square(RANK_SHARE) * largest:
+            continue
+        rank += 1
+        strength = np.sqrt(grasp.right[p])
+        inverse, wanted = 1.0 / strength, rows[p, MAX_FORCES] / strength
+        for k in range(size):
+            rows[p, k] *= inverse
+            grasp.step[k] -= square(rows[p, k])
+        if grasp.softens == 1 and square(strength / WEAK) < 1.0:
+            _soften(grasp, soft, p, strength, strength * wanted, size)
+            soft += 1
+            continue
+        for k in range(size):
+            grasp.origin[k] += wanted * rows[p, k]
+    grasp.rank, grasp.soft, grasp.free = rank, soft, size - rank + soft
+    for j in range(soft, grasp.free):
+        best = 0
+        for k in range(size):
+            if grasp.step[k] > grasp.step[best]:
+                best = k
+        basis = grasp.basis[j]
+        for k in range(size):
+            basis[k] = 0.0
+        basis[best] = 1.0
+        # Once is enough: of the freest unit vector at least 1 / 3n of its square is left.
+        for p in range(num_rows):
+            if grasp.right[p] > square(RANK_SHARE) * largest:
+                _remove(basis, rows[p], size)
+        for earlier in range(soft, j):
+            _remove(basis, grasp.basis[earlier], size)
+        total = 0.0
+        for k in range(size):
+            total += basis[k] * basis[k]
+        inverse = 1.0 / np.sqrt(total)
+        for k in range(size):
+            basis[k] *= inverse
+            grasp.step[k] -= square(basis[k])
+
+
+@compiled
+def _soften(grasp: Record, j: int, p: int, strength: float, wanted: float, size: int) -> None:
+    """Makes a weak row of G a free number that is drawn to what the row asks.
+
+    Of c along the row, c^2 + (strength c - wanted)^2 / delta^2 = w^2 (c - m)^2 + const.
+    """
+    delta = square(DAMPING) * (1.0 - square(strength / WEAK))
+    weight = np.sqrt(1.0 + square(strength) / delta)
+    middle = strength * wanted / (delta * square(weight))
+    for k in range(size):
+        grasp.origin[k] += middle * grasp.rows[p, k]
+        grasp.basis[j, k] = grasp.rows[p, k] / weight
+
+
+@compiled
+def _remove(vector: np.ndarray, unit: np.ndarray, size: int) -> None:
+    part = 0.0
+    for k in range(size):
+        part += vector[k] * unit[k]
+    for k in range(size):
+        vector[k] -= part * unit[k]
+
+
+@compiled
+def _worst_limit(grasp: Record, n: int) -> int:
+    """The limit violated most; -1 if none is."""
+    worst, least = -1, -allowed(grasp, n)
+    for c in range(PER_CONTACT * n):
+        value = limit(grasp, c)
+        if not value >= least:  # so that what is no number is violated too
+            worst, least = c, value
+    return worst
+
+
+@compiled
+def _largest_violation(grasp: Record, n: int) -> float:
+    worst = _worst_limit(grasp, n)
+    return -limit(grasp, worst) if worst >= 0 else 0.0
+
+
+@compiled
+def _count_active(grasp: Record, n: int) -> int:
+    count = 0
+    for c in range(PER_CONTACT * n):
+        count += grasp.active[c]
+    return count
+
+
+@compiled_apart(types.int64, GRASP, types.int64)
+def spatial_follow(grasp: Record, n: int) -> int:
+    """Newton's method on the conditions of the active limits; 1 if it has converged."""
+    free, count = grasp.free, _count_active(grasp, n)
+    if count > free:
+        return 0
+    for _ in range(NEWTON_STEPS):
+        set_force(grasp, n)
+        size = _set_conditions(grasp, n, free)
+        if not abs(factor_dense(grasp.matrix, size, grasp.order)) > 0.0:
+            return 0
+        solve_dense(grasp.matrix, size, grasp.order, grasp.right, grasp.step)
+        moved = scale = total = 0.0
+        for j in range(free):
+            grasp.point[j] += grasp.step[j]
+            moved, scale = max(moved, abs(grasp.step[j])), max(scale, abs(grasp.point[j]))
+            total += abs(grasp.step[j])
+        row = free
+        for c in range(PER_CONTACT * n):
+            if grasp.active[c] == 1:
+                grasp.multipliers[c] += grasp.step[row]
+                row += 1
+        if not total < 1e12:  # the largest of some numbers does not show that one is none
+            return 0
+        if moved <= SHORT * (1.0 + scale):
+            set_force(grasp, n)
+            return 1
+    return 0
+
+
+@compiled
+def _set_conditions(grasp: Record, n: int, free: int) -> int:
+    """Matrix and right side of a Newton step for lambda and the active multipliers."""
+    matrix, right = grasp.matrix, grasp.right
+    for a in range(free):
+        for b in range(free):
+            matrix[a, b] = 1.0 if a == b else 0.0
+        right[a] = -grasp.point[a]
+    row = free
+    for c in range(PER_CONTACT * n):
+        if grasp.active[c] == 0:
+            continue
+        multiplier = grasp.multipliers[c]
+        for a in range(free):
+            slope = slope_of_limit(grasp, c, a)
+            matrix[a, row] = -slope
+            matrix[row, a] = slope
+            right[a] += multiplier * slope
+        for other in range(free, free + _count_active(grasp, n)):
+            matrix[row, other] = 0.0
+        right[row] = -limit(grasp, c)
+        if c % PER_CONTACT == FRICTION and grasp.ways == 1:
+            _add_curvature(grasp, c // PER_CONTACT, multiplier, free)
+        row += 1
+    return row
+
+
+@compiled
+def _add_curvature(grasp: Record, i: int, multiplier: float, free: int) -> None:
+    """Second derivative of |F_t|, times the multiplier."""
+    size = max(tangential(grasp, i, 0), 1e-300)
+    x, y = grasp.force[3 * i] / size, grasp.force[3 * i + 1] / size
+    for a in range(free):
+        across = grasp.basis[a, 3 * i + 1] * x - grasp.basis[a, 3 * i] * y
+        for b in range(free):
+            other = grasp.basis[b, 3 * i + 1] * x - grasp.basis[b, 3 * i] * y
+            grasp.matrix[a, b] += multiplier / size * across * other
+
+
+@compiled
+def _is_solution(grasp: Record, n: int) -> bool:
+    for c in range(PER_CONTACT * n):
+        if grasp.active[c] == 1 and not grasp.multipliers[c] >= 0.0:
+            return False
+    return _worst_limit(grasp, n) < 0
+
+
+@compiled
+def _follow_active(grasp: Record, n: int) -> int:
+    """Newton from the last tick's forces and active limits; 1 if that is the solution.
+
+    Of these limits the cone of a contact that slips since then is no more.
+    """
+    for j in range(grasp.free):
+        grasp.point[j] = grasp.trial[j]
+    for c in range(PER_CONTACT * n):
+        if not exists(grasp, c):
+            grasp.active[c] = 0
+    return 1 if spatial_follow(grasp, n) == 1 and _is_solution(grasp, n) else 0
+
+
+@compiled
+def _search_active(grasp: Record, n: int) -> int:
+    """Takes in the limit violated most, lets go what pulls, until all hold; 1 if found."""
+    for c in range(PER_CONTACT * n):
+        grasp.active[c] = 0
+        grasp.multipliers[c] = 0.0
+    for j in range(grasp.free):
+        grasp.point[j] = 0.0
+    set_force(grasp, n)
+    for _ in range(MAX_CHANGES):
+        worst = _worst_limit(grasp, n)
+        if worst < 0:
+            return 1
+        grasp.active[worst], grasp.multipliers[worst] = 1, 0.0
+        if spatial_follow(grasp, n) == 0:
+            return 0
+        while True:
+            least, pulls = 0.0, -1
+            for c in range(PER_CONTACT * n):
+                if grasp.active[c] == 1 and grasp.multipliers[c] < least:
+                    least, pulls = grasp.multipliers[c], c
+            if pulls < 0:
+                break
+            grasp.active[pulls], grasp.multipliers[pulls] = 0, 0.0
+            if spatial_follow(grasp, n) == 0:
+                return 0
+    return 0
+
+
+@compiled
+def _polish(grasp: Record, n: int) -> int:
+    """Newton from what the barrier has found; what that does not better is kept."""
+    for j in range(grasp.free):
+        grasp.trial[j] = grasp.point[j]
+    if spatial_follow(grasp, n) == 1 and _is_solution(grasp, n):
+        return 1
+    for j in range(grasp.free):
+        grasp.point[j] = grasp.trial[j]
+    set_force(grasp, n)
+    return 0
+
+
+@compiled_apart(types.float64, GRASP, types.int64, types.int64, types.int64)
+def spatial_grasp(grasp: Record, n: int, num_rows: int, least_force: int) -> float:
+    """Solves the program; the forces are left in ``force``.
+
+    Args:
+        grasp: With G and d in ``rows`` and the limits.
+        n: Fingers.
+        num_rows: Rows of G.
+        least_force: 0 where only the least-norm solution of G F = d is wanted.
+
+    Returns:
+        By how much the limits are violated at the most [N]; 0 if all are met.
+    """
+    spatial_origin(grasp, n, num_rows)
+    for j in range(grasp.free):
+        grasp.trial[j] = grasp.point[j] = 0.0
+        along = length = 0.0
+        for k in range(3 * n):
+            along += grasp.basis[j, k] * (grasp.force[k] - grasp.origin[k])
+            length += square(grasp.basis[j, k])
+        grasp.trial[j] = along / length
+    set_force(grasp, n)
+    if least_force == 0 or grasp.free == 0 or _worst_limit(grasp, n) < 0:
+        grasp.warm = 0
+        return max(_largest_violation(grasp, n), 0.0) if least_force == 1 else 0.0
+    if grasp.warm == 1 and _follow_active(grasp, n) == 1:
+        return 0.0
+    if _search_active(grasp, n) == 1:
+        grasp.warm = 1
+        return 0.0
+    grasp.warm = 0
+    violation = minimise_violation(grasp, n)
+    if violation > FEASIBLE:
+        return violation
+    descend(grasp, n)
+    if _polish(grasp, n) == 1:
+        grasp.warm = 1
+    return 0.0

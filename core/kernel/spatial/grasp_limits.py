@@ -1,0 +1,83 @@
+"""Limits of the contact forces in space: cones, least and greatest normal forces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.spatial.ways import way_of, way_size
+
+FEASIBLE = 1e-10  # [N], and share of the forces
+# Of every contact: the bounds of friction along its ways, least and greatest normal force.
+PER_CONTACT = 4
+FRICTION, _, LEAST, MOST = range(PER_CONTACT)
+
+
+@compiled
+def set_force(grasp: Record, n: int) -> None:
+    """Forces at ``point``."""
+    for k in range(3 * n):
+        total = grasp.origin[k]
+        for j in range(grasp.free):
+            total += grasp.basis[j, k] * grasp.point[j]
+        grasp.force[k] = total
+
+
+@compiled
+def tangential(grasp: Record, i: int, way: int) -> float:
+    """Size of the friction force along a way of contact ``i`` [N]."""
+    return way_size(grasp, way, grasp.force[3 * i], grasp.force[3 * i + 1])
+
+
+@compiled
+def exists(grasp: Record, c: int) -> bool:
+    """Whether limit ``c`` bounds its contact at all."""
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
+    if kind < LEAST:
+        return grasp.cones[i, kind] >= 0.0
+    return kind == LEAST or grasp.most < np.inf
+
+
+@compiled
+def limit(grasp: Record, c: int) -> float:
+    """How far a force is inside limit ``c`` [N]; inf where there is no such limit."""
+    if not exists(grasp, c):
+        return np.inf
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
+    normal = grasp.force[3 * i + 2]
+    if kind < LEAST:
+        return grasp.cones[i, kind] * normal - tangential(grasp, i, kind)
+    return normal - grasp.least if kind == LEAST else grasp.most - normal
+
+
+@compiled
+def gradient_entry(grasp: Record, c: int, k: int) -> float:
+    """Derivative of limit ``c`` along force component ``k`` of its contact."""
+    i, kind = c // PER_CONTACT, c % PER_CONTACT
+    if kind >= LEAST:
+        return 0.0 if k < 2 else (1.0 if kind == LEAST else -1.0)
+    if k == 2:
+        return grasp.cones[i, kind]
+    if way_of(grasp, k) != kind:
+        return 0.0
+    return -grasp.force[3 * i + k] / max(tangential(grasp, i, kind), 1e-300)
+
+
+@compiled
+def slope_of_limit(grasp: Record, c: int, j: int) -> float:
+    """Derivative of limit ``c`` along free number ``j``."""
+    i, total = c // PER_CONTACT, 0.0
+    for k in range(3):
+        total += gradient_entry(grasp, c, k) * grasp.basis[j, 3 * i + k]
+    return total
+
+
+@compiled
+def allowed(grasp: Record, n: int) -> float:
+    """By how much a limit may be missed and count as met [N]."""
+    total = 0.0
+    for k in range(3 * n):
+        total += square(grasp.force[k])
+    return FEASIBLE * (1.0 + np.sqrt(total))

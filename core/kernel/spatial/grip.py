@@ -1,0 +1,106 @@
+"""PD control of the object in space with gravity compensation and a grip: no model of the motion.
+
+As in the plane (`slipgrasp.core.kernel.planar.laws.pd_gravity`): the fingertips share
+M_o (K_p e + K_v e') and the object's weight with the least forces, on top of a normal force of the
+same size at every contact; the joints carry their links. The attitude error is a rotation vector.
+"""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.spatial.dynamics import multiply
+from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.plant import to_world
+from slipgrasp.core.kernel.spatial.workspace import MAX_FORCES, WORKSPACE
+
+
+@compiled_apart(types.void, MODEL, WORKSPACE, types.float64)
+def spatial_grip(model: Record, work: Record, grip: float) -> None:
+    """Torque of PD control with a grip, as tip forces u = J^-T tau in ``work.tip_forces``.
+
+    The smallest contact forces F with W F = d that are nearest to the grip F_g: those of
+    W^+ (d - W F_g) on top of F_g.
+
+    Args:
+        model: Constants of the run.
+        work: At the measured state, with errors and beliefs; the tip forces are written to it.
+        grip: Normal force F_g at every contact [N].
+    """
+    n, kin, force = model.num_fingers, work.kin, work.grasp.force
+    _ask_feedback(model, work)
+    _take_off_grip(n, work, grip)
+    fill_wrench(n, work)
+    work.grasp.softens = 0
+    spatial_grasp(work.grasp, n, 6, 0)
+    for i in range(n):
+        force[3 * i + 2] += grip
+        x, y, z = to_world(kin, i, force[3 * i], force[3 * i + 1], force[3 * i + 2])
+        wx, wy, wz = _weight_force(model.hand, work.believed, kin, i)
+        work.tip_forces[i, 0], work.tip_forces[i, 1] = x + wx, y + wy
+        work.tip_forces[i, 2] = z + wz
+
+
+@compiled
+def _ask_feedback(model: Record, work: Record) -> None:
+    """D = M_o (K_p e + K_v e') and the weight, in ``right``."""
+    law, room, right = model.law, work.room, work.believed_system.right
+    mass = work.believed.object_mass
+    for k in range(6):
+        room.bias[k] = (
+            law.position_gains[k] * room.error[k] + law.velocity_gains[k] * room.error_rate[k]
+        )
+    for k in range(3):
+        right[k] = mass * room.bias[k]
+    right[2] += mass * model.hand.gravity
+    right[3], right[4], right[5] = multiply(
+        work.believed_system.body, room.bias[3], room.bias[4], room.bias[5]
+    )
+
+
+@compiled
+def _take_off_grip(n: int, work: Record, grip: float) -> None:
+    """D - W F_g, in ``right``."""
+    kin, right = work.kin, work.believed_system.right
+    for i in range(n):
+        x, y, z = to_world(kin, i, 0.0, 0.0, grip)
+        rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+        right[0], right[1], right[2] = right[0] - x, right[1] - y, right[2] - z
+        right[3] -= ry * z - rz * y
+        right[4] -= rz * x - rx * z
+        right[5] -= rx * y - ry * x
+
+
+@compiled
+def fill_wrench(n: int, work: Record) -> None:
+    """[W | d] of the grasp, with d in ``right``."""
+    kin, rows = work.kin, work.grasp.rows
+    for k in range(6):
+        rows[k, MAX_FORCES] = work.believed_system.right[k]
+    for i in range(n):
+        for k in range(3):
+            sign = 1.0 if k == 2 else -1.0
+            x, y, z = kin.frames[i, k, 0], kin.frames[i, k, 1], kin.frames[i, k, 2]
+            rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+            column = 3 * i + k
+            rows[0, column], rows[1, column], rows[2, column] = sign * x, sign * y, sign * z
+            rows[3, column] = sign * (ry * z - rz * y)
+            rows[4, column] = sign * (rz * x - rx * z)
+            rows[5, column] = sign * (rx * y - ry * x)
+
+
+@compiled
+def _weight_force(
+    hand: Record, believed: Record, kin: Record, i: int
+) -> tuple[float, float, float]:
+    """What the joints of finger ``i`` must give, as a tip force, to carry its links."""
+    first, second = believed.link_masses[i, 0], believed.link_masses[i, 1]
+    outer = hand.gravity * second * hand.link_centres[i, 1] * kin.links[i, 1, 0]
+    lever = first * hand.link_centres[i, 0] + second * hand.link_lengths[i, 0]
+    inner = hand.gravity * lever * kin.links[i, 0, 0] + outer
+    outwards = kin.inverses[i, 0, 0] * inner + kin.inverses[i, 1, 0] * outer
+    upwards = kin.inverses[i, 0, 1] * inner + kin.inverses[i, 1, 1] * outer
+    return kin.yaws[i, 0] * outwards, kin.yaws[i, 1] * outwards, upwards

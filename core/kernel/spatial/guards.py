@@ -1,0 +1,220 @@
+"""Conditions that end a phase or a run in space: each falls through its level at the event.
+
+Per contact: the phase of its ways (distance to the cone in stick, speed in slip), normal force,
+distance to the edges of its face and to the rims of the patches on it, finger not singular. Then
+the determinant of M~.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.planar.guards import (
+    ENDING_BAND,
+    FORCE_BAND,
+    FORCE_NOISE,
+    SLIP_BAND,
+    SLIP_NOISE,
+    WIDEST_BAND,
+)
+from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.state import STATE, slip_at, slip_velocity_at
+from slipgrasp.core.kernel.spatial.ways import axes_of, friction_margin, way_speed
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
+
+# The phase guard of the second way stands behind that of the first.
+PHASE, _, NORMAL_FORCE, FACE, SINGULAR = range(5)
+PER_CONTACT = 5
+MAX_GUARDS = PER_CONTACT * MAX_FINGERS + 1
+BACKWARD = 1e-9  # a slip that has just begun may run back by this before it ends [m/s]
+
+GUARDS = np.dtype(
+    [
+        ("values", np.float64, (MAX_GUARDS,)),
+        ("starts", np.float64, (MAX_GUARDS,)),  # values at the start of the step
+        ("levels", np.float64, (MAX_GUARDS,)),
+        ("fired", np.int64, (MAX_GUARDS,)),
+    ],
+    align=True,
+)
+
+
+@compiled
+def _distance_to_edge(model: Record, state: Record, i: int) -> float:
+    """Least distance of contact ``i`` to an edge of its face or a patch's rim [m].
+
+    It is positive while the contact is on the side of each where it was.
+    """
+    least, first, second = np.inf, state.x[slip_at(i, 0)], state.x[slip_at(i, 1)]
+    for k in range(model.hand.num_edges[i]):
+        edge = model.hand.edges[i, k]
+        least = min(least, edge[0] * first + edge[1] * second + edge[2])
+    for k in range(model.hand.num_rims[i]):
+        rim = model.hand.rims[i, k]
+        x, y = first - rim.centre[0], second - rim.centre[1]
+        least = min(least, rim.side * (rim.radius - np.sqrt(x * x + y * y)))
+    return least
+
+
+@compiled
+def _phase_value(
+    model: Record, discrete: Record, state: Record, work: Record, i: int, way: int
+) -> float:
+    """Distance to the bound of friction in stick [N], speed in slip [m/s]."""
+    if discrete.slips[i, way] == 0.0:
+        return friction_margin(model, discrete, work, i, way)
+    has_begun = discrete.frozen[i, way] == 0
+    if has_begun and model.ways == 1:
+        return way_speed(model, state, i, way) - LEAST_SPEED
+    along = 0.0
+    for axis in axes_of(model, way):
+        at = slip_velocity_at(model.num_fingers, i, axis)
+        along += discrete.directions[i, axis] * state.x[at]
+    return along if has_begun else along + BACKWARD
+
+
+@compiled
+def _update_values(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """Values of all guards at the state that ``work`` holds."""
+    n, values = model.num_fingers, guards.values
+    for i in range(n):
+        base = PER_CONTACT * i
+        values[base + PHASE + 1] = np.inf
+        for way in range(model.ways):
+            values[base + PHASE + way] = _phase_value(model, discrete, state, work, i, way)
+        values[base + NORMAL_FORCE] = work.forces[i, 2]
+        values[base + FACE] = _distance_to_edge(model, state, i)
+        values[base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
+    values[PER_CONTACT * n] = work.system.determinant
+
+
+@compiled
+def sample_guards(
+    model: Record, discrete: Record, state: Record, work: Record, samples: Floats, row: int
+) -> None:
+    """Keeps, of a state inside a step, the values of guards that may dip within it.
+
+    Each stands at its own number in ``samples[row]``. Distances to edges are only kept in slip.
+    """
+    for i in range(model.num_fingers):
+        base = PER_CONTACT * i
+        for way in range(model.ways):
+            value = _phase_value(model, discrete, state, work, i, way)
+            samples[row, base + PHASE + way] = value
+        samples[row, base + NORMAL_FORCE] = work.forces[i, 2]
+        if discrete.phases[i] != STICK:
+            samples[row, base + FACE] = _distance_to_edge(model, state, i)
+        samples[row, base + SINGULAR] = min(work.kin.extension[i], work.kin.clearance[i])
+    samples[row, PER_CONTACT * model.num_fingers] = work.system.determinant
+
+
+@compiled
+def band_of(model: Record, discrete: Record, work: Record, j: int) -> tuple[float, float]:
+    """Noise and band of guard j: within its band a value does not tell its sign."""
+    i, kind = j // PER_CONTACT, j % PER_CONTACT
+    if i == model.num_fingers or kind == SINGULAR:
+        return 0.0, ENDING_BAND
+    if kind == FACE:
+        return SLIP_NOISE, SLIP_BAND
+    if kind < NORMAL_FORCE and discrete.slips[i, kind - PHASE] != 0.0:
+        return 0.0, 0.0
+    scale = 1.0 + abs(work.forces[i, 2])
+    return FORCE_NOISE * scale, FORCE_BAND * scale
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def spatial_arm(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> None:
+    """After a jump: a guard that starts inside its band may sink to twice the band first."""
+    _update_values(model, discrete, state, work, guards)
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        value = guards.values[j]
+        guards.starts[j], guards.levels[j] = value, 0.0
+        if value < WIDEST_BAND:
+            _, band = band_of(model, discrete, work, j)
+            if value <= band:
+                guards.levels[j] = min(-2.0 * band, value - band)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def spatial_fired(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> int:
+    """1 if any guard is past its level at this state; marks those."""
+    _update_values(model, discrete, state, work, guards)
+    found = 0
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        guards.fired[j] = 0
+        # Not less, so that what is no number fires too.
+        if not guards.values[j] >= guards.levels[j]:
+            noise, _ = band_of(model, discrete, work, j)
+            guards.fired[j] = 0 if guards.values[j] >= guards.levels[j] - noise else 1
+            found |= guards.fired[j]
+    return found
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
+def spatial_overlooked(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+    """1 if a guard that did not fire in the whole step is past its level at the event in it.
+
+    Such guards are marked too: the first event is theirs, or at the same time.
+    """
+    found = 0
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.fired[j] == 0 and guards.values[j] < guards.levels[j]:
+            noise, _ = band_of(model, discrete, work, j)
+            if guards.values[j] < guards.levels[j] - noise:
+                guards.fired[j] = found = 1
+    return found
+
+
+@compiled_apart(types.float64, MODEL, DISCRETE, STATE, WORKSPACE, GUARDS)
+def spatial_least(
+    model: Record, discrete: Record, state: Record, work: Record, guards: Record
+) -> float:
+    """The least distance to its level, at this state, among the guards that fired."""
+    _update_values(model, discrete, state, work, guards)
+    least = np.inf
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.fired[j] == 1:
+            least = min(least, guards.values[j] - guards.levels[j])
+    return least
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, GUARDS)
+def spatial_past_band(model: Record, discrete: Record, work: Record, guards: Record) -> int:
+    """1 if a force that fired is below its level by more than its band."""
+    for j in range(PER_CONTACT * model.num_fingers):
+        if guards.fired[j] == 0 or j % PER_CONTACT > NORMAL_FORCE:
+            continue
+        _, band = band_of(model, discrete, work, j)
+        # The speed of a slip has no band.
+        if band > 0.0 and guards.levels[j] - guards.values[j] > band:
+            return 1
+    return 0
+
+
+@compiled
+def relax(model: Record, discrete: Record, work: Record, guards: Record) -> None:
+    """After a step without event: guards that have left their band are back at level 0."""
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        guards.starts[j] = guards.values[j]
+        if guards.levels[j] < 0.0:
+            _, band = band_of(model, discrete, work, j)
+            if guards.values[j] > band:
+                guards.levels[j] = 0.0
+
+
+@compiled
+def keep_first(model: Record, guards: Record, least: float) -> None:
+    """Of the fired guards keeps those at their level here; the others would come later."""
+    for j in range(PER_CONTACT * model.num_fingers + 1):
+        if guards.values[j] - guards.levels[j] > max(0.0, least):
+            guards.fired[j] = 0

@@ -1,0 +1,176 @@
+"""Kinematics of fingers and contacts in space (docs/space.md, Contact).
+
+All vectors are in world axes. A finger is a vertical yaw axis and, in the vertical plane that
+turns with it, a planar finger of two links: its plane has the axes radial, azimuth (across) and up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import atan2, square
+from slipgrasp.core.kernel.planar.kinematics import LEAST_SINE
+from slipgrasp.core.kernel.spatial.state import (
+    ATTITUDE,
+    POSITION,
+    SPIN,
+    VELOCITY,
+    slip_at,
+    slip_velocity_at,
+)
+
+# Positions and velocities of object, contacts and fingers in one state.
+KINEMATICS = np.dtype(
+    [
+        ("rotation", np.float64, (3, 3)),  # R(Q)
+        ("arms", np.float64, (MAX_FINGERS, 3)),  # r_i, contact relative to the centre of mass [m]
+        ("frames", np.float64, (MAX_FINGERS, 3, 3)),  # t_x, t_y, n; C = [-t_x, -t_y, n]
+        ("tip_velocities", np.float64, (MAX_FINGERS, 3)),  # [m/s]
+        ("bias", np.float64, (MAX_FINGERS, 3)),  # w x (w x r) + 2 w x R T s' [m/s^2]
+        ("curvature", np.float64, (MAX_FINGERS, 3)),  # J' q' [m/s^2]
+        ("yaws", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q1
+        ("links", np.float64, (MAX_FINGERS, 2, 2)),  # directions of the links in their plane
+        ("bends", np.float64, (MAX_FINGERS, 2)),  # cosine and sine of q3
+        ("reaches", np.float64, (MAX_FINGERS, 2)),  # of the tip from the base: radius, height [m]
+        ("inverses", np.float64, (MAX_FINGERS, 2, 2)),  # of the planar Jacobian
+        ("rates", np.float64, (MAX_FINGERS, 3)),  # q' [rad/s]
+        ("extension", np.float64, (MAX_FINGERS,)),  # sin^2 q3 less its least allowed value
+        ("clearance", np.float64, (MAX_FINGERS,)),  # of the tip from the yaw axis, the same [m]
+    ],
+    align=True,
+)
+
+
+@compiled
+def rotate(quaternion: Floats, at: int, rotation: Floats) -> None:
+    """R(Q) of a unit quaternion that begins at ``quaternion[at]``."""
+    w, x, y, z = quaternion[at], quaternion[at + 1], quaternion[at + 2], quaternion[at + 3]
+    rotation[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    rotation[0, 1] = 2.0 * (x * y - w * z)
+    rotation[0, 2] = 2.0 * (x * z + w * y)
+    rotation[1, 0] = 2.0 * (x * y + w * z)
+    rotation[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    rotation[1, 2] = 2.0 * (y * z - w * x)
+    rotation[2, 0] = 2.0 * (x * z - w * y)
+    rotation[2, 1] = 2.0 * (y * z + w * x)
+    rotation[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+
+
+@compiled
+def update_kinematics(hand: Record, state: Record, kin: Record) -> None:
+    """Fills ``kin`` from pose, slips and their velocities.
+
+    The fingers follow from inverse kinematics on fixed branches, so the position constraint holds
+    to rounding at all times.
+    """
+    x, n = state.x, hand.num_fingers
+    rotate(x, ATTITUDE, kin.rotation)
+    turn = kin.rotation
+    wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
+    for i in range(n):
+        for row in range(3):
+            for c in range(3):
+                total = 0.0
+                for k in range(3):
+                    total += turn[c, k] * hand.frames[i, row, k]
+                kin.frames[i, row, c] = total
+        first, second = x[slip_at(i, 0)], x[slip_at(i, 1)]
+        speed_x, speed_y = x[slip_velocity_at(n, i, 0)], x[slip_velocity_at(n, i, 1)]
+        for c in range(3):
+            total = first * kin.frames[i, 0, c] + second * kin.frames[i, 1, c]
+            for k in range(3):
+                total += turn[c, k] * hand.anchors[i, k]
+            kin.arms[i, c] = total
+        rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+        ux = speed_x * kin.frames[i, 0, 0] + speed_y * kin.frames[i, 1, 0]
+        uy = speed_x * kin.frames[i, 0, 1] + speed_y * kin.frames[i, 1, 1]
+        uz = speed_x * kin.frames[i, 0, 2] + speed_y * kin.frames[i, 1, 2]
+        cx, cy, cz = wy * rz - wz * ry, wz * rx - wx * rz, wx * ry - wy * rx
+        kin.tip_velocities[i, 0] = x[VELOCITY] + cx + ux
+        kin.tip_velocities[i, 1] = x[VELOCITY + 1] + cy + uy
+        kin.tip_velocities[i, 2] = x[VELOCITY + 2] + cz + uz
+        gx, gy, gz = cx + 2.0 * ux, cy + 2.0 * uy, cz + 2.0 * uz
+        kin.bias[i, 0] = wy * gz - wz * gy
+        kin.bias[i, 1] = wz * gx - wx * gz
+        kin.bias[i, 2] = wx * gy - wy * gx
+        dx = x[POSITION] + rx - hand.bases[i, 0]
+        dy = x[POSITION + 1] + ry - hand.bases[i, 1]
+        dz = x[POSITION + 2] + rz - hand.bases[i, 2]
+        _solve_finger(hand, i, dx, dy, dz, kin)
+
+
+@compiled
+def _solve_finger(hand: Record, i: int, dx: float, dy: float, dz: float, kin: Record) -> None:
+    """Inverse kinematics of finger ``i``, whose tip is at (dx, dy, dz) from its base and moves."""
+    first, second = hand.link_lengths[i, 0], hand.link_lengths[i, 1]
+    radius = np.sqrt(dx * dx + dy * dy)
+    cosine, sine = dx / radius, dy / radius
+    vx, vy, vz = kin.tip_velocities[i, 0], kin.tip_velocities[i, 1], kin.tip_velocities[i, 2]
+    outwards, across = cosine * vx + sine * vy, cosine * vy - sine * vx
+    squared = radius * radius + dz * dz
+    c2 = (squared - first * first - second * second) / (2.0 * first * second)
+    extension = 1.0 - c2 * c2
+    s2 = hand.elbows[i] * np.sqrt(max(extension, 1e-300))
+    along, beside = first + second * c2, second * s2
+    inverse = 1.0 / squared
+    c1, s1 = (along * radius + beside * dz) * inverse, (along * dz - beside * radius) * inverse
+    c12, s12 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
+    scale = 1.0 / (first * second * s2)
+    i00, i01 = scale * second * c12, scale * second * s12
+    i10, i11 = -scale * radius, -scale * dz
+    yaw = across / radius
+    rate1, rate2 = i00 * outwards + i01 * vz, i10 * outwards + i11 * vz
+    own, total = first * square(rate1), second * square(rate1 + rate2)
+    inwards = -(own * c1 + total * c12) - radius * square(yaw)
+    sideways = 2.0 * outwards * yaw
+    kin.curvature[i, 0] = cosine * inwards - sine * sideways
+    kin.curvature[i, 1] = sine * inwards + cosine * sideways
+    kin.curvature[i, 2] = -(own * s1 + total * s12)
+    kin.yaws[i, 0], kin.yaws[i, 1] = cosine, sine
+    kin.links[i, 0, 0], kin.links[i, 0, 1] = c1, s1
+    kin.links[i, 1, 0], kin.links[i, 1, 1] = c12, s12
+    kin.bends[i, 0], kin.bends[i, 1] = c2, s2
+    kin.reaches[i, 0], kin.reaches[i, 1] = radius, dz
+    kin.inverses[i, 0, 0], kin.inverses[i, 0, 1] = i00, i01
+    kin.inverses[i, 1, 0], kin.inverses[i, 1, 1] = i10, i11
+    kin.rates[i, 0], kin.rates[i, 1], kin.rates[i, 2] = yaw, rate1, rate2
+    kin.extension[i] = extension - square(LEAST_SINE)
+    kin.clearance[i] = radius - hand.least_radii[i]
+
+
+@compiled
+def joint_angle(kin: Record, i: int, joint: int) -> float:
+    """Angle of a joint [rad]: yaw, pitch, pitch relative to the first link."""
+    if joint == 0:
+        return atan2(kin.yaws[i, 1], kin.yaws[i, 0])
+    if joint == 1:
+        return atan2(kin.links[i, 0, 1], kin.links[i, 0, 0])
+    return atan2(kin.bends[i, 1], kin.bends[i, 0])
+
+
+@compiled
+def torques_to_forces(hand: Record, kin: Record, torques: Floats, forces: Floats) -> None:
+    """U = J^-T tau for every finger, ``(n, 3)`` to ``(n, 3)``."""
+    for i in range(hand.num_fingers):
+        across = torques[i, 0] / kin.reaches[i, 0]
+        first, second = torques[i, 1], torques[i, 2]
+        outwards = kin.inverses[i, 0, 0] * first + kin.inverses[i, 1, 0] * second
+        cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+        forces[i, 0] = cosine * outwards - sine * across
+        forces[i, 1] = sine * outwards + cosine * across
+        forces[i, 2] = kin.inverses[i, 0, 1] * first + kin.inverses[i, 1, 1] * second
+
+
+@compiled
+def forces_to_torques(hand: Record, kin: Record, forces: Floats, torques: Floats) -> None:
+    """Tau = J^T u for every finger, ``(n, 3)`` to ``(n, 3)``."""
+    for i in range(hand.num_fingers):
+        cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+        outwards = cosine * forces[i, 0] + sine * forces[i, 1]
+        across = cosine * forces[i, 1] - sine * forces[i, 0]
+        radius, height, second = kin.reaches[i, 0], kin.reaches[i, 1], hand.link_lengths[i, 1]
+        torques[i, 0] = radius * across
+        torques[i, 1] = radius * forces[i, 2] - height * outwards
+        torques[i, 2] = second * (kin.links[i, 1, 0] * forces[i, 2] - kin.links[i, 1, 1] * outwards)

@@ -1,0 +1,364 @@
+"""How the laws in space change their estimates at a tick (Eq. 24, 28; composite adaptation).
+
+Composite adaptation takes the equations of the object and of the slipping contacts as rows of least
+squares, one at a time, then the tracking term weighed with the covariance before them
+(`slipgrasp.core.kernel.planar.laws.composite` is the same law in the plane).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.planar.laws.grip_reflex import squeeze_harder
+from slipgrasp.core.kernel.planar.model import FRICTION, LINK_MASS, OBJECT_INERTIA, OBJECT_MASS
+from slipgrasp.core.kernel.spatial.dynamics import multiply
+from slipgrasp.core.kernel.spatial.inertia import fill_inertia
+from slipgrasp.core.kernel.spatial.law import (
+    inertia_column,
+    multiply_regressor,
+    unit_force,
+    weights_of_error,
+)
+from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES, MODEL
+from slipgrasp.core.kernel.spatial.plant import own_force, to_contact_frame, weigh_error
+from slipgrasp.core.kernel.spatial.state import SPIN, STATE, slip_velocity_at
+from slipgrasp.core.kernel.spatial.ways import axes_of, way_size
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
+from slipgrasp.core.scenario import MAX_UNKNOWNS
+
+# What the composite law remembers from tick to tick, and its intermediate values.
+MEMORY = np.dtype(
+    [
+        ("begun", np.int64),
+        ("covariance", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
+        ("before", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),  # that before the rows of this tick
+        ("estimates", np.float64, (MAX_UNKNOWNS,)),
+        ("row", np.float64, (MAX_UNKNOWNS,)),  # of Y
+        ("gain", np.float64, (MAX_UNKNOWNS,)),
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # in which contacts tell their friction
+        ("gamma", np.float64, (MAX_FINGERS, 2)),  # directions of these
+        ("trust", np.float64),  # in the measured accelerations, 0 to 1
+        ("contact_trust", np.float64, (MAX_FINGERS,)),  # in the force of a slipping contact too
+        ("inertia", np.float64, (MAX_COORDINATES, MAX_COORDINATES)),  # M~ as believed
+        ("forces", np.float64, (MAX_FINGERS, 3)),  # that follow from torque and acceleration
+        ("wrench", np.float64, (6,)),
+        ("known", np.int64, (MAX_FINGERS,)),  # 1 once a contact has told its friction by a slip
+    ],
+    align=True,
+)
+
+LEAST_TRUST = 1e-3
+ACTIVE_BAND = 1e-6  # share of its cone within which a force counts as on it
+SURPRISE = 36.0  # squared error over its variance from which what was known no longer counts
+
+
+@compiled
+def _multiply_covariance(count: int, memory: Record) -> float:
+    """Writes P Y^T of the present row to ``gain``; returns Y P Y^T."""
+    spread = 0.0
+    for j in range(count):
+        total = 0.0
+        for k in range(count):
+            total += memory.covariance[j, k] * memory.row[k]
+        memory.gain[j] = total
+        spread += memory.row[j] * total
+    return spread
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, MEMORY, types.float64, types.float64)
+def spatial_take_row(
+    model: Record, discrete: Record, memory: Record, error: float, variance: float
+) -> None:
+    """One measurement of Y phi = y; ``error`` is y - Y phi at the estimates of the tick."""
+    law, count = model.law, model.num_unknowns
+    row, covariance = memory.row, memory.covariance
+    for k in range(count):
+        error -= row[k] * (memory.estimates[k] - discrete.estimates[k])
+    spread = _multiply_covariance(count, memory)
+    if spread == 0.0:
+        return
+    if error * error > SURPRISE * (variance + spread):
+        for k in range(count):
+            if row[k] != 0.0:
+                covariance[k, k] = max(covariance[k, k], law.prior_variances[k])
+        spread = _multiply_covariance(count, memory)
+    scale = 1.0 / (variance + spread)
+    for j in range(count):
+        memory.estimates[j] += scale * memory.gain[j] * error
+        for k in range(j + 1):
+            covariance[j, k] -= scale * memory.gain[j] * memory.gain[k]
+            covariance[k, j] = covariance[j, k]
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE, MEMORY)
+def spatial_learn(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """Writes to ``work.rates`` how the estimates change until the next tick.
+
+    Args:
+        model: Constants of the run.
+        discrete: Estimates of the tick.
+        state: As measured.
+        work: With acceleration and tip forces as measured; the controller's model is up to date.
+        memory: Of the composite law, with trust, slips and their directions.
+    """
+    law, count = model.law, model.num_unknowns
+    if law.facts.reacts_to_slip:
+        squeeze_harder(model, discrete)
+    if not law.facts.learns:
+        for k in range(count):
+            work.rates[k] = 0.0
+        return
+    weights_of_error(model, work.room)
+    weigh_error(
+        model.num_fingers, work.kin, work.believed_system, work.room.weights, work.room.weighted
+    )
+    multiply_regressor(model, state, work, work.room.weighted)
+    if law.facts.has_memory:
+        _learn_composite(model, discrete, state, work, memory)
+        return
+    sigma = _pull_back(model, discrete) if law.facts.pulls_back else 0.0
+    for k in range(count):
+        work.rates[k] = law.adaptation_gains[k] * work.rates[k] - sigma * discrete.estimates[k]
+
+
+@compiled
+def _pull_back(model: Record, discrete: Record) -> float:
+    """sigma_s of Eq. 29."""
+    total = 0.0
+    for k in range(model.num_unknowns):
+        total += square(discrete.estimates[k])
+    return min(max(np.sqrt(total) / model.law.estimate_norm_bound - 1.0, 0.0), 1.0)
+
+
+@compiled
+def _learn_composite(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    law, count = model.law, model.num_unknowns
+    if memory.begun == 0:
+        memory.begun = 1
+        for j in range(count):
+            for k in range(count):
+                memory.covariance[j, k] = 0.0
+            memory.covariance[j, j] = law.prior_variances[j]
+    for j in range(count):
+        memory.estimates[j] = discrete.estimates[j]
+        for k in range(count):
+            memory.before[j, k] = memory.covariance[j, k]
+    if memory.trust > LEAST_TRUST:
+        _find_forces(model, work, memory)
+        _find_inertia(model, work, memory)
+        _take_object_rows(model, discrete, state, work, memory)
+        _take_slip_rows(model, discrete, state, work, memory)
+    for j in range(count):
+        tracking = 0.0
+        for k in range(count):
+            tracking += memory.before[j, k] * work.rates[k]
+        memory.gain[j] = tracking
+    _forget(law, count, memory)
+    for k in range(count):
+        learnt = (memory.estimates[k] - discrete.estimates[k]) / law.period
+        work.rates[k] = learnt + memory.gain[k]
+        if _is_probed(model, work, memory, k):
+            work.rates[k] += law.probing * discrete.estimates[k]
+
+
+@compiled
+def _is_probed(model: Record, work: Record, memory: Record, k: int) -> bool:
+    """Whether unknown ``k`` is the friction of a contact that never slipped and bounds the grip."""
+    i, force = model.unknowns.fingers[k], work.grasp.force
+    slips = memory.slips[i, 0] != 0.0 or memory.slips[i, 1] != 0.0
+    if model.unknowns.kinds[k] != FRICTION or memory.known[i] == 1 or slips:
+        return False
+    bound = (1.0 - ACTIVE_BAND) * work.believed.friction[i] / model.law.grip_safety
+    for way in range(model.ways):
+        size = way_size(model, way, force[3 * i], force[3 * i + 1])
+        if size > bound * force[3 * i + 2]:
+            return True
+    return False
+
+
+@compiled
+def _find_forces(model: Record, work: Record, memory: Record) -> None:
+    """Forces of the fingertips on the object, world axes, that the believed fingers tell."""
+    for k in range(6):
+        memory.wrench[k] = 0.0
+    for i in range(model.num_fingers):
+        x, y, z = own_force(
+            work.kin, work.believed_dynamics, i, work.acceleration, work.slip_acceleration
+        )
+        fx, fy = work.tip_forces[i, 0] - x, work.tip_forces[i, 1] - y
+        fz = work.tip_forces[i, 2] - z
+        memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2] = fx, fy, fz
+        rx, ry, rz = work.kin.arms[i, 0], work.kin.arms[i, 1], work.kin.arms[i, 2]
+        memory.wrench[0] += fx
+        memory.wrench[1] += fy
+        memory.wrench[2] += fz
+        memory.wrench[3] += ry * fz - rz * fy
+        memory.wrench[4] += rz * fx - rx * fz
+        memory.wrench[5] += rx * fy - ry * fx
+
+
+@compiled
+def _find_inertia(model: Record, work: Record, memory: Record) -> None:
+    """M~ as believed, by which noise of the accelerations reaches the rows."""
+    if model.law.acceleration_variance > 0.0:
+        fill_inertia(
+            work.kin,
+            work.believed_dynamics,
+            work.believed,
+            work.room.slips,
+            work.believed_system,
+            memory.inertia,
+        )
+
+
+@compiled
+def _row_noise(
+    model: Record, work: Record, memory: Record, line: int, first: float, second: float
+) -> float:
+    """Variance of a sum of this line of M~ and the next, from noise of differenced velocities."""
+    variance, total = model.law.acceleration_variance, 0.0
+    if variance == 0.0:
+        return 0.0
+    for k in range(6 + 2 * model.num_fingers):
+        if k < 6 or work.room.slips[k // 2 - 3, k % 2] != 0.0:
+            part = first * memory.inertia[line, k]
+            if second != 0.0:
+                part += second * memory.inertia[line + 1, k]
+            total += square(part)
+    return variance * total
+
+
+@compiled
+def _take_object_rows(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """The equations of the object: three forces, three moments."""
+    n, a, believed, x = model.num_fingers, work.acceleration, work.believed, state.x
+    variance, reach = model.law.force_variance, 0.0
+    scale = 1.0 / square(memory.trust)
+    for i in range(n):
+        for k in range(3):
+            reach += square(work.kin.arms[i, k]) / n
+    body = work.believed_system.body
+    ax, ay, az = multiply(body, a[3], a[4], a[5])
+    lx, ly, lz = multiply(body, x[SPIN], x[SPIN + 1], x[SPIN + 2])
+    wx, wy, wz = x[SPIN], x[SPIN + 1], x[SPIN + 2]
+    mass, lift = believed.object_mass, a[2] + model.hand.gravity
+    needed = (
+        mass * a[0],
+        mass * a[1],
+        mass * lift,
+        ax + wy * lz - wz * ly,
+        ay + wz * lx - wx * lz,
+        az + wx * ly - wy * lx,
+    )
+    for row in range(6):
+        _fill_object_row(model, state, work, memory, row)
+        noise = variance if row < 3 else variance * reach
+        noise = scale * (noise + _row_noise(model, work, memory, row, 1.0, 0.0))
+        spatial_take_row(model, discrete, memory, memory.wrench[row] - needed[row], noise)
+
+
+@compiled
+def _fill_object_row(model: Record, state: Record, work: Record, memory: Record, row: int) -> None:
+    kin, a, unknowns = work.kin, work.acceleration, model.unknowns
+    for k in range(unknowns.count):
+        kind, i, link = unknowns.kinds[k], unknowns.fingers[k], unknowns.links[k]
+        memory.row[k] = 0.0
+        if kind == OBJECT_MASS and row < 3:
+            memory.row[k] = a[row] + (model.hand.gravity if row == 2 else 0.0)
+        elif kind == OBJECT_INERTIA and row >= 3:
+            moment = inertia_column(kin, state, a, link)
+            memory.row[k] = moment[row - 3]
+        elif kind == LINK_MASS:
+            fx, fy, fz = unit_force(kin, work, i, link)
+            rx, ry, rz = kin.arms[i, 0], kin.arms[i, 1], kin.arms[i, 2]
+            wrench = (fx, fy, fz, ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
+            memory.row[k] = wrench[row]
+
+
+@compiled
+def _take_slip_rows(
+    model: Record, discrete: Record, state: Record, work: Record, memory: Record
+) -> None:
+    """Every contact that slips lies on its cone, F_n mu = -g . F_t."""
+    unknowns, kin = model.unknowns, work.kin
+    for i in range(model.num_fingers):
+        trust = memory.trust * memory.contact_trust[i]
+        if trust < LEAST_TRUST:
+            continue
+        force = to_contact_frame(
+            kin, i, memory.forces[i, 0], memory.forces[i, 1], memory.forces[i, 2]
+        )
+        mu = work.believed.friction[i]
+        for way in range(model.ways):
+            if memory.slips[i, way] == 0.0 or not _is_measured(model, state, memory, i, way):
+                continue
+            for k in range(unknowns.count):
+                memory.row[k] = 0.0
+                if unknowns.fingers[k] != i:
+                    continue
+                if unknowns.kinds[k] == FRICTION:
+                    memory.row[k] = force[2]
+                else:
+                    fx, fy, fz = unit_force(kin, work, i, unknowns.links[k])
+                    unit = to_contact_frame(kin, i, fx, fy, fz)
+                    memory.row[k] = _along(model, memory, i, way, unit) - mu * unit[2]
+            error = _along(model, memory, i, way, force) - mu * force[2]
+            variance = model.law.force_variance + _slip_noise(model, work, memory, i, way)
+            spatial_take_row(model, discrete, memory, error, variance / square(trust))
+            memory.known[i] = 1
+
+
+@compiled
+def _along(
+    model: Record, memory: Record, i: int, way: int, force: tuple[float, float, float]
+) -> float:
+    """-g . F_t over the tangents of a way."""
+    total = 0.0
+    for axis in axes_of(model, way):
+        total -= memory.gamma[i, axis] * (force[0] if axis == 0 else force[1])
+    return total
+
+
+@compiled
+def _is_measured(model: Record, state: Record, memory: Record, i: int, way: int) -> bool:
+    """Whether a slip that is not told is sure: its measured velocity is above the level."""
+    along = 0.0
+    for axis in axes_of(model, way):
+        speed = state.x[slip_velocity_at(model.num_fingers, i, axis)]
+        along += memory.gamma[i, axis] * speed
+    return along > model.law.slip_level
+
+
+@compiled
+def _slip_noise(model: Record, work: Record, memory: Record, i: int, way: int) -> float:
+    """What noise of the accelerations adds to the variance of the row of a slip."""
+    line, gamma = 6 + 2 * i, work.room.gamma[i]
+    if model.ways == 2:
+        return _row_noise(model, work, memory, line + way, 1.0, 0.0)
+    return _row_noise(model, work, memory, line, gamma[0], gamma[1])
+
+
+@compiled
+def _forget(law: Record, count: int, memory: Record) -> None:
+    """Lets the covariance grow, but none of its variances beyond that of the start."""
+    covariance = memory.covariance
+    for j in range(count):
+        for k in range(count):
+            covariance[j, k] /= law.forgetting
+    for j in range(count):
+        most = law.prior_variances[j]
+        if covariance[j, j] > most:
+            scale = np.sqrt(most / covariance[j, j])
+            for k in range(count):
+                covariance[j, k] *= scale
+                covariance[k, j] *= scale

@@ -1,0 +1,51 @@
+"""Energy that a step in space loses or makes, which counts where object or joints turn fast."""
+
+from __future__ import annotations
+
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.ledger import FAST_RATE, allowed_imbalance
+from slipgrasp.core.kernel.spatial.dynamics import stored_energy
+from slipgrasp.core.kernel.spatial.kinematics import update_kinematics
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.run import PROGRESS
+from slipgrasp.core.kernel.spatial.state import SPIN, dissipated_at, supplied_at
+from slipgrasp.core.kernel.spatial.stepper import state_inside
+
+
+@compiled
+def turns_fast(model: Record, run: Record) -> bool:
+    """Whether the object or a joint turns fast at the end of the step, as near singular poses."""
+    fastest, end, rates = 0.0, run.step.end.x, run.work.kin.rates
+    for k in range(3):
+        fastest = max(fastest, abs(float(end[SPIN + k])))
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            fastest = max(fastest, abs(float(rates[i, joint])))
+    return fastest > FAST_RATE
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_imbalance(model: Record, run: Record, h: float) -> float:
+    """Energy that the step has lost or made until its middle and its end, over what is allowed."""
+    step, inside, kin = run.step, run.selection.probe, run.slip.work.kin
+    end, kinetic = _energy(model, step.end, run.work.kin)
+    update_kinematics(model.hand, step.start, kin)
+    start, _ = _energy(model, step.start, kin)
+    state_inside(model, step, h, 0.5, inside)
+    update_kinematics(model.hand, inside, kin)
+    middle, _ = _energy(model, inside, kin)
+    supplied = step.end.x[supplied_at(model.num_fingers)]
+    allowed = allowed_imbalance(model.numerics, kinetic, supplied)
+    return max(abs(end - start), abs(middle - start)) / allowed
+
+
+@compiled
+def _energy(model: Record, state: Record, kin: Record) -> tuple[float, float]:
+    """Stored energy less what came in and with what friction took, and the kinetic part [J]."""
+    kinetic, potential = stored_energy(model.hand, model.truth, kin, state)
+    n = model.num_fingers
+    supplied, dissipated = state.x[supplied_at(n)], state.x[dissipated_at(n)]
+    return kinetic + potential - supplied + dissipated, kinetic

@@ -1,0 +1,202 @@
+"""A law of one's own for a hand in space: what it is shown at a tick, and where it answers.
+
+As in the plane (`slipgrasp.core.kernel.planar.laws.own_law`), which also calls it. Vectors are in
+world axes; attitude errors are rotation vectors.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
+from slipgrasp.core.kernel.loop.motion import desired_motion
+from slipgrasp.core.kernel.spatial.kinematics import joint_angle
+from slipgrasp.core.kernel.spatial.law import desired_turn
+from slipgrasp.core.kernel.spatial.state import POSITION, VELOCITY, slip_at, slip_velocity_at
+from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_LAW_PARAMETERS, MAX_UNKNOWNS
+
+# What the law is shown: measured, believed and nominal, never the truth.
+SEEN = np.dtype(
+    [
+        ("time", np.float64),  # [s]
+        ("tick", np.int64),  # of sampled control, from 0
+        ("period", np.float64),  # [s]
+        ("pose", np.float64, (7,)),  # as measured: position [m], quaternion w, x, y, z
+        ("velocity", np.float64, (6,)),  # of the centre of mass, angular velocity [m/s, rad/s]
+        ("desired_pose", np.float64, (7,)),
+        ("desired_velocity", np.float64, (6,)),
+        ("desired_acceleration", np.float64, (6,)),
+        ("error", np.float64, (6,)),  # of position, and the rotation vector to the desired attitude
+        ("error_rate", np.float64, (6,)),
+        ("joint_position", np.float64, (MAX_FINGERS, 3)),  # [rad]
+        ("joint_velocity", np.float64, (MAX_FINGERS, 3)),  # [rad/s]
+        ("joint_torque", np.float64, (MAX_FINGERS, 3)),  # that acts until now [N m]
+        ("slip", np.float64, (MAX_FINGERS, 2)),  # along both tangents, as sensed [m]
+        ("slip_velocity", np.float64, (MAX_FINGERS, 2)),
+        ("believed_phase", np.int64, (MAX_FINGERS,)),
+        ("slip_direction", np.float64, (MAX_FINGERS, 2)),  # as believed, 0 in stick
+        ("contact_force", np.float64, (MAX_FINGERS, 3)),  # measured: tangents, normal [N]
+        ("jacobian", np.float64, (MAX_FINGERS, 3, 3)),
+        ("jacobian_inverse", np.float64, (MAX_FINGERS, 3, 3)),
+        ("link_direction", np.float64, (MAX_FINGERS, 2, 3)),  # unit vectors along the links
+        ("contact_arm", np.float64, (MAX_FINGERS, 3)),  # from the centre of mass [m]
+        ("contact_tangents", np.float64, (MAX_FINGERS, 2, 3)),  # into which slips count
+        ("contact_normal", np.float64, (MAX_FINGERS, 3)),  # into the object
+        ("friction", np.float64, (MAX_FINGERS,)),  # as believed
+        ("object_mass", np.float64),  # as believed [kg]
+        ("object_inertias", np.float64, (3,)),  # about the body axes, as believed [kg m^2]
+        ("link_masses", np.float64, (MAX_FINGERS, 2)),  # as believed [kg]
+        ("link_lengths", np.float64, (MAX_FINGERS, 2)),  # [m]
+        ("link_centres", np.float64, (MAX_FINGERS, 2)),  # from the proximal joint [m]
+        ("gravity", np.float64),  # [m/s^2]
+        ("torque_limit", np.float64),  # inf where none [N m]
+        ("estimates", np.float64, (MAX_UNKNOWNS,)),
+        ("position_gain", np.float64, (6,)),  # K_p
+        ("velocity_gain", np.float64, (6,)),  # K_v
+        ("grip_force", np.float64),  # [N]
+        ("parameters", np.float64, (MAX_LAW_PARAMETERS,)),
+    ],
+    align=True,
+)
+
+# What the law answers with.
+ANSWER = np.dtype(
+    [
+        ("torque", np.float64, (MAX_FINGERS, 3)),  # [N m]
+        ("estimates", np.float64, (MAX_UNKNOWNS,)),
+        ("diagnostics", np.float64, (MAX_DIAGNOSTICS,)),
+    ],
+    align=True,
+)
+
+# The law in a run.
+OWN_LAW = np.dtype(
+    [
+        ("address", np.int64),  # of its code; 0: the run pauses for its answer
+        ("memory", np.int64),  # address of its memory
+        ("asked", np.int64),  # NOTHING, ASKED or ANSWERED
+        ("first", np.int64),  # 1 where the tick that waits is the first of the run
+        ("stretch", np.int64),  # 1 where it begins a stretch
+        ("seen", SEEN),
+        ("answer", ANSWER),
+    ],
+    align=True,
+)
+
+
+@compiled
+def look(model: Record, run: Record) -> None:
+    """Shows the law this tick, and lays out its answer: unless it says otherwise, as before.
+
+    Kinematics, errors and beliefs are those of the state as it is measured.
+    """
+    n, own, seen = model.num_fingers, run.own, run.own.seen
+    seen.time, seen.tick, seen.period = run.now, run.senses.num_ticks - 1, model.law.period
+    _show_object(model, run)
+    for k in range(6):
+        seen.position_gain[k] = model.law.position_gains[k]
+        seen.velocity_gain[k] = model.law.velocity_gains[k]
+    seen.grip_force = model.law.grip_force
+    for k in range(model.num_unknowns):
+        seen.estimates[k] = own.answer.estimates[k] = run.discrete.estimates[k]
+    for i in range(n):
+        _show_finger(model, run, i)
+        _show_jacobian(model, run.work.kin, seen, i)
+        for joint in range(3):
+            own.answer.torque[i, joint] = run.discrete.commanded[i, joint]
+    _show_model(model, run.work.believed, seen)
+
+
+@compiled
+def _show_object(model: Record, run: Record) -> None:
+    """Pose and velocity as measured and as desired, and what lies between."""
+    seen, x, piece = run.own.seen, run.senses.measured.x, run.discrete.piece
+    for k in range(7):
+        seen.pose[k] = x[POSITION + k]
+    for k in range(6):
+        seen.velocity[k] = x[VELOCITY + k]
+        seen.error[k] = run.work.room.error[k]
+        seen.error_rate[k] = run.work.room.error_rate[k]
+    for k in range(3):
+        wanted = desired_motion(model.motion, piece, run.now, k)
+        seen.desired_pose[k], seen.desired_velocity[k], seen.desired_acceleration[k] = wanted
+    attitude, spin, spin_rate = desired_turn(model, piece, run.now)
+    for k in range(4):
+        seen.desired_pose[3 + k] = attitude[k]
+    for k in range(3):
+        seen.desired_velocity[3 + k] = spin[k]
+        seen.desired_acceleration[3 + k] = spin_rate[k]
+
+
+@compiled
+def _show_finger(model: Record, run: Record, i: int) -> None:
+    """What is measured of finger ``i`` and its contact."""
+    n, kin, seen, senses = model.num_fingers, run.work.kin, run.own.seen, run.senses
+    x = senses.measured.x
+    seen.believed_phase[i] = run.discrete.beliefs[i]
+    for axis in range(2):
+        seen.slip[i, axis] = x[slip_at(i, axis)]
+        seen.slip_velocity[i, axis] = x[slip_velocity_at(n, i, axis)]
+        seen.slip_direction[i, axis] = senses.gamma[i, axis]
+        for c in range(3):
+            seen.contact_tangents[i, axis, c] = kin.frames[i, axis, c]
+    for c in range(3):
+        seen.joint_position[i, c] = joint_angle(kin, i, c)
+        seen.joint_velocity[i, c] = kin.rates[i, c]
+        seen.joint_torque[i, c] = run.discrete.torques[i, c]
+        seen.contact_arm[i, c] = kin.arms[i, c]
+        seen.contact_normal[i, c] = kin.frames[i, 2, c]
+        seen.contact_force[i, c] = senses.forces[i, c]
+
+
+@compiled
+def _show_jacobian(model: Record, kin: Record, seen: Record, i: int) -> None:
+    """The Jacobian of fingertip ``i`` and its inverse, by yaw and both pitches; its links."""
+    cosine, sine = kin.yaws[i, 0], kin.yaws[i, 1]
+    radius, height = kin.reaches[i, 0], kin.reaches[i, 1]
+    c12, s12 = kin.links[i, 1, 0], kin.links[i, 1, 1]
+    second = model.hand.link_lengths[i, 1]
+    jacobian, inverse = seen.jacobian[i], seen.jacobian_inverse[i]
+    jacobian[0, 0], jacobian[1, 0], jacobian[2, 0] = -radius * sine, radius * cosine, 0.0
+    jacobian[0, 1], jacobian[1, 1], jacobian[2, 1] = -height * cosine, -height * sine, radius
+    jacobian[0, 2], jacobian[1, 2] = -second * s12 * cosine, -second * s12 * sine
+    jacobian[2, 2] = second * c12
+    inverse[0, 0], inverse[0, 1], inverse[0, 2] = -sine / radius, cosine / radius, 0.0
+    for joint in range(2):
+        outwards = kin.inverses[i, joint, 0]
+        inverse[1 + joint, 0], inverse[1 + joint, 1] = cosine * outwards, sine * outwards
+        inverse[1 + joint, 2] = kin.inverses[i, joint, 1]
+    for link in range(2):
+        along, up = kin.links[i, link, 0], kin.links[i, link, 1]
+        direction = seen.link_direction[i, link]
+        direction[0], direction[1], direction[2] = cosine * along, sine * along, up
+
+
+@compiled
+def _show_model(model: Record, believed: Record, seen: Record) -> None:
+    """The hand and the object as the controller believes them to be."""
+    seen.object_mass = believed.object_mass
+    seen.gravity, seen.torque_limit = model.hand.gravity, model.actuators.torque_limit
+    for k in range(3):
+        seen.object_inertias[k] = believed.inertias[k]
+    for i in range(model.num_fingers):
+        seen.friction[i] = believed.friction[i]
+        for link in range(2):
+            seen.link_masses[i, link] = believed.link_masses[i, link]
+            seen.link_lengths[i, link] = model.hand.link_lengths[i, link]
+            seen.link_centres[i, link] = model.hand.link_centres[i, link]
+
+
+@compiled
+def is_answer_finite(model: Record, answer: Record) -> bool:
+    """Whether every number of an answer is finite."""
+    total = 0.0
+    for i in range(model.num_fingers):
+        for joint in range(3):
+            total += abs(answer.torque[i, joint])
+    for k in range(model.num_unknowns):
+        total += abs(answer.estimates[k])
+    for k in range(model.num_diagnostics):
+        total += abs(answer.diagnostics[k])
+    return total < np.inf

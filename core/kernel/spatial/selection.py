@@ -1,0 +1,390 @@
+"""Which contacts stick and in which direction the others slip (docs/space.md, Selection).
+
+Slip directions are a continuum, so phases are not enumerated: where not all that is free may stick,
+they are read off the forces of the contact problem.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.planar.guards import FORCE_BAND
+from slipgrasp.core.kernel.spatial.contact_problem import (
+    FEW_STARTS,
+    MANY_STARTS,
+    SELECTION_ROOM,
+    solve_contacts,
+    spatial_contacts,
+)
+from slipgrasp.core.kernel.spatial.flow import (
+    SURE_SPEED,
+    set_derivative,
+    spatial_phases,
+    spatial_plant,
+)
+from slipgrasp.core.kernel.spatial.model import MODEL
+from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, slip_velocity_at
+from slipgrasp.core.kernel.spatial.ways import (
+    axes_of,
+    friction_margin,
+    name_phase,
+    way_size,
+    way_speed,
+)
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
+
+SELECTED, NONE_CONSISTENT, OPENS, NONE_REGULAR = range(4)
+REST_FORCE = 0.25 * FORCE_BAND  # that would stop what then counts as no acceleration [N]
+PROBE_TIME, MARGIN_SLOPE = 1e-6, 1e-5
+AGREEMENT = 1e-6  # of Newton's forces and those of the reduced form [N], and share
+
+
+@compiled
+def _free_contacts(model: Record, discrete: Record, state: Record, room: Record) -> None:
+    """Ways at rest are free and stick for a start; the others keep their direction."""
+    n = model.num_fingers
+    room.restarts = 0
+    for i in range(n):
+        for way in range(model.ways):
+            speed = way_speed(model, state, i, way)
+            # A slower one takes another direction at once: within 1e-8 s of 1 m/s^2 across it.
+            free = speed < SURE_SPEED
+            room.free[i, way] = 1 if free else 0
+            room.bounds[i, way] = model.truth.static_friction[i]
+            discrete.frozen[i, way] = 0
+            for axis in axes_of(model, way):
+                at = slip_velocity_at(n, i, axis)
+                discrete.slips[i, axis] = 0.0 if free else 1.0
+                discrete.directions[i, axis] = 0.0 if free else state.x[at] / speed
+                if free:
+                    state.x[at] = 0.0
+        name_phase(model, discrete, i)
+
+
+@compiled
+def _all_consistent(model: Record, discrete: Record, work: Record, room: Record) -> bool:
+    """Whether all that is free may stick, judged by the forces alone."""
+    consistent = True
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if room.free[i, way] == 0:
+                continue
+            normal, margin = work.forces[i, 2], friction_margin(model, discrete, work, i, way)
+            room.margins[i, way] = margin
+            if not normal > 0.0 or margin < -FORCE_BAND * (1.0 + normal):
+                consistent = False
+    return consistent
+
+
+@compiled
+def _opens(n: int, work: Record, room: Record) -> int:
+    """Whether every contact pushes."""
+    for i in range(n):
+        if not work.forces[i, 2] > 0.0:
+            room.concerned = i
+            return OPENS
+    return SELECTED
+
+
+@compiled
+def _is_near(work: Record, room: Record, i: int, way: int) -> bool:
+    """Whether what is free sticks with its force on the bound of friction."""
+    band = FORCE_BAND * (1.0 + work.forces[i, 2])
+    return room.free[i, way] == 1 and room.margins[i, way] <= band
+
+
+@compiled
+def _find_leaving(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> bool:
+    """Whether a sticking contact on its cone is about to leave it, along the motion in stick."""
+    n, doubtful = model.num_fingers, False
+    for i in range(n):
+        for way in range(model.ways):
+            near = _is_near(work, room, i, way)
+            room.leaving[i, way] = room.leaving[i, way] if near else 0
+            doubtful = doubtful or (near and room.leaving[i, way] == 0)
+    if doubtful:
+        _probe_slopes(model, discrete, state, work, room)
+    found = False
+    for i in range(n):
+        for way in range(model.ways):
+            found = found or room.leaving[i, way] == 1
+    return found
+
+
+@compiled
+def _probe_slopes(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> None:
+    """Marks what leaves its cone within a short time of motion in stick."""
+    set_derivative(model, state, room.derivative, work)
+    for k in range(model.num_states):
+        room.probe.x[k] = state.x[k] + PROBE_TIME * room.derivative.x[k]
+    normalise(room.probe)
+    spatial_plant(model, discrete, room.probe, work)
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            after = friction_margin(model, discrete, work, i, way)
+            slope = (after - room.margins[i, way]) / PROBE_TIME
+            least = -MARGIN_SLOPE * (1.0 + work.forces[i, 2])
+            if _is_near(work, room, i, way) and slope < least:
+                room.leaving[i, way] = 1
+    spatial_plant(model, discrete, state, work)
+
+
+@compiled
+def normalise(state: Record) -> None:
+    """Gives the attitude its length 1."""
+    x, total = state.x, 0.0
+    for k in range(4):
+        total += square(x[ATTITUDE + k])
+    scale = 1.0 / np.sqrt(total)
+    for k in range(4):
+        x[ATTITUDE + k] *= scale
+
+
+@compiled
+def _let_leave(model: Record, discrete: Record, work: Record, room: Record) -> None:
+    """A slip that begins smoothly starts against its friction force: g = -F_t / |F_t|."""
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            x, y = work.forces[i, 0], work.forces[i, 1]
+            if room.leaving[i, way] == 1 and way_size(model, way, x, y) > 0.0:
+                _begin_slip(model, discrete, i, way, -x, -y)
+        name_phase(model, discrete, i)
+
+
+@compiled
+def _begin_slip(
+    model: Record, discrete: Record, i: int, way: int, first: float, second: float
+) -> None:
+    """A slip begins along a tangential vector."""
+    discrete.frozen[i, way] = 1
+    size = way_size(model, way, first, second)
+    for axis in axes_of(model, way):
+        discrete.slips[i, axis] = 1.0
+        discrete.directions[i, axis] = (first if axis == 0 else second) / size
+
+
+@compiled
+def _has_static_excess(model: Record, i: int) -> bool:
+    """Whether contact ``i`` has more friction in stick than in slip."""
+    return model.truth.static_friction[i] > model.truth.friction[i]
+
+
+@compiled
+def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
+    """Leaves the friction of slip where static friction is overcome while all that is free sticks.
+
+    So a contact that might stick or slip slips then; whether there is such a one.
+    """
+    found = False
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if _has_static_excess(model, i) and _is_near(work, room, i, way):
+                room.bounds[i, way] = model.truth.friction[i]
+                found = True
+    return found
+
+
+@compiled
+def _loosen_slipping(model: Record, discrete: Record, room: Record) -> bool:
+    """The same where the solution with static friction slips; all that is free rests again then."""
+    found = False
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if _slips_on_static_bound(model, discrete, room, i, way):
+                room.bounds[i, way] = model.truth.friction[i]
+                found = True
+    if found:
+        _let_rest(model, discrete, room)
+    return found
+
+
+@compiled
+def _slips_on_static_bound(model: Record, discrete: Record, room: Record, i: int, way: int) -> bool:
+    """Whether what is free slips in the solution though it has more friction than in slip."""
+    begins = room.free[i, way] == 1 and discrete.slips[i, way] == 1.0
+    return begins and room.bounds[i, way] > model.truth.friction[i]
+
+
+@compiled
+def _let_rest(model: Record, discrete: Record, room: Record) -> None:
+    """All that is free sticks."""
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if room.free[i, way] == 1:
+                discrete.frozen[i, way] = 0
+                for axis in axes_of(model, way):
+                    discrete.slips[i, axis] = discrete.directions[i, axis] = 0.0
+
+
+@compiled
+def _let_stick(model: Record, discrete: Record, state: Record, work: Record, room: Record) -> int:
+    """All that is free sticks if it may, or begins to slip smoothly; `NONE_CONSISTENT` if not."""
+    consistent = _all_consistent(model, discrete, work, room)
+    if not consistent or _find_leaving(model, discrete, state, work, room):
+        if _loosen_overcome(model, work, room) or not consistent:
+            return NONE_CONSISTENT
+        _let_leave(model, discrete, work, room)
+        spatial_phases(model, discrete, state, work)
+    return _opens(model.num_fingers, work, room)
+
+
+@compiled
+def _take_solution(model: Record, discrete: Record, room: Record) -> int:
+    """Phases and directions from the solved forces and accelerations."""
+    status = SELECTED
+    for i in range(model.num_fingers):
+        if not room.force[3 * i + 2] > 0.0:
+            room.concerned = i
+            status = OPENS
+        for way in range(model.ways):
+            if room.free[i, way] == 1:
+                _take_way(model, discrete, room, i, way)
+        name_phase(model, discrete, i)
+    return status
+
+
+@compiled
+def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -> None:
+    """Lets a free way slip where it accelerates, or leaves its cone smoothly.
+
+    Its direction is told by the force against it, which is there however small the acceleration.
+    """
+    first, mobility = 3 * i, room.mobility
+    mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
+    x, y = room.opening[first], room.opening[first + 1]
+    fx, fy, normal = room.force[first], room.force[first + 1], room.force[first + 2]
+    force, cone = way_size(model, way, fx, fy), room.bounds[i, way] * normal
+    accelerates = mass * way_size(model, way, x, y) > REST_FORCE * (1.0 + normal)
+    is_on_cone = force >= cone * (1.0 - FORCE_BAND) and force > 0.0
+    if is_on_cone and (accelerates or room.leaving[i, way] == 1):
+        _begin_slip(model, discrete, i, way, -fx, -fy)
+    elif accelerates:
+        _begin_slip(model, discrete, i, way, x, y)
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM, types.int64, types.int64)
+def spatial_answer(
+    model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
+) -> int:
+    """Phases and directions that answer the contact problem with the bounds at hand.
+
+    The arguments are those of `solve_contacts`.
+    """
+    if solve_contacts(model, discrete, work, room, first, starts) == 0:
+        return NONE_CONSISTENT
+    return _take_solution(model, discrete, room)
+
+
+@compiled
+def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
+    """Phases and directions by the contact problem, each slip with its own friction."""
+    while True:
+        status = spatial_answer(model, discrete, work, room, 0, MANY_STARTS)
+        if status == NONE_CONSISTENT or not _loosen_slipping(model, discrete, room):
+            return status
+
+
+@compiled
+def _find_closed(model: Record, discrete: Record, work: Record, room: Record) -> bool:
+    """Whether all contacts push where others give their static friction up: each choice is tried.
+
+    More than one may agree with its forces where friction in stick is greater than in slip.
+    """
+    concerned, restarts = room.concerned, room.restarts
+    for choice in range(1 << (model.ways * model.num_fingers)):
+        if _choose_bounds(model, room, choice) and _is_held(model, discrete, work, room):
+            return True
+    room.concerned, room.restarts = concerned, restarts
+    return False
+
+
+@compiled
+def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
+    """Friction of slip for the ways that are bits of ``choice``; False if any has no other one."""
+    truth, has_excess = model.truth, False
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            is_loose = (choice >> (model.ways * i + way)) & 1 == 1
+            has_choice = _has_static_excess(model, i) and room.free[i, way] == 1
+            if is_loose and not has_choice:
+                return False
+            has_excess = has_excess or has_choice
+            room.bounds[i, way] = truth.friction[i] if is_loose else truth.static_friction[i]
+    return has_excess
+
+
+@compiled
+def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
+    """Whether a solution has closed contacts, and sticks where it has the friction of stick.
+
+    Where slips go on the problem may have several solutions, so more starts are tried.
+    """
+    first, status = 0, OPENS
+    while status != NONE_CONSISTENT:
+        _let_rest(model, discrete, room)
+        status = spatial_answer(model, discrete, work, room, first, FEW_STARTS)
+        if status == SELECTED and _keeps_static_bounds(model, discrete, room):
+            return True
+        first = room.start + 1
+    return False
+
+
+@compiled
+def _keeps_static_bounds(model: Record, discrete: Record, room: Record) -> bool:
+    """Whether all that has more friction in stick than in slip sticks in the solution."""
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if _slips_on_static_bound(model, discrete, room, i, way):
+                return False
+    return True
+
+
+@compiled
+def _agrees(n: int, work: Record, room: Record) -> bool:
+    """Whether the reduced form in the selected phases has the forces that were solved for."""
+    for i in range(n):
+        for k in range(3):
+            force = room.force[3 * i + k]
+            if not abs(force - work.forces[i, k]) <= AGREEMENT * (1.0 + abs(force)):
+                return False
+    return True
+
+
+@compiled_apart(types.int64, MODEL, DISCRETE, STATE, WORKSPACE, SELECTION_ROOM)
+def spatial_select(
+    model: Record, discrete: Record, state: Record, work: Record, room: Record
+) -> int:
+    """Selects the phases for the torque that is held; ``work`` is left evaluated in them.
+
+    Args:
+        model: Constants of the run.
+        discrete: Its phases and directions are set.
+        state: Slip velocities that count as zero become exactly zero.
+        work: For the evaluation.
+        room: Of ways whose force has just reached its bound ``leaving`` is 1.
+    """
+    _free_contacts(model, discrete, state, room)
+    spatial_plant(model, discrete, state, work)
+    room.concerned = -1
+    if not work.system.determinant > 0.0:
+        return NONE_REGULAR
+    status = _let_stick(model, discrete, state, work, room)
+    if status == SELECTED:
+        return status
+    spatial_contacts(model, state, work, room)
+    if status == NONE_CONSISTENT:
+        status = _let_slip(model, discrete, work, room)
+    if status != SELECTED and not _find_closed(model, discrete, work, room):
+        return status
+    spatial_phases(model, discrete, state, work)
+    if not work.system.determinant > 0.0:
+        return NONE_REGULAR
+    return SELECTED if _agrees(model.num_fingers, work, room) else NONE_CONSISTENT

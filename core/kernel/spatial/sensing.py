@@ -1,0 +1,299 @@
+"""What the controller measures of a hand in space, and which slips it believes in.
+
+As in the plane (`slipgrasp.core.kernel.planar.sensing`), with the same noise and filters. Attitude
+is measured turned by a small rotation vector; where a contact slips to is told, or follows from the
+measured slip velocity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipgrasp.core.kernel.compilation.compiler import compiled
+from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.numerics.noise import DELAY_NOISE, FORCE_NOISE, STATE_NOISE, draw_number
+from slipgrasp.core.kernel.planar.sensing import SAME_TIME
+from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED, set_directions
+from slipgrasp.core.kernel.spatial.law import exponential, product
+from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES
+from slipgrasp.core.kernel.spatial.state import (
+    ATTITUDE,
+    POSITION,
+    SLIP,
+    STATE,
+    rate_at,
+    slip_velocity_at,
+)
+from slipgrasp.core.kernel.spatial.ways import axes_of, name_of, way_size, way_speed
+
+# What is measured and believed, and what the filters and detectors remember.
+SENSES = np.dtype(
+    [
+        ("measured", STATE),
+        ("slips", np.float64, (MAX_FINGERS, 2)),  # believed, 1 along the tangents that slip
+        ("gamma", np.float64, (MAX_FINGERS, 2)),  # believed directions, 0 in stick
+        ("acceleration", np.float64, (MAX_COORDINATES,)),  # of object and slips, as measured
+        ("torques", np.float64, (MAX_FINGERS, 3)),  # that belong to it [N m]
+        ("velocities", np.float64, (MAX_COORDINATES,)),  # measured at the tick before
+        ("forces", np.float64, (MAX_FINGERS, 3)),  # on the object: along tangents and normal [N]
+        ("num_forces", np.int64),  # their filter has seen
+        ("time", np.float64),  # of the tick before [s]
+        ("num_ticks", np.int64),  # measured so far
+        ("num_filtered", np.int64),  # velocities the filter has seen
+        ("doubt", np.float64, (MAX_FINGERS, 2)),  # since when a belief is contradicted [s]
+        ("since", np.float64, (MAX_FINGERS,)),  # when the belief last changed [s]
+        ("sums", np.float64, (MAX_FINGERS, 2)),  # of slip velocities against stick [m/s]
+        ("ends", np.float64, (MAX_FINGERS, 2)),  # the same of a way against its slip [m/s]
+        ("slide", np.float64, (MAX_FINGERS, 2)),  # filtered slip velocity [m/s]
+        ("num_detected", np.int64, (MAX_FINGERS, 2)),  # changes of the belief so far
+    ],
+    align=True,
+)
+
+
+@compiled
+def measure(model: Record, senses: Record, state: Record, torques: Floats, now: float) -> None:
+    """Measures positions and velocities, and differences velocities if need be.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        state: True state.
+        torques: ``(n, 3)`` that acted since the tick before [N m].
+        now: Time [s].
+    """
+    sensors, n, x = model.sensors, model.num_fingers, senses.measured.x
+    size = 6 + 2 * n
+    for k in range(model.num_states):
+        x[k] = state.x[k]
+    if sensors.position_noise > 0.0:
+        _blur_pose(model, senses)
+    if sensors.velocity_noise > 0.0:
+        for k in range(size):
+            x[rate_at(n, k)] += sensors.velocity_noise * _draw(model, senses, size + k)
+    if sensors.true_accelerations == 0:
+        _difference(model, senses, torques, now)
+    else:
+        senses.num_filtered = 0
+    senses.num_ticks += 1
+
+
+@compiled
+def measure_forces(model: Record, senses: Record, forces: Floats) -> None:
+    """Measures contact forces, which end with the tick: with a bias, noise and a low-pass filter.
+
+    The bias along a face is that along each of its tangents.
+
+    Args:
+        model: Constants of the run.
+        senses: The measurement is written here.
+        forces: ``(n, 3)`` of the fingertips on the object, F_x and F_y (against the tangents), F_n
+            [N].
+    """
+    sensors, tick = model.sensors, senses.num_ticks - 1  # counted already
+    senses.num_forces += 1
+    share = model.law.period / (sensors.force_filter_time + model.law.period)
+    share = max(share, 1.0 / senses.num_forces)
+    for i in range(model.num_fingers):
+        for axis in range(3):
+            force = forces[i, 2] if axis == 2 else -forces[i, axis]
+            force += sensors.force_bias[axis // 2]
+            if sensors.force_noise > 0.0:
+                number = draw_number(sensors.seed, FORCE_NOISE, 3 * i + axis, tick)
+                force += sensors.force_noise * number
+            senses.forces[i, axis] += share * (force - senses.forces[i, axis])
+
+
+@compiled
+def _draw(model: Record, senses: Record, k: int) -> float:
+    """Noise number ``k`` of the present tick: the first of pair k of the stream in the plane."""
+    return draw_number(model.sensors.seed, STATE_NOISE, k, senses.num_ticks)
+
+
+@compiled
+def _blur_pose(model: Record, senses: Record) -> None:
+    """Adds noise to positions and slips, and turns the attitude by a small rotation vector."""
+    x, noise = senses.measured.x, model.sensors.position_noise
+    for k in range(3):
+        x[POSITION + k] += noise * _draw(model, senses, k)
+    turn = exponential(
+        (
+            noise * _draw(model, senses, 3),
+            noise * _draw(model, senses, 4),
+            noise * _draw(model, senses, 5),
+        )
+    )
+    a = ATTITUDE
+    x[a], x[a + 1], x[a + 2], x[a + 3] = product(turn, (x[a], x[a + 1], x[a + 2], x[a + 3]))
+    for k in range(2 * model.num_fingers):
+        x[SLIP + k] += noise * _draw(model, senses, 6 + k)
+
+
+@compiled
+def _difference(model: Record, senses: Record, torques: Floats, now: float) -> None:
+    """Velocity differences and the torques, through one low-pass filter of first order.
+
+    It starts as the mean of all differences so far.
+    """
+    n, elapsed, seen = model.num_fingers, now - senses.time, senses.num_filtered
+    share = 1.0
+    if seen > 1:
+        share = max(elapsed / (model.sensors.filter_time + elapsed), 1.0 / seen)
+    for k in range(6 + 2 * n):
+        velocity = senses.measured.x[rate_at(n, k)]
+        if seen > 0:
+            slope = (velocity - senses.velocities[k]) / elapsed
+            senses.acceleration[k] += share * (slope - senses.acceleration[k])
+        senses.velocities[k] = velocity
+    for i in range(n):
+        for joint in range(3):
+            senses.torques[i, joint] += share * (torques[i, joint] - senses.torques[i, joint])
+    senses.time = now
+    senses.num_filtered += 1
+
+
+@compiled
+def measure_acceleration(model: Record, senses: Record, discrete: Record, work: Record) -> None:
+    """Acceleration as measured, from the true one in ``work``, and the torques it belongs to."""
+    sensors, n = model.sensors, model.num_fingers
+    if sensors.true_accelerations == 0:
+        return
+    size = 6 + 2 * n
+    for k in range(size):
+        true = work.acceleration[k] if k < 6 else work.slip_acceleration[k // 2 - 3, k % 2]
+        senses.acceleration[k] = true
+        if sensors.acceleration_noise > 0.0:
+            # Of the tick that is counted already.
+            noise = draw_number(sensors.seed, STATE_NOISE, 2 * size + k, senses.num_ticks - 1)
+            senses.acceleration[k] += sensors.acceleration_noise * noise
+    for i in range(n):
+        for joint in range(3):
+            senses.torques[i, joint] = discrete.torques[i, joint]
+
+
+@compiled
+def detect_slip(model: Record, discrete: Record, senses: Record, state: Record, now: float) -> None:
+    """Beliefs for this tick, with directions: the true ones before it, or detected ones."""
+    sensors, n = model.sensors, model.num_fingers
+    if sensors.true_phases == 1:
+        set_directions(model, discrete, state, senses.gamma)
+    for i in range(n):
+        if sensors.true_phases == 1:
+            _be_told(model, discrete, senses, now, i)
+            continue
+        _follow_slide(model, senses, i)
+        for way in range(model.ways):
+            if sensors.sums_slip == 1:
+                _sum_slip(model, senses, now, i, way)
+            else:
+                _time_slip(model, senses, now, i, way)
+        if model.ways == 1:
+            _point(senses, i)
+        discrete.beliefs[i] = name_of(model, senses.slips[i], senses.gamma[i])
+
+
+@compiled
+def _be_told(model: Record, discrete: Record, senses: Record, now: float, i: int) -> None:
+    """The belief in the slip of one contact is its phase."""
+    if discrete.beliefs[i] != discrete.phases[i]:
+        senses.since[i] = now
+    discrete.beliefs[i] = discrete.phases[i]
+    for axis in range(2):
+        senses.slips[i, axis] = discrete.slips[i, axis]
+        senses.doubt[i, axis] = now
+        senses.sums[i, axis] = senses.ends[i, axis] = 0.0
+
+
+@compiled
+def _follow_slide(model: Record, senses: Record, i: int) -> None:
+    """The slip velocity of one contact, through the filter of the differences."""
+    share = model.law.period / (model.sensors.filter_time + model.law.period)
+    for axis in range(2):
+        velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i, axis)]
+        senses.slide[i, axis] += share * (velocity - senses.slide[i, axis])
+
+
+@compiled
+def _point(senses: Record, i: int) -> None:
+    """A slip on the cone is believed to go where the filtered slip velocity goes."""
+    x, y = senses.slide[i, 0], senses.slide[i, 1]
+    scale = senses.slips[i, 0] / max(np.sqrt(x * x + y * y), LEAST_SPEED)
+    senses.gamma[i, 0], senses.gamma[i, 1] = scale * x, scale * y
+
+
+@compiled
+def _along(model: Record, senses: Record, i: int, way: int) -> float:
+    """Measured slip velocity of a way along the believed direction."""
+    total = 0.0
+    for axis in axes_of(model, way):
+        velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i, axis)]
+        total += senses.gamma[i, axis] * velocity
+    return total
+
+
+@compiled
+def _change_belief(
+    model: Record, senses: Record, now: float, i: int, way: int, slips: float
+) -> None:
+    """The belief in one way changes; in the pyramid towards the sign of what has added up."""
+    for axis in axes_of(model, way):
+        senses.slips[i, axis] = slips
+        forward = senses.sums[i, axis] > 0.0
+        senses.gamma[i, axis] = slips * (1.0 if forward else -1.0)
+        senses.sums[i, axis] = 0.0
+    senses.ends[i, way] = 0.0
+    senses.doubt[i, way] = senses.since[i] = now
+    senses.num_detected[i, way] += 1
+
+
+@compiled
+def _delay(model: Record, senses: Record, i: int, way: int) -> float:
+    """How long the next change of a belief must last [s]."""
+    sensors = model.sensors
+    delay = sensors.slip_delay
+    if sensors.slip_delay_deviation > 0.0:
+        place, event = model.ways * i + way, senses.num_detected[i, way]
+        number = draw_number(sensors.seed, DELAY_NOISE, place, event)
+        delay = max(0.0, delay + sensors.slip_delay_deviation * number)
+    return delay
+
+
+@compiled
+def _time_slip(model: Record, senses: Record, now: float, i: int, way: int) -> None:
+    """Belief in one way by how long its speed has been above the threshold, or below."""
+    threshold, believed = model.sensors.slip_threshold, senses.slips[i, way] != 0.0
+    slides = way_speed(model, senses.measured, i, way) > threshold
+    turned = model.ways == 2 and _along(model, senses, i, way) < -threshold
+    if slides == believed and not turned:
+        senses.doubt[i, way] = now
+    elif now - senses.doubt[i, way] > _delay(model, senses, i, way) - SAME_TIME:
+        for axis in axes_of(model, way):
+            velocity = senses.measured.x[slip_velocity_at(model.num_fingers, i, axis)]
+            senses.sums[i, axis] = velocity
+        _change_belief(model, senses, now, i, way, 1.0 if slides else 0.0)
+
+
+@compiled
+def _sum_slip(model: Record, senses: Record, now: float, i: int, way: int) -> None:
+    """Belief in one way by cumulative sums of the measured slip velocity.
+
+    In stick a vector adds up, which every tick draws back by half the threshold (Crosier,
+    Technometrics 30, 1988); in slip what the velocity along it falls short of that. A sum that
+    passes its bound changes the belief.
+    """
+    sensors, sums = model.sensors, senses.sums
+    level = 0.5 * sensors.slip_threshold
+    bound = max(sensors.least_sum, level * _delay(model, senses, i, way) / model.law.period)
+    if senses.slips[i, way] != 0.0:
+        growth = level - _along(model, senses, i, way)
+        senses.ends[i, way] = max(0.0, senses.ends[i, way] + growth)
+        if senses.ends[i, way] > bound:
+            _change_belief(model, senses, now, i, way, 0.0)
+        return
+    for axis in axes_of(model, way):
+        sums[i, axis] += senses.measured.x[slip_velocity_at(model.num_fingers, i, axis)]
+    size = way_size(model, way, sums[i, 0], sums[i, 1])
+    for axis in axes_of(model, way):
+        sums[i, axis] *= 1.0 - min(level / max(size, LEAST_SPEED), 1.0)
+    if size - level > bound:
+        _change_belief(model, senses, now, i, way, 1.0)

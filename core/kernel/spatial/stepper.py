@@ -1,0 +1,181 @@
+"""One step in space, its error and its largest size.
+
+The direction of a slow slip is stiff: it relaxes at the rate mu F_n / (m |s'|), and a step that
+passed |s'| = 0 would never know. So no step is longer than a share of the time in which a slip
+would stop, and slip velocities have a tolerance of their own. The steps of an explicit method
+follow a slip that stops; for one that creeps they would be too many.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.numerics.elementary import square
+from slipgrasp.core.kernel.numerics.methods import DENSE_ROWS, MAX_SLOPES
+from slipgrasp.core.kernel.planar.stepper import fill_terms, interpolate
+from slipgrasp.core.kernel.spatial.flow import flow, slip_speed
+from slipgrasp.core.kernel.spatial.guards import MAX_GUARDS, sample_guards
+from slipgrasp.core.kernel.spatial.implicit import STIFFNESS, implicit_step, set_stage
+from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
+from slipgrasp.core.kernel.spatial.selection import normalise
+from slipgrasp.core.kernel.spatial.state import MAX_STATE, STATE, slip_velocity_at
+from slipgrasp.core.kernel.spatial.ways import axes_of, way_of, way_speed
+from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
+
+SLIP_TOLERANCE = 1e-11  # absolute, of slip velocities [m/s]
+STOP_SHARE = 0.6  # of the time in which a slip would stop
+SHORT_STEP, LONG_STEP = 1e-6, 2e-5  # while a slip has just begun [s]
+BRISK = 0.1  # [m/s^2]
+FASTEST_KEPT = 1e-7  # up to which a slip may keep the direction in which it began [m/s]
+CREEP_STEP, CREEP_STEPS = 1e-6, 100.0  # a shorter step [s], of which the speed outlasts so many
+
+# A step from ``start`` to ``end`` with its slopes.
+STEP = np.dtype(
+    [
+        ("rank", np.int64),  # of the method by which it is taken
+        ("last", np.int64),  # number of the slope at its end
+        ("start", STATE),
+        ("end", STATE),
+        ("slopes", STATE, (MAX_SLOPES,)),
+        ("terms", np.float64, (DENSE_ROWS + 3, MAX_STATE)),  # of the interpolant
+        ("prepared", np.int64),  # 1 where the terms are those of this step
+        ("samples", np.float64, (MAX_SLOPES, MAX_GUARDS)),  # of guards, where slopes are taken
+        ("stiffness", STIFFNESS),  # at the start of an implicit step
+    ],
+    align=True,
+)
+
+
+@compiled_apart(types.void, MODEL, DISCRETE, types.float64, STEP, WORKSPACE)
+def spatial_step(model: Record, discrete: Record, h: float, step: Record, work: Record) -> None:
+    """Fills ``end`` and ``slopes``; ``work`` is left at the end of the step."""
+    step.prepared, step.last = 0, model.methods[step.rank].last
+    if step.rank == IMPLICIT:
+        implicit_step(model, discrete, h, step, work)
+        return
+    for row in range(1, step.last + 1):
+        set_stage(model, h, row, step)
+        flow(model, discrete, step.end, step.slopes[row], work)
+        sample_guards(model, discrete, step.end, work, step.samples, row)
+
+
+@compiled
+def state_inside(model: Record, step: Record, h: float, share: float, state: Record) -> None:
+    """The state at a share of the step just taken, by a method with all its slopes."""
+    if step.prepared == 0:
+        step.prepared = 1
+        fill_terms(model, h, step)
+        if step.rank == IMPLICIT:
+            _leave_stiff_slopes(model, step)
+    interpolate(model, step, share, state)
+    normalise(state)
+
+
+@compiled
+def _leave_stiff_slopes(model: Record, step: Record) -> None:
+    """Lets the direction of a slip change evenly inside an implicit step.
+
+    The slopes at its ends say how it relaxes within a small part of the step.
+    """
+    n, start, end = model.num_fingers, step.start.x, step.end.x
+    for c in range(step.stiffness.count):
+        i = step.stiffness.contacts[c]
+        first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
+        along, beside = start[first] + end[first], start[second] + end[second]
+        inverse = 1.0 / (along * along + beside * beside)
+        for term in range(1, 3):
+            terms = step.terms[term]
+            share = inverse * (along * terms[first] + beside * terms[second])
+            terms[first], terms[second] = share * along, share * beside
+
+
+@compiled_apart(types.float64, MODEL, types.float64, STEP)
+def spatial_error(model: Record, h: float, step: Record) -> float:
+    """The error of a step over what is allowed, root mean square; NaN if anything is not finite."""
+    method, size, n = model.methods[step.rank], model.num_states, model.num_fingers
+    relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
+    first, last = slip_velocity_at(n, 0, 0), slip_velocity_at(n, n, 0)
+    total = 0.0
+    for j in range(size):
+        error = 0.0
+        for k in range(method.last + 1):
+            error += method.error[k] * step.slopes[k].x[j]
+        if first <= j < last:
+            i, way = (j - first) // 2, way_of(model, (j - first) % 2)
+            largest = max(way_speed(model, step.start, i, way), way_speed(model, step.end, i, way))
+            scale = min(absolute, SLIP_TOLERANCE) + relative * largest
+        else:
+            largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+            scale = absolute + relative * largest
+        total += square(h * error / scale)
+    return np.sqrt(total / size)
+
+
+@compiled
+def longest_step(model: Record, discrete: Record, step: Record) -> float:
+    """The longest step that does not pass the end of a slip [s], inf if nothing slips."""
+    longest = np.inf
+    for i in range(model.num_fingers):
+        for way in range(model.ways):
+            if discrete.slips[i, way] != 0.0:
+                longest = min(longest, _longest_along(model, discrete, step, i, way))
+    return longest
+
+
+@compiled
+def _longest_along(model: Record, discrete: Record, step: Record, i: int, way: int) -> float:
+    """The same for one way of contact ``i``."""
+    n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
+    speeds = powers = accelerations = 0.0
+    for axis in axes_of(model, way):
+        at = slip_velocity_at(n, i, axis)
+        speeds += x[at] * x[at]
+        powers += x[at] * slope[at]
+        accelerations += slope[at] * slope[at]
+    if discrete.frozen[i, way] == 1:
+        return SHORT_STEP if accelerations > BRISK * BRISK else LONG_STEP
+    if powers >= 0.0:
+        return np.inf
+    until_stop = STOP_SHARE * speeds / -powers
+    # The sign of a slip in the pyramid tells that it has ended: the last step may pass that.
+    return until_stop if model.ways == 1 else max(until_stop, SHORT_STEP)
+
+
+@compiled
+def creeps(model: Record, discrete: Record, step: Record, h: float) -> bool:
+    """Whether a step of size ``h`` is short for the direction of a slip, not for its speed."""
+    n, x, slope = model.num_fingers, step.start.x, step.slopes[0].x
+    if model.ways == 2 or not h < CREEP_STEP:
+        return False
+    slowest, power = np.inf, 0.0
+    for i in range(n):
+        if discrete.slips[i, 0] == 0.0:
+            continue
+        first, second = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
+        squared = x[first] * x[first] + x[second] * x[second]
+        if discrete.frozen[i, 0] == 0 and squared < slowest:
+            slowest, power = squared, x[first] * slope[first] + x[second] * slope[second]
+    return slowest < np.inf and slowest > CREEP_STEPS * h * abs(power)
+
+
+@compiled
+def loses_direction(model: Record, discrete: Record, step: Record) -> bool:
+    """Whether a slip on the cone does not have the direction that the step has taken it for.
+
+    It has passed zero, its direction behind it then, or it has only just begun and is fast already.
+    """
+    n, start, end = model.num_fingers, step.start.x, step.end.x
+    for i in range(n):
+        if model.ways == 2 or discrete.slips[i, 0] == 0.0:
+            continue
+        if discrete.frozen[i, 0] == 1:
+            if slip_speed(n, step.end, i) > FASTEST_KEPT:
+                return True
+            continue
+        a, b = slip_velocity_at(n, i, 0), slip_velocity_at(n, i, 1)
+        if not start[a] * end[a] + start[b] * end[b] > 0.0:
+            return True
+    return False

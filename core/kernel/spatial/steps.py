@@ -1,0 +1,263 @@
+"""Steps in space within tolerance, cut at the first event in them, and the rows inside them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
+from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.ledger import LEAST_LEDGER_STEP
+from slipgrasp.core.kernel.numerics.elementary import root, square
+from slipgrasp.core.kernel.planar.run import OUTPUT_ROUNDING
+from slipgrasp.core.kernel.spatial.dips import spatial_dip
+from slipgrasp.core.kernel.spatial.guards import (
+    keep_first,
+    relax,
+    spatial_fired,
+    spatial_least,
+    spatial_overlooked,
+    spatial_past_band,
+)
+from slipgrasp.core.kernel.spatial.implicit import find_stiffness
+from slipgrasp.core.kernel.spatial.ledger import spatial_imbalance, turns_fast
+from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
+from slipgrasp.core.kernel.spatial.run import (
+    OUTLET,
+    PROGRESS,
+    emit_due,
+    next_output,
+    spatial_emit_as_of,
+)
+from slipgrasp.core.kernel.spatial.state import slip_at, slip_velocity_at
+from slipgrasp.core.kernel.spatial.stepper import (
+    creeps,
+    longest_step,
+    loses_direction,
+    spatial_error,
+    spatial_step,
+)
+from slipgrasp.core.kernel.spatial.workspace import STICK
+
+LEAST_STEP = 1e-14
+STIFF = 1.0  # steps times the rate of a slip that creeps, from which on they are implicit
+CAUTION = 30.0  # with the error of these, which is not much smaller than its estimate
+QUIET, QUIET_STEPS, MAX_GROWTH = 0.03, 100, 10.0
+LOCATION_WIDTH, LOCATION_SHARE = 2e-14, 1e-13
+MAX_CUTS = 50
+CLOSEST_HALVINGS = 20  # of the step in which a fingertip passes the middle of a patch
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_accept(model: Record, run: Record, until: float) -> float:
+    """Takes one step within tolerance, not past ``until``; its size, 0 if none is small enough."""
+    step, discrete, rest = run.step, run.discrete, until - run.now
+    sticks = _all_stick(model, run)
+    h = min(run.step_size, model.numerics.max_step, longest_step(model, discrete, step))
+    largest = model.num_methods - 1
+    _choose_method(model, run, h, sticks)
+    while True:
+        size = rest if h >= rest * (1.0 - 1e-9) else h
+        spatial_step(model, discrete, size, step, run.work)
+        run.steps += 1
+        error = spatial_error(model, size, step)
+        if step.rank == IMPLICIT:
+            error *= CAUTION
+        if error <= 1.0 and loses_direction(model, discrete, step):
+            error = 16.0
+        if error <= 1.0 and size > LEAST_LEDGER_STEP and turns_fast(model, run):
+            error = max(error, spatial_imbalance(model, run, size))
+        if error <= 1.0:
+            _follow_error(model, run, error, size, rest, sticks)
+            return size
+        if sticks and step.rank < largest:
+            run.quiet_steps = 0
+            step.rank += 1
+            continue
+        shrink = max(0.2, 0.9 / root(error, 2)) if error < np.inf else 0.1
+        h = size * shrink
+        if step.rank == IMPLICIT and h * step.stiffness.rate < STIFF:
+            step.rank = largest
+        if h < LEAST_STEP * max(1.0, run.now) and h < rest:
+            return 0.0
+
+
+@compiled
+def _choose_method(model: Record, run: Record, h: float, sticks: bool) -> None:
+    """In stick the last explicit one, in slip the largest, where that creeps the implicit one."""
+    step, largest = run.step, model.num_methods - 1
+    crept = run.rank == IMPLICIT
+    step.rank = min(run.rank, largest) if sticks else largest
+    if not sticks and (crept or creeps(model, run.discrete, step, h)):
+        find_stiffness(model, run.discrete, step, run.work)
+        if h * step.stiffness.rate > STIFF:
+            step.rank = IMPLICIT
+
+
+@compiled
+def _follow_error(
+    model: Record, run: Record, error: float, size: float, rest: float, sticks: bool
+) -> None:
+    """Size of the next step, and in stick the order of its method."""
+    grown = size * min(MAX_GROWTH, 0.9 / root(max(error, 1e-10), 2))
+    # A step cut short by a tick says little of the next one.
+    run.step_size = max(grown, run.step_size) if grown >= size == rest else grown
+    run.rank = run.step.rank
+    if not sticks:
+        return
+    if error > QUIET:
+        run.quiet_steps = 0
+        run.rank = min(run.rank + 1, model.num_methods - 1)
+        return
+    run.quiet_steps += 1
+    if run.quiet_steps >= QUIET_STEPS and run.rank > 0:
+        run.quiet_steps = 0
+        run.rank -= 1
+
+
+@compiled
+def _outward(model: Record, state: Record, i: int, rim: Record) -> float:
+    """How the square of the distance of contact ``i`` from the middle of a patch grows, halved."""
+    total = 0.0
+    for axis in range(2):
+        away = state.x[slip_at(i, axis)] - rim.centre[axis]
+        total += away * state.x[slip_velocity_at(model.num_fingers, i, axis)]
+    return total
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.int64, types.int64, types.float64)
+def _closest(model: Record, run: Record, i: int, k: int, h: float) -> float:
+    """Size of the step at whose end contact ``i`` is nearest to the middle of patch ``k``."""
+    low, high, rim = 0.0, h, model.hand.rims[i, k]
+    for _ in range(CLOSEST_HALVINGS):
+        size = 0.5 * (low + high)
+        spatial_step(model, run.discrete, size, run.step, run.work)
+        if _outward(model, run.step.end, i, rim) < 0.0:
+            low = size
+        else:
+            high = size
+    return high
+
+
+@compiled
+def stop_in_patch(model: Record, run: Record, h: float) -> float:
+    """Shortens a step that would slide into a patch and out of it again, unseen; its size.
+
+    Nothing of the kind happens to what is inside: like a face, a patch is convex.
+    """
+    start, end, size = run.step.start, run.step.end, h
+    for i in range(model.num_fingers):
+        for k in range(model.hand.num_rims[i]):
+            rim = model.hand.rims[i, k]
+            if rim.side > 0.0 or not _outward(model, start, i, rim) < 0.0:
+                continue
+            if not _outward(model, end, i, rim) > 0.0:
+                continue
+            nearest = _closest(model, run, i, k, size)
+            spatial_step(model, run.discrete, nearest, run.step, run.work)
+            total = 0.0
+            for axis in range(2):
+                total += square(end.x[slip_at(i, axis)] - rim.centre[axis])
+            if total < rim.radius * rim.radius:
+                size = nearest
+            else:
+                spatial_step(model, run.discrete, size, run.step, run.work)
+    return size
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_locate(model: Record, run: Record, h: float) -> float:
+    """Size of the step at whose end the first of the fired guards is at its level.
+
+    Regula falsi (Illinois) with bisection as a safeguard, every trial a step of the method.
+    """
+    discrete, step, work, guards = run.discrete, run.step, run.work, run.guards
+    low, high, is_far = 0.0, h, False
+    value_high = spatial_least(model, discrete, step.end, work, guards)
+    spatial_step(model, discrete, 0.0, step, work)
+    value_low = spatial_least(model, discrete, step.end, work, guards)
+    width = LOCATION_WIDTH * max(1.0, run.now)
+    # Of the lower value alone: the higher one may be a force where this is a speed.
+    nothing = LOCATION_SHARE * abs(value_low)
+    side = 0
+    for trial in range(100):
+        if not value_low > 0.0 or (high - low <= width and not is_far):
+            break
+        at = (low * value_high - high * value_low) / (value_high - value_low)
+        if not low < at < high or trial % 3 == 2:
+            at = 0.5 * (low + high)
+        spatial_step(model, discrete, at, step, work)
+        value = spatial_least(model, discrete, step.end, work, guards)
+        if abs(value) <= nothing:
+            high = at
+            break
+        if value > 0.0:
+            low, value_low = at, value
+            value_high *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            high, value_high = at, value
+            # Near a pole a force goes through its whole band within the width.
+            is_far = spatial_past_band(model, discrete, work, guards) == 1
+            value_low *= 0.5 if side == -1 else 1.0
+            side = -1
+    if not value_low > 0.0:
+        high = 0.0
+    spatial_step(model, discrete, high, step, work)
+    keep_first(model, guards, spatial_least(model, discrete, step.end, work, guards))
+    return high
+
+
+@compiled_apart(types.float64, MODEL, PROGRESS, types.float64)
+def spatial_cut(model: Record, run: Record, h: float) -> float:
+    """The step just taken, cut at the first event in it; ``run.fired`` tells whether there is."""
+    discrete, step, work, guards, size = run.discrete, run.step, run.work, run.guards, h
+    for _ in range(MAX_CUTS):
+        run.fired = spatial_fired(model, discrete, step.end, work, guards)
+        if run.fired == 1:
+            size = spatial_locate(model, run, size)
+            # What is quiet again at the end of the whole step may have fired before this event.
+            while size > 0.0 and spatial_overlooked(model, discrete, work, guards) == 1:
+                size = spatial_locate(model, run, size)
+        dip = spatial_dip(model, run, size) if size > 0.0 else 0.0
+        if dip == 0.0:
+            break
+        # A guard of this step is past its level there, though not at the end.
+        spatial_step(model, discrete, dip, step, work)
+        size = dip
+    if run.fired == 0:
+        relax(model, discrete, work, guards)
+    return size
+
+
+@compiled
+def emit_at_start(model: Record, run: Record, outlet: Record) -> None:
+    """Rows whose time has come are those of the present state."""
+    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
+        emit_due(model, run, outlet, run.discrete, next_output(model, run))
+        run.outputs += 1
+
+
+@compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
+def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
+    """Rows at the output times inside the step just taken, each a shorter step of its method.
+
+    The step itself is taken again then, so that nothing but the rows depends on the rate of output.
+    """
+    step, end, found = run.step, run.now + h, False
+    while next_output(model, run) < end - OUTPUT_ROUNDING:
+        t = next_output(model, run)
+        spatial_step(model, run.discrete, t - run.now, step, run.work)
+        spatial_emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
+        run.outputs += 1
+        found = True
+    if found:
+        spatial_step(model, run.discrete, h, step, run.work)
+
+
+@compiled
+def _all_stick(model: Record, run: Record) -> bool:
+    for i in range(model.num_fingers):
+        if run.discrete.phases[i] != STICK:
+            return False
+    return True
