@@ -161,28 +161,38 @@ def values_not_for(node: Any, hand: str, prefix: str = "") -> Iterator[tuple[str
         hand: Kind of hands whose kernel does not use it.
         prefix: Dotted key of ``node``.
     """
-    for name, default in _kept_for(type(node), hand):
+    kept, inner = _kept_for(type(node), hand)
+    for name, default in kept:
         value = getattr(node, name)
         if value != default:
             yield f"{prefix}{name}", value, default
-    for field in dataclasses.fields(node):
-        value = getattr(node, field.name)
-        parts = value if isinstance(value, tuple) else (value,)
-        for i, part in enumerate(parts):
-            if dataclasses.is_dataclass(part):
-                index = "" if part is value else f"{i}."
-                yield from values_not_for(part, hand, f"{prefix}{field.name}.{index}")
+    for name in inner:
+        value = getattr(node, name)
+        if isinstance(value, tuple):
+            for i, part in enumerate(value):
+                yield from values_not_for(part, hand, f"{prefix}{name}.{i}.")
+        else:
+            yield from values_not_for(value, hand, f"{prefix}{name}.")
 
 
 @cache
-def _kept_for(part: type, hand: str) -> tuple[tuple[str, Any], ...]:
-    """Parameters of a part that a kernel does not use, with their defaults."""
-    kept = []
+def _kept_for(part: type, hand: str) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:
+    """Parameters that a kernel does not use, with defaults; fields with parts that may have some."""
+    kept, inner = [], []
     for field in dataclasses.fields(part):
-        quantity, _, _ = split_hint(hints_of(part)[field.name])
+        quantity, _, base = split_hint(hints_of(part)[field.name])
         if quantity is not None and hand not in quantity.hands:
             kept.append((field.name, field.default))
-    return tuple(kept)
+        if any(any(_kept_for(kind, hand)) for kind in _parts_of(base)):
+            inner.append(field.name)
+    return tuple(kept), tuple(inner)
+
+
+def _parts_of(base: Any) -> list[type]:
+    """The dataclasses that a type is, or is a tuple or a union of."""
+    if isinstance(base, type) and dataclasses.is_dataclass(base):
+        return [base]
+    return [part for inner in typing.get_args(base) for part in _parts_of(inner)]
 
 
 @cache
