@@ -75,6 +75,7 @@ class PlanarEngine:
         self._schedule = Schedule(scenario)
         self.timetable: Timetable = self._schedule
         self.run, self.outlet = make_run(self._schedule.table, keeps_rows=keeps_rows)
+        self._start = self.run.step.start  # a view, as costly to make as all that reads it
 
     def pack(self) -> Any:
         """The constants of the present stretch."""
@@ -116,4 +117,4 @@ class PlanarEngine:
 
     def _state(self) -> StateParts:
         present = self.timetable.present
-        return parts_of(self.run.step.start, len(present.fingers), len(present.estimates))
+        return parts_of(self._start, len(present.fingers), len(present.estimates))

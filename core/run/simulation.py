@@ -331,7 +331,8 @@ class Simulation:
         """The constants of the present stretch."""
         model, present = self._engine.pack(), self._timetable.present
         model.num_diagnostics = len(self.shape.diagnostics)
-        model.law.facts.is_own |= self._replays_all
+        if self._replays_all:
+            model.law.facts.is_own = True
         set_parameters(own_law_in(present), present.controller.parameters, self._run.own)
         return model
 
