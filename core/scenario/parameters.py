@@ -177,7 +177,7 @@ def values_not_for(node: Any, hand: str, prefix: str = "") -> Iterator[tuple[str
 
 @cache
 def _kept_for(part: type, hand: str) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:
-    """Parameters that a kernel does not use, with defaults; fields with parts that may have some."""
+    """Parameters that a kernel does not use, with defaults; fields with parts that have some."""
     kept, inner = [], []
     for field in dataclasses.fields(part):
         quantity, _, base = split_hint(hints_of(part)[field.name])

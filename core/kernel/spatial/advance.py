@@ -48,6 +48,7 @@ from slipgrasp.core.kernel.spatial.jump import (
     restart,
     settle,
 )
+from slipgrasp.core.kernel.spatial.law import forget_errors
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.run import (
     OUTLET,
@@ -207,6 +208,7 @@ def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> i
 def _begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_ticks: int) -> int:
     """Starts the run, or goes on after a timed change under new constants."""
     run.begun = 1
+    forget_errors(run.work.room)
     if first == 0:
         _book_energy(model, run)
     if same_ticks == 0:

@@ -19,6 +19,7 @@ from slipgrasp.core.kernel.spatial.kinematics import rotate
 from slipgrasp.core.kernel.spatial.plant import own_force, tip_acceleration, to_contact_frame
 from slipgrasp.core.kernel.spatial.state import (
     ATTITUDE,
+    BODY_STATES,
     POSITION,
     SPIN,
     VELOCITY,
@@ -159,18 +160,17 @@ def _logarithm(q: tuple[float, float, float, float]) -> tuple[float, float, floa
 
 @compiled
 def update_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop."""
+    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop.
+
+    The end of a step, a row and a tick are often the same state: the object's part is kept.
+    """
     x, n, law = state.x, model.num_fingers, model.law
-    for k in range(3):
-        position, velocity, acceleration = desired_motion(model.motion, piece, t, k)
-        room.error[k] = position - x[POSITION + k]
-        room.error_rate[k] = velocity - x[VELOCITY + k]
-        room.demand[k] = (
-            acceleration
-            + law.velocity_gains[k] * room.error_rate[k]
-            + law.position_gains[k] * room.error[k]
-        )
-    _update_turn(model, piece, t, state, room)
+    if not _are_known(piece, t, state, room):
+        _update_shift(model, piece, t, state, room)
+        _update_turn(model, piece, t, state, room)
+        room.known_time, room.known_piece = t, piece
+        for k in range(BODY_STATES):
+            room.known_state[k] = x[k]
     for i in range(n):
         for axis in range(2):
             k = 6 + 2 * i + axis
@@ -179,6 +179,23 @@ def update_errors(model: Record, piece: int, t: float, state: Record, room: Reco
             room.slip_demand[i, axis] = (
                 law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
             )
+
+
+@compiled
+def _are_known(piece: int, t: float, state: Record, room: Record) -> bool:
+    """Whether the errors of the object in ``room`` are those of this state."""
+    if t != room.known_time or piece != room.known_piece:
+        return False
+    for k in range(BODY_STATES):
+        if state.x[k] != room.known_state[k]:
+            return False
+    return True
+
+
+@compiled
+def forget_errors(room: Record) -> None:
+    """Has the errors of the object evaluated anew, under new constants."""
+    room.known_time = np.nan
 
 
 @compiled
@@ -208,6 +225,21 @@ def desired_turn(
     cx, cy, cz = _jacobian_rate_times(own, turned, rates, vx, vy, vz)
     start = (model.attitude[0], model.attitude[1], model.attitude[2], model.attitude[3])
     return product(exponential(turned), start), spin, (bx + cx, by + cy, bz + cz)
+
+
+@compiled
+def _update_shift(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
+    """Error of the position, its rate and the acceleration that is demanded."""
+    x, law = state.x, model.law
+    for k in range(3):
+        position, velocity, acceleration = desired_motion(model.motion, piece, t, k)
+        room.error[k] = position - x[POSITION + k]
+        room.error_rate[k] = velocity - x[VELOCITY + k]
+        room.demand[k] = (
+            acceleration
+            + law.velocity_gains[k] * room.error_rate[k]
+            + law.position_gains[k] * room.error[k]
+        )
 
 
 @compiled

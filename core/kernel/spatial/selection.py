@@ -20,6 +20,7 @@ from slipgrasp.core.kernel.spatial.contact_problem import (
     solve_contacts,
     spatial_contacts,
 )
+from slipgrasp.core.kernel.spatial.enumeration import REST_FORCE, spatial_enumerate
 from slipgrasp.core.kernel.spatial.flow import (
     SURE_SPEED,
     set_derivative,
@@ -38,7 +39,6 @@ from slipgrasp.core.kernel.spatial.ways import (
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
 SELECTED, NONE_CONSISTENT, OPENS, NONE_REGULAR = range(4)
-REST_FORCE = 0.25 * FORCE_BAND  # that would stop what then counts as no acceleration [N]
 PROBE_TIME, MARGIN_SLOPE = 1e-6, 1e-5
 AGREEMENT = 1e-6  # of Newton's forces and those of the reduced form [N], and share
 
@@ -296,14 +296,15 @@ def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> in
 def _find_closed(model: Record, discrete: Record, work: Record, room: Record) -> bool:
     """Whether all contacts push where others give their static friction up: each choice is tried.
 
-    More than one may agree with its forces where friction in stick is greater than in slip.
+    More than one may agree with its forces where friction in stick is greater than in slip, and
+    in the pyramid, where in the end all combinations are tried.
     """
     concerned, restarts = room.concerned, room.restarts
     for choice in range(1 << (model.ways * model.num_fingers)):
         if _choose_bounds(model, room, choice) and _is_held(model, discrete, work, room):
             return True
     room.concerned, room.restarts = concerned, restarts
-    return False
+    return model.ways == 2 and spatial_enumerate(model, discrete, room) == 1
 
 
 @compiled

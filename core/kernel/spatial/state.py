@@ -25,6 +25,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 
 POSITION, ATTITUDE, VELOCITY, SPIN, SLIP = 0, 3, 7, 10, 13
+BODY_STATES = SLIP  # numbers of the pose and the velocity of the object
 
 MAX_STATE = SLIP + 5 * MAX_FINGERS + 2
 

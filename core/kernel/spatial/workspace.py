@@ -9,6 +9,7 @@ from slipgrasp.core.kernel.spatial.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
 from slipgrasp.core.kernel.spatial.kinematics import KINEMATICS
 from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES, TRUTH
 from slipgrasp.core.kernel.spatial.plant import SYSTEM
+from slipgrasp.core.kernel.spatial.state import BODY_STATES
 from slipgrasp.core.scenario import MAX_DIAGNOSTICS, MAX_UNKNOWNS
 
 # `slipgrasp.core.trace.types.ContactPhase`; to the last the signs (3, 1) of both slips are added.
@@ -43,6 +44,9 @@ LAW_ROOM = np.dtype(
         ("demand", np.float64, (MAX_COORDINATES,)),  # v
         ("slip_demand", np.float64, (MAX_FINGERS, 2)),  # its last part
         ("rotation", np.float64, (3, 3)),  # A(rho), by which omega follows from rho'
+        ("known_time", np.float64),  # of which the errors of the object are [s]; not a number: none
+        ("known_piece", np.int64),  # of the desired motion then
+        ("known_state", np.float64, (BODY_STATES,)),  # pose and velocity of the object then
         ("slips", np.float64, (MAX_FINGERS, 2)),  # believed
         ("gamma", np.float64, (MAX_FINGERS, 2)),  # believed directions
         ("own_force", np.float64, (MAX_FINGERS, 3)),  # f^ of the demand, world axes
