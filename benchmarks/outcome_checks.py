@@ -34,6 +34,7 @@ LEDGER = 1e-6  # [J]
 VELOCITY_JUMP = 1e-8  # of 1 m/s and the velocity; slips below 3e-9 m/s end at once
 LEDGER_SHARE = 1e-9  # of the greatest energy of the run
 SAME_METRIC = 1e-9  # of 1 and the metric
+TOLERANCES = 10.0  # of the steps, that their sum may reach
 FORCES = ("peak_normal_force", "minimum_friction_margin")
 INSIDE_STEP = 1e-7  # accuracy of a force within a step, of 1 N and the largest force
 STATED = re.compile(r"(?P<changes>\d+) phase changes within (?P<seconds>[-+.e\d]+) s")
@@ -263,7 +264,7 @@ def _metrics_hold(run: RunResult) -> bool:
     return (
         _reaches(metrics.peak_normal_force, trace.normal_force.max(axis=0))
         and _reaches(margins.min(axis=0, initial=np.inf), least)
-        and _reaches(metrics.slip_path, _slip_paths(trace))
+        and _reaches(metrics.slip_path, _slip_paths(trace), _share_of_paths(run))
         and _reaches([last_slip], [late.max(initial=-np.inf)])
         and metrics.slipping_at_end == bool(slips[-1].any())
         and metrics.final_tracking_error == tuple(trace.tracking_error[-1].tolist())
@@ -278,10 +279,15 @@ def _slip_paths(trace: Trace) -> np.ndarray:
     return np.linalg.norm(ways, axis=2).sum(axis=0)
 
 
-def _reaches(upper: ArrayLike, lower: ArrayLike) -> bool:
-    """Whether no number lies below its lower bound by more than rounding."""
+def _share_of_paths(run: RunResult) -> float:
+    """How much of 1 m and a path it may fall short: path and slips are integrals of their own."""
+    return max(SAME_METRIC, TOLERANCES * run.scenario.simulation.relative_tolerance)
+
+
+def _reaches(upper: ArrayLike, lower: ArrayLike, share: float = SAME_METRIC) -> bool:
+    """Whether no number lies below its lower bound by more than a share of 1 and that."""
     lower = np.asarray(lower, float)
-    slack = SAME_METRIC * (1.0 + np.abs(np.where(np.isfinite(lower), lower, 0.0)))
+    slack = share * (1.0 + np.abs(np.where(np.isfinite(lower), lower, 0.0)))
     return bool(np.all(np.asarray(upper, float) >= lower - slack))
 
 
