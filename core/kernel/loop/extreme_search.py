@@ -29,6 +29,22 @@ BESIDE = 1e-3  # how far from an end of a step it is seen which way a force chan
 
 
 @compiled
+def nears_record(
+    model: Record, step: Record, j: int, sign: float, start: float, end: float, record: float
+) -> bool:
+    """Whether guard ``j`` may have a new extreme in a step; nearly always not, so it is quick.
+
+    The arguments are those of `least_inside`.
+    """
+    least, largest = min(start, end), max(start, end)
+    for row in range(1, method_of(model, step).last):
+        least = min(least, step.samples[row, j])
+        largest = max(largest, step.samples[row, j])
+    spread, best = largest - least, least if sign > 0.0 else -largest
+    return spread > FLAT * (1.0 + abs(best)) and best < record + NEAR * spread
+
+
+@compiled
 def least_inside(
     model: Record,
     run: Record,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.loop.extreme_search import least_inside
+from slipgrasp.core.kernel.loop.extreme_search import least_inside, nears_record
 from slipgrasp.core.kernel.planar.dips import value_inside
 from slipgrasp.core.kernel.planar.guards import NORMAL_FORCE, PER_CONTACT, PHASE, evaluate_ends
 from slipgrasp.core.kernel.planar.model import MODEL
@@ -24,6 +25,16 @@ def find_extreme(
     """The least value of ``sign`` times guard ``j`` in the step; inf if it is no new extreme."""
     end = run.guards.ends[j]
     return least_inside(model, run, h, j, sign, start, end, record, value_inside)
+
+
+@compiled
+def _extreme_of(
+    model: Record, run: Record, h: float, j: int, sign: float, start: float, record: float
+) -> float:
+    """The same where one is possible."""
+    if not nears_record(model, run.step, j, sign, start, run.guards.ends[j], record):
+        return np.inf
+    return find_extreme(model, run, h, j, sign, start, record)
 
 
 @compiled_apart(types.void, MODEL, PROGRESS, types.float64)
@@ -52,10 +63,10 @@ def _count_extremes(model: Record, run: Record, h: float) -> None:
     discrete, tally = run.discrete, run.tally
     for i in range(model.num_fingers):
         base, peak = PER_CONTACT * i, tally.peak_normal_force[i]
-        least = find_extreme(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
+        least = _extreme_of(model, run, h, base + NORMAL_FORCE, -1.0, tally.force[i], -peak)
         count_force(tally.peak_normal_force, i, -least)
         if discrete.phases[i] == 0:
             record = tally.least_margin[i]
-            least = find_extreme(model, run, h, base + PHASE, 1.0, tally.margin[i], record)
+            least = _extreme_of(model, run, h, base + PHASE, 1.0, tally.margin[i], record)
             count_margin(tally.least_margin, i, least)
     count_forces(model, discrete, run.guards.ends, tally)
