@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from slipgrasp.core.kernel.compilation.cache import INTERPRETED
 from slipgrasp.core.kernel.compilation.compiler import OPTIONS, call
 from slipgrasp.core.kernel.compilation.records import Floats, Record, make_record
-from slipgrasp.core.kernel.planar import dynamics, kinematics, law, motion, reduced
+from slipgrasp.core.kernel.loop import motion
+from slipgrasp.core.kernel.planar import dynamics, kinematics, law, reduced
 from slipgrasp.core.kernel.planar.controllability import find_controllable
 from slipgrasp.core.kernel.planar.flow import solve_plant, update_command, update_mechanics
 from slipgrasp.core.kernel.planar.laws.interface import adapt

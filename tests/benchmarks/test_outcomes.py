@@ -177,7 +177,7 @@ def test_energy_that_is_unaccounted_for_is_found(held):
     [
         ("peak_normal_force", -1e-7),
         ("minimum_friction_margin", 1e-7),
-        ("slip_path", -1e-7),
+        ("slip_path", -2e-7),
         ("last_slip_time", -1e-3),
         ("slipping_at_end", True),
         ("final_tracking_error", 1e-9),

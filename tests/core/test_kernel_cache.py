@@ -72,7 +72,7 @@ def test_what_is_missing_is_compiled_while_it_tells_how_far_it_is(tmp_path):
     folder = tmp_path / code_path("").parent.name
     folder.mkdir()
     # Other tests of this process may have loaded the units of spatial hands, which the run lacks.
-    planar = [unit for unit in all_units() if ".space." not in unit.function.__module__]
+    planar = [unit for unit in all_units() if ".spatial." not in unit.function.__module__]
     paths = [code_path(unit.name) for unit in planar]
     for path in sorted(paths, key=lambda path: path.stat().st_size)[9:]:
         shutil.copy(path, folder)

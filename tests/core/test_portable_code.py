@@ -22,7 +22,8 @@ WITHOUT_ROUNDING = {"memset", "memcpy", "memmove"}
 
 # Haswell has fused multiply-adds; the code is not run, so that any x86-64 will do.
 COMPILE = """
-from slipgrasp.core.kernel.planar import advance, compiler
+from slipgrasp.core.kernel.compilation import compiler
+from slipgrasp.core.kernel.planar import advance
 from slipgrasp.core.kernel.compilation.entry import compile_entry
 for symbol in compiler._UNITS:
     compiler.add_symbol(symbol, 1)

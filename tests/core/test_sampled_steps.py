@@ -5,8 +5,9 @@ import pytest
 
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.numerics import quadratic, sticking
+from slipgrasp.core.kernel.numerics import quadratic
 from slipgrasp.core.kernel.numerics.methods import BS32, DOPRI5, RK43
+from slipgrasp.core.kernel.planar import sticking
 from slipgrasp.core.kernel.planar.packing import make_table, pack_model, whole_faces
 from slipgrasp.core.kernel.planar.state import STATE
 from slipgrasp.core.kernel.planar.workspace import DISCRETE, WORKSPACE
