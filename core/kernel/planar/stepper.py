@@ -22,7 +22,6 @@ from slipgrasp.core.kernel.planar.state import (
     STATE,
     X,
     Y,
-    dissipated_at,
     slip_at,
     supplied_at,
     velocity_at,
@@ -80,7 +79,7 @@ def _combine(model: Record, row: int, h: float, step: Record, target: Record) ->
 
 
 @compiled
-def _weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Floats) -> None:
+def weigh_slopes(weights: Floats, count: int, size: int, step: Record, total: Floats) -> None:
     """Sum of the first ``count`` slopes, each times its weight."""
     for j in range(size):
         total[j] = 0.0
@@ -171,8 +170,8 @@ def step_error(model: Record, h: float, step: Record) -> float:
         step: The step; the first terms of its interpolant are overwritten.
     """
     size, method = model.num_states, method_of(model, step)
-    _weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
-    _weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
+    weigh_slopes(method.error, method.last + 1, size, step, step.terms[0])
+    weigh_slopes(method.correction, method.last + 1, size, step, step.terms[1])
     relative, absolute = model.numerics.relative_tolerance, model.numerics.absolute_tolerance
     total, correction = 0.0, 0.0
     for j in range(size):
@@ -186,34 +185,20 @@ def step_error(model: Record, h: float, step: Record) -> float:
 
 
 @compiled
-def is_quiet(model: Record, h: float, step: Record, sticks: bool) -> bool:
+def is_quiet(model: Record, h: float, step: Record) -> bool:
     """Whether no error of the step is more than the share QUIET of what is allowed.
 
-    The error as `step_error` has it is then not more either, and nobody divides to see it.
-
-    Args:
-        model: Constants of the run.
-        h: Size of the step [s].
-        step: The step.
-        sticks: Whether the object moved alone.
+    The error as `step_error` has it is then not more either, and nobody divides to see it. The
+    first terms of the interpolant are overwritten.
     """
-    for j in range(slip_at(0) if sticks else supplied_at(model)):
-        if not _is_quiet_along(model, h, step, j):
+    method, numerics, errors = method_of(model, step), model.numerics, step.terms[0]
+    weigh_slopes(method.error, method.last + 1, model.num_states, step, errors)
+    for j in range(model.num_states):
+        largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
+        allowed = numerics.absolute_tolerance + numerics.relative_tolerance * largest
+        if not abs(h * errors[j]) <= QUIET * allowed:
             return False
-    return _is_quiet_along(model, h, step, supplied_at(model)) and _is_quiet_along(
-        model, h, step, dissipated_at(model)
-    )
-
-
-@compiled
-def _is_quiet_along(model: Record, h: float, step: Record, j: int) -> bool:
-    """Whether the error of coordinate ``j`` is not more than the share QUIET of what is allowed."""
-    method, numerics, error = method_of(model, step), model.numerics, 0.0
-    for k in range(method.last + 1):
-        error += method.error[k] * step.slopes[k].x[j]
-    largest = max(abs(step.start.x[j]), abs(step.end.x[j]))
-    allowed = numerics.absolute_tolerance + numerics.relative_tolerance * largest
-    return abs(h * error) <= QUIET * allowed
+    return True
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, types.float64, types.float64, STEP, WORKSPACE)
@@ -242,7 +227,7 @@ def fill_terms(model: Record, h: float, step: Record) -> None:
         step.terms[1, j] = first - difference
         step.terms[2, j] = 2.0 * difference - first - last
     for term in range(method.num_dense):
-        _weigh_slopes(method.dense[term], method.num_slopes, size, step, step.terms[3 + term])
+        weigh_slopes(method.dense[term], method.num_slopes, size, step, step.terms[3 + term])
         for j in range(size):
             step.terms[3 + term, j] *= h
 

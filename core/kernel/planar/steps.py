@@ -78,7 +78,7 @@ def take_accepted_step(model: Record, run: Record, until: float) -> float:
         take_step(model, run.discrete, now, size, step, run.work)
         run.steps += 1
         fast = size > LEAST_LEDGER_STEP and _turns_fast(model, run)
-        if size == rest and not fast and is_quiet(model, size, step, sticks):
+        if size == rest and not fast and is_quiet(model, size, step):
             run.step_size = max(run.step_size, 2.0 * size)
             _count_quiet_step(run)
             return size

@@ -34,6 +34,7 @@ def restart(model: Record, run: Record) -> None:
     set_derivative(model, run.step.start, run.step.slopes[0], run.work)
     spatial_arm(model, run.discrete, run.step.start, run.work, run.guards)
     count_forces(model, run.discrete, run.guards.values, run.tally)
+    run.work.at_start = 1
 
 
 @compiled

@@ -160,17 +160,9 @@ def _logarithm(q: tuple[float, float, float, float]) -> tuple[float, float, floa
 
 @compiled
 def update_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
-    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop.
-
-    The end of a step, a row and a tick are often the same state: the object's part is kept.
-    """
+    """Writes e, e' and the demand v for a hand of which every contact slips, without slip_stop."""
     x, n, law = state.x, model.num_fingers, model.law
-    if not _are_known(piece, t, state, room):
-        _update_shift(model, piece, t, state, room)
-        _update_turn(model, piece, t, state, room)
-        room.known_time, room.known_piece = t, piece
-        for k in range(BODY_STATES):
-            room.known_state[k] = x[k]
+    update_object_errors(model, piece, t, state, room)
     for i in range(n):
         for axis in range(2):
             k = 6 + 2 * i + axis
@@ -179,6 +171,18 @@ def update_errors(model: Record, piece: int, t: float, state: Record, room: Reco
             room.slip_demand[i, axis] = (
                 law.velocity_gains[k] * room.error_rate[k] + law.position_gains[k] * room.error[k]
             )
+
+
+@compiled
+def update_object_errors(model: Record, piece: int, t: float, state: Record, room: Record) -> None:
+    """Writes the part of the object; the end of a step, a row and a tick are often one state."""
+    if _are_known(piece, t, state, room):
+        return
+    _update_shift(model, piece, t, state, room)
+    _update_turn(model, piece, t, state, room)
+    room.known_time, room.known_piece = t, piece
+    for k in range(BODY_STATES):
+        room.known_state[k] = state.x[k]
 
 
 @compiled

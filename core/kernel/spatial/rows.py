@@ -99,7 +99,8 @@ def spatial_evaluate(model: Record, row: Record, work: Record) -> int:
     """Evaluates plant and errors at the state of ``row``; 0 where anything is not finite."""
     n, discrete = model.num_fingers, row.discrete
     pass_breaks(model.motion, discrete, row.time)
-    spatial_plant(model, discrete, row.state, work)
+    if work.at_start == 0:
+        spatial_plant(model, discrete, row.state, work)
     update_errors(model, discrete.piece, row.time, row.state, work.room)
     leave_stuck(n, discrete.slips, work.room)
     kinetic, potential = stored_energy(model.hand, model.truth, work.kin, row.state)

@@ -213,6 +213,7 @@ def emit_due(model: Record, run: Record, outlet: Record, discrete: Record, writt
 @compiled
 def spatial_emit(model: Record, run: Record, outlet: Record, discrete: Record) -> None:
     """Appends a row for the present state, as of now."""
+    run.work.at_start = 0
     emit_due(model, run, outlet, discrete, run.now)
 
 

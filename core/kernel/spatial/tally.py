@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.loop.motion import pass_breaks
 from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.planar.tally import count_force, count_margin, integral_of_square
 from slipgrasp.core.kernel.spatial.guards import NORMAL_FORCE, PER_CONTACT, PHASE
-from slipgrasp.core.kernel.spatial.law import update_errors
+from slipgrasp.core.kernel.spatial.law import update_object_errors
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.rows import ROW
 from slipgrasp.core.kernel.spatial.state import path_at
@@ -39,9 +39,7 @@ TALLY = np.dtype(
         ("row_margin", np.float64, (MAX_FINGERS,)),  # [N]
         ("steps", np.int64),
         ("piece", np.int64),  # of the desired motion at its end
-        ("start_error", np.float64, (6,)),  # of that step [m, rad]
-        ("start_rate", np.float64, (6,)),  # [m/s, rad/s]
-        ("end_error", np.float64, (6,)),  # [m, rad]
+        ("end_error", np.float64, (6,)),  # of the object there [m, rad]
         ("end_rate", np.float64, (6,)),  # [m/s, rad/s]
         ("squared_error", np.float64, (6,)),  # integral
         ("effort", np.float64),  # integral of the squared torques [N^2 m^2 s]
@@ -82,12 +80,17 @@ def count_row_forces(model: Record, discrete: Record, work: Record, tally: Recor
 
 
 @compiled
-def _keep_errors(model: Record, t: float, state: Record, work: Record, tally: Record) -> None:
-    """Keeps the errors at the end of a step, and their rates, for the next one."""
+def _add_errors(
+    model: Record, t: float, h: float, state: Record, work: Record, tally: Record
+) -> None:
+    """Adds the squared errors of a step of size ``h`` that ends in a state at ``t``."""
+    room, before, slope = work.room, tally.end_error, tally.end_rate
     pass_breaks(model.motion, tally, t)
-    update_errors(model, tally.piece, t, state, work.room)
+    update_object_errors(model, tally.piece, t, state, room)
     for k in range(6):
-        tally.end_error[k], tally.end_rate[k] = work.room.error[k], work.room.error_rate[k]
+        error, rate = room.error[k], room.error_rate[k]
+        tally.squared_error[k] += integral_of_square(h, before[k], slope[k], error, rate)
+        before[k], slope[k] = error, rate
 
 
 @compiled
@@ -96,15 +99,9 @@ def add_step(
 ) -> None:
     """Adds an accepted step of size ``h`` from ``t`` on to the integrals."""
     if tally.steps == 0:
-        _keep_errors(model, t, step.start, work, tally)
+        _add_errors(model, t, 0.0, step.start, work, tally)
     tally.steps += 1
-    for k in range(6):
-        tally.start_error[k], tally.start_rate[k] = tally.end_error[k], tally.end_rate[k]
-    _keep_errors(model, t + h, step.end, work, tally)
-    for k in range(6):
-        tally.squared_error[k] += integral_of_square(
-            h, tally.start_error[k], tally.start_rate[k], tally.end_error[k], tally.end_rate[k]
-        )
+    _add_errors(model, t + h, h, step.end, work, tally)
     effort = 0.0
     for i in range(model.num_fingers):
         for joint in range(3):

@@ -106,6 +106,7 @@ WORKSPACE = np.dtype(
         ("room", LAW_ROOM),
         ("grasp", GRASP),
         ("rates", np.float64, (MAX_UNKNOWNS,)),  # of the estimates
+        ("at_start", np.int64),  # 1 where the plant is evaluated at the start of the next step
     ],
     align=True,
 )
