@@ -199,8 +199,7 @@ def _get(url: str, path: str) -> dict[str, int]:
 def _check(folder: Path, path: Path, was_named: bool, whole: _Whole, found: Counter[str]) -> None:
     """Compares what is left of one run, and looks that nothing lies beside it."""
     left = [file.name for file in folder.iterdir() if file.name.startswith(path.stem)]
-    # Recovery leaves an empty part alone: its writer may be about to lock it.
-    parts = [name for name in left if name.endswith(".part") and _size(folder / name)]
+    parts = [name for name in left if name.endswith(".part")]
     assert not parts, f"left beside the recording: {parts}"
     if not path.exists():
         found["nothing"] += 1

@@ -18,7 +18,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingBusyError,
     RecordingError,
 )
-from slipgrasp.recordings.file.atomic_file import PART_SUFFIX
+from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, lock_in_place
 from slipgrasp.recordings.file.reader import read_as_stated, read_unfinished
 from slipgrasp.recordings.file.writer import REGULAR_SUFFIX, write_recording
 
@@ -89,8 +89,8 @@ def recovered_name(source: Path) -> Path:
 def recover_orphans(folder: Path) -> list[Recovered]:
     """Recovers every recording in a folder that nobody writes any more.
 
-    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but what lies in
-    another file whole.
+    What holds no sample is kept as ``NAME.damaged``; nothing is deleted but empty files and what
+    another file holds completely.
     """
     delete_orphaned_copies(folder)
     found = (recover_if_orphaned(part) for part in parts_in(folder))
@@ -125,19 +125,20 @@ def recover_orphan(part: Path) -> Recovered | None:
         part: The file. It goes once what it holds is on disk under its own name.
 
     Returns:
-        What was kept; None if somebody writes it, or a recovery was killed after its end.
+        What was kept; None if somebody writes it, if it is empty, or if a recovery was killed
+        after its end.
 
     Raises:
         NothingToRecoverError: If it holds no sample; it is then kept as ``NAME.damaged``.
         RecordingError: If it cannot be read, or its recording cannot be written.
         OSError: If the disk fails.
     """
-    if part.is_symlink() or part.stat().st_size == 0:
-        return None  # a link leads elsewhere; a file that was just made is not locked yet
+    if part.is_symlink():
+        return None
     with part.open("rb") as stream:
-        if not try_lock(stream):
+        if not lock_in_place(stream, part):
             return None
-        if not _was_recovered(part):
+        if part.stat().st_size and not _was_recovered(part):
             return _recover_orphan(part)
         part.unlink()
     return None
@@ -190,7 +191,7 @@ def _was_recovered(part: Path) -> bool:
 
 def _delete_if_orphaned(copy: Path) -> None:
     with suppress(OSError), copy.open("rb") as stream:
-        if try_lock(stream):
+        if lock_in_place(stream, copy):
             copy.unlink()
 
 
