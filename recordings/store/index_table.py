@@ -28,6 +28,9 @@ PRIVATE = ""
 """The path of a table without a name, which SQLite keeps on disk once it is large."""
 BUSY_SECONDS = 0.5
 
+_FIRST = 2000
+"""So many of the newest, or oldest, runs are searched before a pass over all of them."""
+
 # Another one whenever the same columns hold something else.
 _CONTENT = 4
 
@@ -176,6 +179,11 @@ class IndexTable:
         terms = list(_terms(query))
         where = " AND ".join(term for term, _ in terms) or "1"
         values = [value for _, value in terms]
+        if terms and query.sort_key == "created" and query.limit is not None:
+            # Counting takes half the time of counting and sorting at once, where many are found.
+            page = self._find_among_first(query, where, values)
+            if len(page) == query.limit:
+                return page, self._count(where, values)
         # One pass over the table where runs have to be told apart, none where it is in order.
         counted = "count(*) OVER ()" if terms else "(SELECT count(*) FROM runs)"
         rows = self._connection.execute(
@@ -183,8 +191,19 @@ class IndexTable:
             f"ORDER BY {_order(query, is_narrowed=bool(terms))} LIMIT ? OFFSET ?",
             [*values, -1 if query.limit is None else query.limit, query.offset],
         ).fetchall()
-        count = rows[0][2] if rows else self._count(where, values)
+        is_beyond = query.offset > 0 or query.limit == 0
+        count = rows[0][2] if rows else self._count(where, values) if is_beyond else 0
         return {run_id: stamp for run_id, stamp, _ in rows}, count
+
+    def _find_among_first(self, query: RunQuery, where: str, values: list[Any]) -> dict[str, int]:
+        """As much of a page as the first runs hold, in the order in which they were made."""
+        order = f"ORDER BY {_order(query, is_narrowed=False)}"
+        first = f"SELECT * FROM runs {order} LIMIT {_FIRST}"
+        rows = self._connection.execute(
+            f"SELECT id, stamp FROM ({first}) WHERE {where} {order} LIMIT ? OFFSET ?",
+            [*values, query.limit, query.offset],
+        )
+        return dict(rows.fetchall())
 
     def count(self) -> int:
         """How many runs it has."""
