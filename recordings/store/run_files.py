@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import blake2b
@@ -35,6 +35,7 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 MAX_SIDECAR_BYTES = 1 << 25
 DIGEST_BYTES = 12
+_FILES_PER_PAUSE = 1000
 
 _HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
 
@@ -79,12 +80,18 @@ class RunFiles:
         path = self.recording(run_id)
         return path.is_file() and not path.is_symlink()
 
-    def scan(self) -> dict[str, int]:
-        """The stamp of every run."""
+    def scan(self, pause: Callable[[], None] = lambda: None) -> dict[str, int]:
+        """The stamp of every run.
+
+        Args:
+            pause: Called every thousand files.
+        """
         stamps: dict[str, dict[str, int]] = {"mcap": {}, "json": {}}
         try:
             with os.scandir(self.path) as entries:
-                for entry in entries:
+                for number, entry in enumerate(entries):
+                    if number % _FILES_PER_PAUSE == 0:
+                        pause()
                     run_id, _, kind = entry.name.partition(".")
                     if kind in stamps and ID.fullmatch(run_id):
                         stamps[kind][run_id] = _stamp(entry)
