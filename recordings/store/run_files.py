@@ -19,6 +19,7 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Any
 
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
@@ -27,7 +28,9 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.documents import parse_json
+from slipgrasp.recordings.file.pieces import read_ending
 from slipgrasp.recordings.file.reader import read_recording
+from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.store.annotations import Annotations, usable_part
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import ID
@@ -35,6 +38,9 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 MAX_SIDECAR_BYTES = 1 << 25
 DIGEST_BYTES = 12
+MOST_DESCRIBED_WHOLE = 100_000
+"""Samples of a recording that is in memory as a whole while it is described."""
+
 _FILES_PER_PAUSE = 1000
 
 _HALF_PAIR = re.compile(rb"\\u[dD][89a-fA-F]")
@@ -146,7 +152,7 @@ class RunFiles:
             RecordingNotFoundError: If it is not there, or no longer.
         """
         try:
-            return Description.from_result(read_recording(self.recording(run_id)))
+            return Description.from_result(_read_to_describe(self.recording(run_id)))
         except RecordingNotFoundError:
             raise RecordingNotFoundError(run_id) from None
         except RecordingError as error:
@@ -203,6 +209,13 @@ class RunFiles:
         except OSError as error:
             path = self.recording(run_id)
             raise RecordingError(f"cannot delete '{path}': {error.strerror}") from error
+
+
+def _read_to_describe(path: Path) -> RunResult:
+    """A run; a long one without its samples, with which nothing it states is compared then."""
+    size = read_size(path)
+    is_long = size.samples > MOST_DESCRIBED_WHOLE and size.has_all_metrics
+    return read_ending(path) if is_long else read_recording(path)
 
 
 def sidecar_text(stored: StoredRun) -> bytes:

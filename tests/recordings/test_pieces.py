@@ -18,12 +18,13 @@ from slipgrasp.recordings import export as exports
 from slipgrasp.recordings.exceptions import DamagedRecordingError
 from slipgrasp.recordings.export import DATA_FORMATS, ExportFormat
 from slipgrasp.recordings.file import recorder
-from slipgrasp.recordings.file.pieces import read_pieces
+from slipgrasp.recordings.file.pieces import read_ending, read_pieces
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.size import read_size
 from slipgrasp.recordings.file.state_hash import state_hash
 from slipgrasp.recordings.file.writer import write_recording
+from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.study.study_row import RunHash
 from slipgrasp.recordings.study.task import release_hashed
 
@@ -103,6 +104,8 @@ def test_a_table_that_is_written_as_the_recording_is_read_is_the_same_file(
     export.write_long(path, long)
 
     assert read_size(path).has_all_metrics
+    told = Description.from_result(read_ending(path))
+    assert told == Description.from_result(read_recording(path))
     assert long.getvalue() == whole.getvalue()
 
 
