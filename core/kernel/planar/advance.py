@@ -7,13 +7,15 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.laws.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.loop.motion import pass_breaks
-from slipgrasp.core.kernel.numerics.methods import method_of
-from slipgrasp.core.kernel.planar.dynamics import stored_energy
-from slipgrasp.core.kernel.planar.extremes import count_step
-from slipgrasp.core.kernel.planar.flow import forget_mechanics, update_mechanics
-from slipgrasp.core.kernel.planar.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
-from slipgrasp.core.kernel.planar.jump import (
+from slipgrasp.core.kernel.loop.progress import (
+    CHANGE_CAPACITY,
+    ROOM_TO_SPARE,
+    ROWS_BEFORE_PAUSE,
+    TICKS_BEFORE_PAUSE,
+)
+from slipgrasp.core.kernel.loop.status import (
     EVENT_STALL,
     LEFT_FACE,
     MAX_STEPS,
@@ -25,23 +27,28 @@ from slipgrasp.core.kernel.planar.jump import (
     STEP_UNDERFLOW,
     STIFF,
     UNBOUNDED_FORCE,
+)
+from slipgrasp.core.kernel.loop.status import SINGULAR as FINGER_SINGULAR
+from slipgrasp.core.kernel.loop.ticks import next_command, next_tick, restart_ticks
+from slipgrasp.core.kernel.numerics.methods import method_of
+from slipgrasp.core.kernel.planar.dynamics import stored_energy
+from slipgrasp.core.kernel.planar.extremes import count_step
+from slipgrasp.core.kernel.planar.flow import forget_mechanics, update_mechanics
+from slipgrasp.core.kernel.planar.guards import FACE, NORMAL_FORCE, PER_CONTACT, PHASE, SINGULAR
+from slipgrasp.core.kernel.planar.jump import (
     consume_events,
     recognise,
     restart_flow,
     select_again,
 )
-from slipgrasp.core.kernel.planar.jump import SINGULAR as FINGER_SINGULAR
-from slipgrasp.core.kernel.planar.laws.own_law import ANSWERED, ASKED
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.run import (
-    CHANGE_CAPACITY,
     OUTLET,
     PROGRESS,
-    ROOM_TO_SPARE,
-    ROWS_BEFORE_PAUSE,
-    TICKS_BEFORE_PAUSE,
     emit,
     emit_before_jump,
+    emit_due,
+    emit_or_end,
     evaluate_at,
     keep_old,
 )
@@ -50,7 +57,6 @@ from slipgrasp.core.kernel.planar.state import supplied_at
 from slipgrasp.core.kernel.planar.steps import (
     AT_POLE,
     cut_at_event,
-    emit_due,
     emit_inside,
     take_accepted_step,
 )
@@ -58,9 +64,6 @@ from slipgrasp.core.kernel.planar.tick import (
     apply_command,
     control_tick,
     leave_ticks,
-    next_command,
-    next_tick,
-    restart_ticks,
 )
 
 STALLED = 1e-9
@@ -109,7 +112,7 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
         status = EVENT_STALL
     consume_events(model, run)
     if status != RUNNING:
-        emit(model, run, outlet, run.now, run.step.start)
+        emit(model, run, outlet, run.discrete)
         return status
     if not (law_jumps or _phase_ends(model, run)):
         restart_flow(model, run)
@@ -118,11 +121,11 @@ def pass_event(model: Record, run: Record, outlet: Record) -> int:
     if law_jumps:
         emit_before_jump(model, run, outlet)
         before = _largest_force(model, run)
-        evaluate_at(model, run, run.now, run.step.start)
+        evaluate_at(model, run, run.discrete, run.now, run.step.start)
         if not before < POLE_RATIO * (1.0 + _largest_force(model, run)):
             return UNBOUNDED_FORCE
     else:
-        emit(model, run, outlet, run.now, run.step.start)
+        emit(model, run, outlet, run.discrete)
     return select_again(model, run, outlet)
 
 
@@ -196,7 +199,7 @@ def _change_piece(model: Record, run: Record, outlet: Record) -> int:
         pass_breaks(model.motion, run.discrete, run.now)
         return RUNNING
     keep_old(model, run)
-    emit(model, run, outlet, run.now, run.step.start)
+    emit(model, run, outlet, run.discrete)
     pass_breaks(model.motion, run.discrete, run.now)
     return select_again(model, run, outlet)
 
@@ -238,7 +241,7 @@ def begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_t
         for i in range(model.num_fingers):
             run.discrete.beliefs[i] = run.discrete.phases[i]
     if first == 1:
-        emit(model, run, outlet, run.now, run.step.start)
+        emit(model, run, outlet, run.discrete)
     keep_old(model, run)
     return select_again(model, run, outlet)
 
@@ -262,11 +265,11 @@ def _advance_once(model: Record, run: Record, outlet: Record, t_stop: float) -> 
         emit_due(model, run, outlet)
         taken = take_accepted_step(model, run, until)
         if taken == 0.0:
-            emit(model, run, outlet, now, step.start)
+            emit(model, run, outlet, run.discrete)
             return STEP_UNDERFLOW
         h = cut_at_event(model, run, taken)
         if h == 0.0 and run.fired != 1:
-            emit(model, run, outlet, now, step.start)
+            emit(model, run, outlet, run.discrete)
             return UNBOUNDED_FORCE if run.fired == AT_POLE else STEP_UNDERFLOW
         count_step(model, run, h)
         emit_inside(model, run, outlet, h)
@@ -310,16 +313,16 @@ def _advance_steps(
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
             return RUNNING
         if run.now >= t_stop:
-            emit(model, run, outlet, t_stop, run.step.start)
+            emit_or_end(model, run, outlet, run.discrete, t_stop, run.step.start, t_stop)
             return NOT_FINITE if run.lost == 1 else REACHED
         if run.steps >= model.numerics.max_steps:
-            emit(model, run, outlet, run.now, run.step.start)
+            emit(model, run, outlet, run.discrete)
             return MAX_STEPS
         status = _advance_once(model, run, outlet, t_stop)
         if status == RUNNING and run.lost == 1:
             status = NOT_FINITE
         elif status == RUNNING and _is_stiff(run):
-            emit(model, run, outlet, run.now, run.step.start)
+            emit(model, run, outlet, run.discrete)
             status = STIFF
         if status != RUNNING:
             return status

@@ -17,16 +17,12 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
+from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.planar.flow import forget_mechanics
 from slipgrasp.core.kernel.planar.guards import is_past_event
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.rows import AT, column_of, evaluate_row, fill_row
-from slipgrasp.core.kernel.planar.run import (
-    OUTLET,
-    OUTPUT_ROUNDING,
-    PROGRESS,
-    copy_discrete,
-)
+from slipgrasp.core.kernel.planar.run import OUTLET, PROGRESS, copy_discrete
 from slipgrasp.core.kernel.planar.stepper import interpolate, prepare_interpolant
 from slipgrasp.core.kernel.planar.tally import count_row_forces
 

@@ -8,6 +8,8 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.ledger import FAST_RATE, LEAST_LEDGER_STEP, allowed_imbalance
+from slipgrasp.core.kernel.loop.output import next_output
+from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.numerics.elementary import root
 from slipgrasp.core.kernel.numerics.methods import method_of
 from slipgrasp.core.kernel.planar.dips import find_dip
@@ -27,10 +29,8 @@ from slipgrasp.core.kernel.planar.guards import (
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.run import (
     OUTLET,
-    OUTPUT_ROUNDING,
     PROGRESS,
-    emit,
-    emit_as_of,
+    emit_or_end,
     evaluate_at,
     store_row,
 )
@@ -208,20 +208,6 @@ def locate(model: Record, run: Record, h: float) -> float:
     return high
 
 
-@compiled
-def emit_due(model: Record, run: Record, outlet: Record) -> None:
-    """Rows whose time has come are those of the present state.
-
-    Before the step that leaves it: mechanics and law of the state are still at hand.
-    """
-    while True:
-        t = run.outputs / model.numerics.output_rate
-        if t > run.now + OUTPUT_ROUNDING:
-            return
-        emit_as_of(model, run, outlet, run.now, run.step.start, t)
-        run.outputs += 1
-
-
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
 def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
     """Rows at the output times inside the step just taken, which depends on none of them.
@@ -229,8 +215,7 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
     They lie on the continuous extension of the method; from where that is past an event on, each
     is a shorter step of the method, and the step itself is taken again then.
     """
-    step, rate, end = run.step, model.numerics.output_rate, run.now + h
-    t = run.outputs / rate
+    step, end, t = run.step, run.now + h, next_output(model, run)
     if t >= end - OUTPUT_ROUNDING:
         return
     prepare_interpolant(model, run.discrete, run.now, h, step, run.work)
@@ -246,9 +231,9 @@ def emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
         else:
             take_step(model, run.discrete, run.now, t - run.now, step, run.work)
             least = _set_between(step.end, lost, least, most)
-            emit(model, run, outlet, t, step.end)
+            emit_or_end(model, run, outlet, run.discrete, t, step.end, t)
         run.outputs += 1
-        t = run.outputs / rate
+        t = next_output(model, run)
     if not is_good:
         take_step(model, run.discrete, run.now, h, step, run.work)
 
@@ -266,7 +251,7 @@ def _set_between(state: Record, j: int, least: float, most: float) -> float:
 @compiled
 def _agrees_with_phases(model: Record, run: Record, t: float) -> bool:
     """Evaluates the state inside the step; False where it is past an event, or not finite."""
-    if evaluate_at(model, run, t, run.step.stage) == 0:
+    if evaluate_at(model, run, run.discrete, t, run.step.stage) == 0:
         return False
     return is_past_event(model, run.discrete, run.row.state, run.work, run.guards) == 0
 

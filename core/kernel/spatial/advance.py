@@ -11,7 +11,14 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import call, compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.planar.jump import (
+from slipgrasp.core.kernel.laws.own_law import ANSWERED, ASKED
+from slipgrasp.core.kernel.loop.progress import (
+    CHANGE_CAPACITY,
+    ROOM_TO_SPARE,
+    ROWS_BEFORE_PAUSE,
+    TICKS_BEFORE_PAUSE,
+)
+from slipgrasp.core.kernel.loop.status import (
     EVENT_STALL,
     LEFT_FACE,
     MAX_STEPS,
@@ -24,12 +31,7 @@ from slipgrasp.core.kernel.planar.jump import (
     STEP_UNDERFLOW,
     STIFF,
 )
-from slipgrasp.core.kernel.planar.laws.own_law import ANSWERED, ASKED
-from slipgrasp.core.kernel.planar.run import (
-    CHANGE_CAPACITY,
-    ROOM_TO_SPARE,
-)
-from slipgrasp.core.kernel.planar.tick import next_command
+from slipgrasp.core.kernel.loop.ticks import next_command, next_tick
 from slipgrasp.core.kernel.spatial.dynamics import stored_energy
 from slipgrasp.core.kernel.spatial.extremes import spatial_count
 from slipgrasp.core.kernel.spatial.flow import SURE_SPEED, spatial_plant
@@ -44,7 +46,6 @@ from slipgrasp.core.kernel.spatial.jump import (
     finish_jump,
     forget_leaving,
     keep_old,
-    next_tick,
     restart,
     settle,
 )
@@ -53,20 +54,18 @@ from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.run import (
     OUTLET,
     PROGRESS,
-    ROWS_BEFORE_PAUSE,
-    TICKS_BEFORE_PAUSE,
-    spatial_emit,
+    emit,
+    emit_due,
 )
 from slipgrasp.core.kernel.spatial.slip_rows import spatial_follow_slip, spatial_leave_slip
 from slipgrasp.core.kernel.spatial.state import slip_velocity_at, supplied_at
 from slipgrasp.core.kernel.spatial.steps import (
-    emit_at_start,
     spatial_accept,
     spatial_cut,
     spatial_emit_inside,
     stop_in_patch,
 )
-from slipgrasp.core.kernel.spatial.tick import spatial_apply, spatial_tick
+from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
 from slipgrasp.core.kernel.spatial.ways import axes_of, way_speed
 
 STALLED, MAX_STALLS = 1e-9, 20
@@ -138,9 +137,9 @@ def spatial_event(model: Record, run: Record, outlet: Record) -> int:
     if status == RUNNING and run.stalls > MAX_STALLS:
         status = EVENT_STALL
     if status != RUNNING:
-        spatial_emit(model, run, outlet, discrete)
+        emit(model, run, outlet, discrete)
         return status
-    spatial_emit(model, run, outlet, discrete)
+    emit(model, run, outlet, discrete)
     for i in range(n):
         for way in range(model.ways):
             fired = run.guards.fired[PER_CONTACT * i + PHASE + way] == 1
@@ -182,14 +181,14 @@ def _is_stiff(run: Record) -> bool:
 def spatial_once(model: Record, run: Record, outlet: Record, t_stop: float) -> int:
     """One step, cut at the first event in it, and the jump at its end if there is one."""
     if run.own.asked == ANSWERED or next_tick(model, run) <= run.now:
-        return spatial_tick(model, run, outlet, 0, 0)
+        return control_tick(model, run, outlet, 0, 0)
     if next_command(run) <= run.now:
         return spatial_apply(model, run, outlet)
-    emit_at_start(model, run, outlet)
+    emit_due(model, run, outlet)
     until = min(t_stop, next_tick(model, run), next_command(run))
     size = spatial_accept(model, run, until)
     if size == 0.0:
-        spatial_emit(model, run, outlet, run.discrete)
+        emit(model, run, outlet, run.discrete)
         return STEP_UNDERFLOW
     size = spatial_cut(model, run, stop_in_patch(model, run, size))
     spatial_count(model, run, size)
@@ -214,7 +213,7 @@ def _begin_stretch(model: Record, run: Record, outlet: Record, first: int, same_
     if same_ticks == 0:
         run.tick_origin, run.ticks = run.now, 0
     if run.now >= next_tick(model, run):
-        return spatial_tick(model, run, outlet, first, 1)
+        return control_tick(model, run, outlet, first, 1)
     keep_old(model, run)
     forget_leaving(model, run)
     return finish_jump(model, run, outlet, settle(model, run), False)
@@ -255,16 +254,16 @@ def _advance_steps(
         if run.num_changes > CHANGE_CAPACITY - ROOM_TO_SPARE:
             return RUNNING
         if run.now >= t_stop:
-            spatial_emit(model, run, outlet, run.discrete)
+            emit(model, run, outlet, run.discrete)
             return NOT_FINITE if run.lost == 1 else REACHED
         if run.steps >= model.numerics.max_steps:
-            spatial_emit(model, run, outlet, run.discrete)
+            emit(model, run, outlet, run.discrete)
             return MAX_STEPS
         status = spatial_once(model, run, outlet, t_stop)
         if status == RUNNING and run.lost == 1:
             status = NOT_FINITE
         elif status == RUNNING and _is_stiff(run):
-            spatial_emit(model, run, outlet, run.discrete)
+            emit(model, run, outlet, run.discrete)
             status = STIFF
         if status != RUNNING:
             return status

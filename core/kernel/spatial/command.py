@@ -14,7 +14,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.planar.jump import (
+from slipgrasp.core.kernel.loop.status import (
     LARGEST_TILT,
     MODEL_SINGULAR,
     RUNNING,

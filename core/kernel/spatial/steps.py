@@ -8,8 +8,9 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.ledger import LEAST_LEDGER_STEP
+from slipgrasp.core.kernel.loop.output import next_output
+from slipgrasp.core.kernel.loop.progress import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.numerics.elementary import root, square
-from slipgrasp.core.kernel.planar.run import OUTPUT_ROUNDING
 from slipgrasp.core.kernel.spatial.dips import spatial_dip
 from slipgrasp.core.kernel.spatial.guards import (
     keep_first,
@@ -22,13 +23,7 @@ from slipgrasp.core.kernel.spatial.guards import (
 from slipgrasp.core.kernel.spatial.implicit import find_stiffness
 from slipgrasp.core.kernel.spatial.ledger import spatial_imbalance, turns_fast
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
-from slipgrasp.core.kernel.spatial.run import (
-    OUTLET,
-    PROGRESS,
-    emit_due,
-    next_output,
-    spatial_emit_as_of,
-)
+from slipgrasp.core.kernel.spatial.run import OUTLET, PROGRESS, emit_as_of
 from slipgrasp.core.kernel.spatial.state import slip_at, slip_velocity_at
 from slipgrasp.core.kernel.spatial.stepper import (
     creeps,
@@ -230,14 +225,6 @@ def spatial_cut(model: Record, run: Record, h: float) -> float:
     return size
 
 
-@compiled
-def emit_at_start(model: Record, run: Record, outlet: Record) -> None:
-    """Rows whose time has come are those of the present state."""
-    while next_output(model, run) <= run.now + OUTPUT_ROUNDING:
-        emit_due(model, run, outlet, run.discrete, next_output(model, run))
-        run.outputs += 1
-
-
 @compiled_apart(types.void, MODEL, PROGRESS, OUTLET, types.float64)
 def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) -> None:
     """Rows at the output times inside the step just taken, each a shorter step of its method.
@@ -248,7 +235,7 @@ def spatial_emit_inside(model: Record, run: Record, outlet: Record, h: float) ->
     while next_output(model, run) < end - OUTPUT_ROUNDING:
         t = next_output(model, run)
         spatial_step(model, run.discrete, t - run.now, step, run.work)
-        spatial_emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
+        emit_as_of(model, run, outlet, run.discrete, t, step.end, t)
         run.outputs += 1
         found = True
     if found:
